@@ -1,0 +1,86 @@
+# One function for each kind of target, so that every room is built by the same rules.
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_program(RIGCAL_CCACHE ccache)
+if(RIGCAL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${RIGCAL_CCACHE}")
+endif()
+
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+add_library(rigcal_rules INTERFACE)
+target_compile_features(rigcal_rules INTERFACE cxx_std_20)
+target_include_directories(rigcal_rules INTERFACE "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>")
+target_compile_options(rigcal_rules INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Werror
+  # The same sums on every processor: no fusing of multiply and add behind our back.
+  -ffp-contract=off)
+if(RIGCAL_SANITIZE)
+  target_compile_options(rigcal_rules INTERFACE
+    -fsanitize=${RIGCAL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(rigcal_rules INTERFACE -fsanitize=${RIGCAL_SANITIZE})
+endif()
+if(RIGCAL_BUILD_FUZZ)
+  target_compile_options(rigcal_rules INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+set_target_properties(rigcal_rules PROPERTIES POSITION_INDEPENDENT_CODE ON)
+
+# rigcal_add_library(core_voxel SOURCES a.cpp DEPS core_records PRIVATE_DEPS yaml-cpp)
+# A room: DEPS are rooms it includes in its headers, PRIVATE_DEPS what only its .cpp files see.
+function(rigcal_add_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  add_library(rigcal_${name} STATIC ${ARG_SOURCES})
+  add_library(rigcal::${name} ALIAS rigcal_${name})
+  set_target_properties(rigcal_${name} PROPERTIES EXPORT_NAME ${name})
+  list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
+  target_link_libraries(rigcal_${name} PUBLIC ${ARG_DEPS} PRIVATE $<BUILD_INTERFACE:rigcal_rules> ${ARG_PRIVATE_DEPS})
+  target_compile_features(rigcal_${name} PUBLIC cxx_std_20)
+  target_include_directories(rigcal_${name} PUBLIC "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>")
+endfunction()
+
+# rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])
+# One GoogleTest program a room; every test case becomes a CTest test of its own.
+function(rigcal_add_test name)
+  if(NOT RIGCAL_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS;PRIVATE_DEPS;LABELS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(${name}_test ${ARG_SOURCES})
+  list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
+  target_link_libraries(${name}_test PRIVATE rigcal_rules rigcal_test_support ${ARG_DEPS} ${ARG_PRIVATE_DEPS}
+                        GTest::gmock GTest::gtest_main)
+  set(properties TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_LABELS)
+    list(APPEND properties LABELS "${ARG_LABELS}")
+  endif()
+  gtest_discover_tests(${name}_test TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+endfunction()
+
+# rigcal_add_bench(codec SOURCES codec_bench.cpp DEPS drivers_livox_codec): Google Benchmark, run by hand.
+function(rigcal_add_bench name)
+  if(NOT RIGCAL_BUILD_BENCH)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name}_bench ${ARG_SOURCES})
+  list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
+  target_link_libraries(${name}_bench PRIVATE rigcal_rules ${ARG_DEPS} benchmark::benchmark_main)
+endfunction()
+
+# rigcal_add_fuzz(codec SOURCES codec_fuzz.cpp DEPS drivers_livox_codec): a libFuzzer target.
+function(rigcal_add_fuzz name)
+  if(NOT RIGCAL_BUILD_FUZZ)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name}_fuzz ${ARG_SOURCES})
+  list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
+  target_link_libraries(${name}_fuzz PRIVATE rigcal_rules ${ARG_DEPS})
+  target_link_options(${name}_fuzz PRIVATE -fsanitize=fuzzer)
+endfunction()

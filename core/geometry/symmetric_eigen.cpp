@@ -1,0 +1,18 @@
+#include "core/geometry/symmetric_eigen.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace rigcal {
+
+SymmetricEigen symmetric_eigen(const Matrix3d& A) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+SymmetricEigen symmetric_eigen_fast(const Matrix3d& A) {
+  Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
+  solver.computeDirect(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+}  // namespace rigcal

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "core/geometry/se3.h"
+
+namespace rigcal {
+
+/// Eigenvalues in ascending order and the unit eigenvectors as columns of a rotation.
+struct SymmetricEigen {
+  Vector3d values;
+  Matrix3d vectors;
+};
+
+/// Eigen decomposition of a symmetric matrix by QR iterations: every eigenvalue is good to rounding relative to the
+/// largest, which the closed formula is not. NaN in, NaN out.
+[[nodiscard]] SymmetricEigen symmetric_eigen(const Matrix3d& A);
+
+/// Closed formula, about five times quicker; the smallest eigenvalue is only good to 1e-8 of the largest. For tests of
+/// shape, not for costs.
+[[nodiscard]] SymmetricEigen symmetric_eigen_fast(const Matrix3d& A);
+
+}  // namespace rigcal
