@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/records/records.h"
+
+namespace rigcal {
+
+enum class Status { good, weak, failed };
+
+[[nodiscard]] const char* to_string(Status status);
+
+/// What was found for one sensor. A failed sensor has no transform.
+struct SensorResult {
+  std::string name;
+  Status status = Status::failed;
+  std::vector<std::string> reasons;  ///< Why not good, in words a user can act on; empty when good.
+  std::optional<SE3> T_base_sensor;
+  /// Covariance of xi = [rotation rad; translation m] in T exp(xi), along the sensor's own axes. Zero for the base.
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// The pose of the rig at one stop.
+struct StopPose {
+  Stop stop;
+  SE3 T_G_base;
+  bool known = true;  ///< False: the data do not fix this pose.
+};
+
+/// One stage of the calibration for report.json. `counts` are named figures, for example {"cells", 451000}.
+struct StageReport {
+  std::string name;
+  double wall_s = 0.0;
+  int iterations = 0;
+  std::optional<double> cost_before;
+  std::optional<double> cost_after;
+  std::vector<std::pair<std::string, double>> counts;
+  double peak_memory_mb = 0.0;
+};
+
+/// A point of the fused cloud in the world frame G with the index of the sensor that saw it.
+struct MapPoint {
+  float x = 0.0F;
+  float y = 0.0F;
+  float z = 0.0F;
+  std::uint8_t reflectivity = 0;
+  std::uint8_t sensor = 0;
+};
+
+/// All that `calibrate` found; `core/report` writes it as a result folder.
+struct CalibrationResult {
+  std::string base;
+  std::string method;
+  Status status = Status::failed;     ///< The worst of the sensors.
+  std::vector<SensorResult> sensors;  ///< In the order of the rig file, the base included.
+  std::vector<StopPose> trajectory;
+  std::vector<StageReport> stages;
+  std::vector<std::string> warnings;
+  std::vector<MapPoint> map;
+};
+
+}  // namespace rigcal
