@@ -1,0 +1,105 @@
+#include "apps/console.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace rigcal {
+namespace {
+
+// Often enough to see that it moves, seldom enough for a log file and a slow ssh line.
+constexpr std::chrono::milliseconds line_period(2000);
+constexpr std::chrono::milliseconds bar_period(100);
+constexpr int bar_width = 30;
+
+std::string percent(double fraction) {
+  return std::to_string(std::lround(std::clamp(fraction, 0.0, 1.0) * 100.0)) + " %";
+}
+
+// An error may quote a hostile file: control characters would let it move the cursor or add lines of its own.
+std::string on_one_line(std::string_view message) {
+  std::string line(message);
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return line;
+}
+
+}  // namespace
+
+ConsoleReporter::ConsoleReporter(std::ostream& out, std::function<Clock::time_point()> now)
+    : out_(out), now_(std::move(now)), last_print_(now_()) {}
+
+ConsoleReporter::~ConsoleReporter() { clear(); }
+
+void ConsoleReporter::configure(const ConsoleOptions& options) {
+  const std::lock_guard lock(mutex_);
+  options_ = options;
+}
+
+void ConsoleReporter::progress(std::string_view stage, double fraction) {
+  const std::lock_guard lock(mutex_);
+  if (options_.quiet || options_.level > LogLevel::info) return;
+  const Clock::time_point now = now_();
+  if (now - last_print_ < (options_.terminal ? bar_period : line_period)) return;
+  last_print_ = now;
+  if (options_.terminal) {
+    draw_bar(stage, fraction);
+  } else {
+    out_ << "rigcal: " << stage << (fraction < 0.0 ? "" : " " + percent(fraction)) << std::endl;
+  }
+}
+
+void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
+  erase_bar();
+  if (fraction < 0.0) {
+    bar_ = "[" + std::string(bar_width, '.') + "] " + std::string(stage);
+  } else {
+    const auto done = static_cast<std::size_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * bar_width));
+    bar_ = "[" + std::string(done, '#') + std::string(bar_width - done, ' ') + "] " + percent(fraction) + " " +
+           std::string(stage);
+  }
+  // A bar that wraps could not be erased any more.
+  bar_.resize(std::min<std::size_t>(bar_.size(), 79));
+  out_ << bar_ << std::flush;
+}
+
+void ConsoleReporter::erase_bar() {
+  if (bar_.empty()) return;
+  out_ << '\r' << std::string(bar_.size(), ' ') << '\r' << std::flush;
+  bar_.clear();
+}
+
+void ConsoleReporter::print_line(std::string_view prefix, std::string_view message) {
+  erase_bar();
+  out_ << prefix << on_one_line(message) << std::endl;
+}
+
+void ConsoleReporter::warn(std::string message) {
+  const std::lock_guard lock(mutex_);
+  if (std::find(warnings_.begin(), warnings_.end(), message) != warnings_.end()) return;
+  if (options_.level <= LogLevel::warning) print_line("rigcal: warning: ", message);
+  warnings_.push_back(std::move(message));
+}
+
+void ConsoleReporter::debug(std::string message) {
+  const std::lock_guard lock(mutex_);
+  if (options_.level == LogLevel::debug) print_line("rigcal: debug: ", message);
+}
+
+void ConsoleReporter::error(std::string_view message) {
+  const std::lock_guard lock(mutex_);
+  print_line("rigcal: error: ", message);
+}
+
+void ConsoleReporter::clear() {
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+}
+
+std::vector<std::string> ConsoleReporter::warnings() const {
+  const std::lock_guard lock(mutex_);
+  return warnings_;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+
+namespace rigcal {
+
+/// What reaches the user besides results; each level shows itself and all that follow.
+enum class LogLevel { debug, info, warning, error };
+
+/// How a console talks. `terminal`: the stream is one, so that a bar may be drawn over itself.
+struct ConsoleOptions {
+  bool terminal = false;
+  bool quiet = false;  ///< No progress; warnings and errors still come.
+  LogLevel level = LogLevel::info;
+};
+
+/// Progress, warnings and errors as text on one stream (stderr): a bar on a terminal, plain lines at most every two
+/// seconds elsewhere. Callable from any thread.
+class ConsoleReporter final : public Reporter {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// `now` is for tests; the stream must outlive the reporter.
+  explicit ConsoleReporter(std::ostream& out, std::function<Clock::time_point()> now = Clock::now);
+  ~ConsoleReporter() override;
+  ConsoleReporter(const ConsoleReporter&) = delete;
+  ConsoleReporter& operator=(const ConsoleReporter&) = delete;
+
+  void configure(const ConsoleOptions& options);
+
+  void progress(std::string_view stage, double fraction) override;
+  /// Shown once, however often it is said.
+  void warn(std::string message) override;
+  void debug(std::string message) override;
+
+  /// "rigcal: error: ..." in one line.
+  void error(std::string_view message);
+  /// Takes a bar that stands on the terminal away, before anything else is printed.
+  void clear();
+  /// All warnings so far, in order, each once.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  void draw_bar(std::string_view stage, double fraction);
+  void erase_bar();
+  void print_line(std::string_view prefix, std::string_view message);
+
+  std::ostream& out_;
+  std::function<Clock::time_point()> now_;
+  mutable std::mutex mutex_;
+  ConsoleOptions options_;
+  Clock::time_point last_print_;
+  std::string bar_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace rigcal

@@ -1,0 +1,70 @@
+#include "apps/stop_signal.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+
+#include "apps/exit_code.h"
+
+namespace rigcal {
+namespace {
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+
+}  // namespace
+
+StopSignal::StopSignal() {
+  const sigset_t set = stop_signals();
+  signals_ = signalfd(-1, &set, SFD_CLOEXEC);
+  wake_ = eventfd(0, EFD_CLOEXEC);
+  if (signals_ < 0 || wake_ < 0) {
+    ready_ = system_error(std::string("cannot watch for Ctrl-C: ") + std::strerror(errno));
+    return;
+  }
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  thread_ = std::thread([this] { listen(); });
+}
+
+StopSignal::~StopSignal() {
+  if (thread_.joinable()) {
+    const std::uint64_t one = 1;
+    // An eventfd with room takes eight bytes whole; there is nobody to tell if it did not.
+    [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof(one));
+    thread_.join();
+    const sigset_t set = stop_signals();
+    pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+  }
+  if (signals_ >= 0) close(signals_);
+  if (wake_ >= 0) close(wake_);
+}
+
+void StopSignal::listen() {
+  std::array<pollfd, 2> watched{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
+  while (true) {
+    if (poll(watched.data(), watched.size(), -1) < 0) {
+      if (errno == EINTR) continue;
+      return;
+    }
+    if (watched[1].revents != 0) return;
+    signalfd_siginfo signal{};
+    if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
+    if (!source_.request_stop()) std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
+  }
+}
+
+}  // namespace rigcal

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <stop_token>
+#include <thread>
+
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// Turns Ctrl-C (SIGINT) and SIGTERM into a stop request while it lives. The signals are blocked and read by a thread
+/// of its own, so nothing runs inside a signal handler; make it before any other thread starts. A second signal ends
+/// the program at once, for work that does not listen.
+class StopSignal {
+ public:
+  StopSignal();
+  ~StopSignal();
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+
+  /// Not usable where the system refused a descriptor: then the signals keep their usual effect.
+  [[nodiscard]] const Expected<void>& ready() const { return ready_; }
+  [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  void listen();
+
+  std::stop_source source_;
+  int signals_ = -1;  ///< signalfd
+  int wake_ = -1;     ///< eventfd: the destructor's way to end the thread.
+  Expected<void> ready_;
+  std::thread thread_;
+};
+
+}  // namespace rigcal

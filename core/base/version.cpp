@@ -1,0 +1,7 @@
+#include "core/base/version.h"
+
+namespace rigcal {
+
+const char* version() { return RIGCAL_VERSION; }
+
+}  // namespace rigcal
