@@ -1,0 +1,149 @@
+#include "tests/layering/rooms.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace rigcal::layering {
+namespace {
+
+constexpr int longest_file = 600;
+
+bool starts_with(const std::string& text, const std::string& start) { return text.rfind(start, 0) == 0; }
+
+// The room of a file is the longest name in the table that its folder begins with; empty: none.
+std::string room_of(const Table& table, const std::string& path) {
+  std::string found;
+  for (const auto& [room, _] : table) {
+    if (starts_with(path, room + "/") && room.size() > found.size()) found = room;
+  }
+  return found;
+}
+
+// The folders whose files have to be in a room; tests may include everything.
+bool is_guarded(const std::string& path) {
+  return starts_with(path, "core/") || starts_with(path, "drivers/") || starts_with(path, "simdata/") ||
+         starts_with(path, "apps/");
+}
+
+bool is_header(const std::string& path) { return path.size() > 2 && path.compare(path.size() - 2, 2, ".h") == 0; }
+
+// Standard headers have neither a folder nor an ending.
+bool is_standard(const std::string& header) { return header.find_first_of("/.") == std::string::npos; }
+
+struct Include {
+  std::string header;
+  bool quoted = false;
+};
+
+// The header named by an #include line, or an empty one.
+Include parse_include(const std::string& line) {
+  std::size_t at = line.find_first_not_of(" \t");
+  if (at == std::string::npos || line[at] != '#') return {};
+  at = line.find_first_not_of(" \t", at + 1);
+  if (at == std::string::npos || line.compare(at, 7, "include") != 0) return {};
+  const std::size_t open = line.find_first_of("\"<", at);
+  if (open == std::string::npos) return {};
+  const std::size_t close = line.find(line[open] == '"' ? '"' : '>', open + 1);
+  if (close == std::string::npos) return {};
+  return {line.substr(open + 1, close - open - 1), line[open] == '"'};
+}
+
+std::string check_include(const Table& table, const std::string& path, const std::string& room,
+                          const Include& include) {
+  if (!include.quoted) {
+    const bool eigen = starts_with(include.header, "Eigen/");
+    if (room == "core/base" && !is_standard(include.header) && is_header(path)) {
+      return "core/base offers headers with the standard library only, but includes <" + include.header + ">";
+    }
+    if (is_header(path) && room != "apps" && !eigen && !is_standard(include.header)) {
+      return "<" + include.header +
+             "> stands in a public header; third-party and system headers belong into .cpp files";
+    }
+    return {};
+  }
+  const std::string target = room_of(table, include.header);
+  if (target.empty()) return "\"" + include.header + "\" names no room; write the path from the root of the tree";
+  if (may_include(table, room).count(target) == 0) return room + " may not include " + target;
+  return {};
+}
+
+}  // namespace
+
+const Table& rooms() {
+  static const Table table = [] {
+    Table rows{
+        {"core/base", {}},
+        {"core/geometry", {"core/base"}},
+        {"core/records", {"core/geometry"}},
+        {"core/rig", {"core/records"}},
+        {"core/clocks", {"core/records"}},
+        {"core/io", {"core/rig"}},
+        {"core/stops", {"core/clocks"}},
+        {"core/voxel", {"core/records"}},
+        {"core/planes", {"core/voxel"}},
+        {"core/start", {"core/planes"}},
+        {"core/quality", {"core/planes"}},
+        {"core/report", {"core/quality", "core/io"}},
+        {"drivers/livox_codec", {"core/records"}},
+        {"simdata", {"core/rig", "core/io", "drivers/livox_codec"}},
+    };
+    std::vector<std::string> core;
+    for (const auto& [room, _] : rows) {
+      if (starts_with(room, "core/")) core.push_back(room);
+    }
+    rows["core/pipeline"] = core;
+    std::vector<std::string> all;
+    for (const auto& [room, _] : rows) all.push_back(room);
+    rows["apps"] = all;
+    return rows;
+  }();
+  return table;
+}
+
+std::set<std::string> may_include(const Table& table, const std::string& room) {
+  std::set<std::string> reached{room};
+  std::vector<std::string> open{room};
+  while (!open.empty()) {
+    const auto row = table.find(open.back());
+    open.pop_back();
+    if (row == table.end()) continue;
+    for (const std::string& next : row->second) {
+      if (reached.insert(next).second) open.push_back(next);
+    }
+  }
+  return reached;
+}
+
+std::vector<std::string> rooms_in_a_circle(const Table& table) {
+  std::vector<std::string> found;
+  for (const auto& [room, row] : table) {
+    const bool circle = std::any_of(row.begin(), row.end(),
+                                    [&](const std::string& next) { return may_include(table, next).count(room); });
+    if (circle) found.push_back(room);
+  }
+  return found;
+}
+
+std::vector<std::string> check_file(const Table& table, const std::string& path, const std::string& text) {
+  std::vector<std::string> wrong;
+  const std::string room = room_of(table, path);
+  const bool guarded = is_guarded(path);
+  if (guarded && room.empty()) wrong.push_back(path + ": its folder is no room; add it to tests/layering/rooms.cpp");
+  std::istringstream lines(text);
+  std::string line;
+  int number = 0;
+  while (std::getline(lines, line)) {
+    ++number;
+    const Include include = parse_include(line);
+    if (!guarded || room.empty() || include.header.empty()) continue;
+    const std::string complaint = check_include(table, path, room, include);
+    if (!complaint.empty()) wrong.push_back(path + ":" + std::to_string(number) + ": " + complaint);
+  }
+  if (number > longest_file) {
+    wrong.push_back(path + ": " + std::to_string(number) + " lines; more than " + std::to_string(longest_file) +
+                    " hide a second job: split the file");
+  }
+  return wrong;
+}
+
+}  // namespace rigcal::layering
