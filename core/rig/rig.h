@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
@@ -105,6 +106,11 @@ struct BoardSettings {
   std::array<double, 2> offset{};
 };
 
+/// 4 numbers for equidistant, 5 for radtan.
+[[nodiscard]] constexpr std::size_t distortion_count(DistortionModel model) {
+  return model == DistortionModel::radtan ? 5 : 4;
+}
+
 /// A rig file as it was read; the order of `sensors` is the order in the file and gives every sensor its index.
 struct Rig {
   std::string name;
@@ -126,5 +132,17 @@ struct Rig {
 [[nodiscard]] Expected<Rig> load_rig(const std::string& path);
 /// The same from text; `name` stands for the file in errors.
 [[nodiscard]] Expected<Rig> parse_rig(const std::string& text, const std::string& name);
+/// A rig file that reads back to the same rig (rotations to the last bit or two).
+[[nodiscard]] std::string write_rig(const Rig& rig);
+
+/// The word of a rig file for a LiDAR model, for example "livox_avia"; `other` is "lidar".
+[[nodiscard]] const char* to_string(LidarModel model);
+
+/// Four dotted numbers, or nothing.
+[[nodiscard]] std::optional<std::array<std::uint8_t, 4>> parse_ip(std::string_view text);
+
+/// Whether a name can stand for a sensor: 1 to 64 letters, digits, '_', '-' and '.', not a '.' in front. Names become
+/// names of folders, so nothing else is safe.
+[[nodiscard]] bool is_plain_name(std::string_view name);
 
 }  // namespace rigcal

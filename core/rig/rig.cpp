@@ -1,0 +1,219 @@
+#include "core/rig/rig.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "core/records/records.h"
+#include "core/rig/sensor_reader.h"
+#include "core/rig/text_file.h"
+#include "core/rig/yaml_tree.h"
+
+namespace rigcal {
+namespace {
+
+/// Largest distance from the base that is believed.
+constexpr double max_translation_m = 1000.0;
+/// A quaternion typed with four digits is off by 1e-4; ten times that is a mistake.
+constexpr double quaternion_tolerance = 1e-3;
+
+void read_sensors(const YamlMap& top, Rig& rig) {
+  if (!top.require("sensors", "list the sensors of the rig")) return;
+  const std::optional<YamlMap> list = top.map("sensors", {});
+  if (!list) return;
+  const YamlNode& node = *top.get("sensors");
+  if (node.items.empty()) top.fail("sensors", "is empty", "list the sensors of the rig");
+  if (node.items.size() > 255) top.fail("sensors", "has more than 255 sensors");
+  for (std::size_t i = 0; i < node.items.size() && top.errors().ok(); ++i) {
+    const YamlKey& key = node.keys[i];
+    if (!is_plain_name(key.name)) {
+      top.errors().add(key.line, "the name of sensor " + std::to_string(i + 1) + " is not usable",
+                       "use up to 64 letters, digits, '_', '-' and '.', no '.' in front");
+      return;
+    }
+    rig.sensors.push_back(read_sensor(key.name, node.items[i], top.errors()));
+  }
+}
+
+/// Two sensors with one address, broadcast code or folder cannot be told apart.
+void check_duplicates(const YamlMap& top, const Rig& rig) {
+  const YamlNode& list = *top.get("sensors");
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    const Sensor& sensor = rig.sensors[i];
+    std::vector<std::pair<std::string, std::string>> own{
+        {"folder", sensor.folder.empty() ? sensor.name : sensor.folder}};
+    if (sensor.lidar && sensor.lidar->ip) own.emplace_back("ip", to_string(*sensor.lidar->ip));
+    if (sensor.lidar && !sensor.lidar->broadcast_code.empty()) {
+      own.emplace_back("broadcast_code", sensor.lidar->broadcast_code);
+    }
+    for (const auto& [key, value] : own) {
+      if (seen.insert(key + " " + value).second) continue;
+      const YamlMap map(list.items[i], "sensors." + sensor.name, top.errors(), {});
+      map.fail(key, "is " + value + ", which another sensor has already", "every sensor needs its own");
+    }
+  }
+}
+
+/// The sensor that a key or value names, or -1 and an error at `line`.
+int find_sensor(const Rig& rig, const std::string& name, const std::string& what, int line, YamlErrors& errors) {
+  const int index = rig.find(name);
+  if (index >= 0) return index;
+  std::vector<std::string> names;
+  for (const Sensor& sensor : rig.sensors) names.push_back(sensor.name);
+  const std::string nearest = nearest_word(name, names);
+  std::string mend = "the sensors are";
+  for (const std::string& known : names) mend.append(" ").append(known);
+  if (!nearest.empty()) mend = "did you mean '" + nearest + "'?";
+  errors.add(line, what + " names a sensor that does not exist", mend);
+  return -1;
+}
+
+void read_base(const YamlMap& top, Rig& rig) {
+  if (!top.require("base", "name the sensor whose frame is the rig frame")) return;
+  const std::optional<std::string> base = top.text("base");
+  if (!base) return;
+  rig.base = std::max(0, find_sensor(rig, *base, "base '" + *base + "'", top.line("base"), top.errors()));
+  const bool has_lidar =
+      std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& s) { return s.is_lidar(); });
+  if (top.errors().ok() && has_lidar && !rig.base_sensor().is_lidar()) {
+    top.fail("base", "'" + *base + "' is a camera", "a rig with LiDARs needs one of them as base");
+  }
+}
+
+void read_initial_extrinsics(const YamlMap& top, Rig& rig) {
+  const std::optional<YamlMap> list = top.map("initial_extrinsics", {});
+  if (!list) return;
+  const YamlNode& node = *top.get("initial_extrinsics");
+  for (std::size_t i = 0; i < node.items.size() && top.errors().ok(); ++i) {
+    const std::string name = "initial_extrinsics." + node.keys[i].name;
+    const int index = find_sensor(rig, node.keys[i].name, name, node.keys[i].line, top.errors());
+    if (index < 0) return;
+    const YamlMap entry(node.items[i], name, top.errors(), {"translation", "rotation_xyzw"});
+    const std::optional<SE3> T = read_transform(entry);
+    if (!T) return;
+    const bool is_identity = T->t.norm() <= 1e-9 && rotation_distance(T->R, Matrix3d::Identity()) <= 1e-9;
+    if (index == rig.base && !is_identity) {
+      top.errors().add(node.keys[i].line, name + " is not the identity, but it is the base",
+                       "leave the base out or choose another base");
+    }
+    rig.sensors[static_cast<std::size_t>(index)].initial_T_base_sensor = index == rig.base ? SE3{} : *T;
+  }
+}
+
+void read_turntable(const YamlMap& top, Rig& rig) {
+  const std::optional<YamlMap> map = top.map("turntable", {"driver", "axis", "port", "baud", "protocol"});
+  if (!map) return;
+  TurntableSettings turntable;
+  if (const auto driver = map->choice("driver", {"manual", "serial"}))
+    turntable.driver = *driver == 0 ? "manual" : "serial";
+  if (const auto axis = map->numbers("axis", 3, 3, -1e6, 1e6)) {
+    const Vector3d direction((*axis)[0], (*axis)[1], (*axis)[2]);
+    if (direction.norm() < 1e-6) map->fail("axis", "has no direction", "for an upright axis write [0, 0, 1]");
+    turntable.axis = direction.normalized();
+  }
+  turntable.port = map->text("port").value_or("");
+  if (const auto baud = map->integer("baud", 50, 10'000'000)) turntable.baud = static_cast<int>(*baud);
+  turntable.protocol = map->text("protocol").value_or("");
+  if (turntable.driver == "serial") map->require("port", "name the serial port, for example /dev/ttyUSB0");
+  rig.turntable = turntable;
+}
+
+void read_trigger_lines(const YamlMap& top, Rig& rig) {
+  const std::optional<YamlMap> map = top.map("trigger", {"gpiochip", "line", "pulse_us", "strobe_line", "pps"});
+  if (!map) return;
+  TriggerLineSettings trigger;
+  trigger.gpiochip = map->text("gpiochip").value_or("");
+  if (const auto line = map->integer("line", 0, 100'000)) trigger.line = static_cast<int>(*line);
+  trigger.pulse_us = map->number("pulse_us", 1.0, 1e6).value_or(trigger.pulse_us);
+  if (const auto line = map->integer("strobe_line", 0, 100'000)) trigger.strobe_line = static_cast<int>(*line);
+  trigger.pps = map->text("pps").value_or("");
+  if (trigger.line || trigger.strobe_line)
+    map->require("gpiochip", "name the chip of the lines, for example gpiochip0");
+  if (trigger.line && trigger.line == trigger.strobe_line) map->fail("strobe_line", "is the trigger's own line");
+  rig.trigger = trigger;
+}
+
+void read_network(const YamlMap& top, Rig& rig) {
+  const std::optional<YamlMap> map = top.map("lidar", {"interface", "host_ip"});
+  if (!map) return;
+  rig.network.interface = map->text("interface").value_or(rig.network.interface);
+  rig.network.host_ip = map->text("host_ip").value_or(rig.network.host_ip);
+  if (rig.network.host_ip != "auto" && !parse_ip(rig.network.host_ip)) {
+    map->fail("host_ip", "is no IPv4 address", "write auto or an address like 192.168.1.50");
+  }
+}
+
+void read_board(const YamlMap& top, Rig& rig) {
+  const std::optional<YamlMap> map = top.map("board", {"type", "inner_corners", "square", "size", "offset"});
+  if (!map) return;
+  BoardSettings board;
+  static_cast<void>(map->choice("type", {"checkerboard"}));
+  map->require("inner_corners", "give columns and rows, for example [10, 8]");
+  map->require("square", "give the length of a square's side");
+  if (const auto corners = map->integers("inner_corners", 2, 2, 1000))
+    board.inner_corners = {(*corners)[0], (*corners)[1]};
+  board.square = map->number("square", 1e-6, 1e6).value_or(0.0);
+  if (const auto size = map->numbers("size", 2, 2, 1e-6, 1e9)) board.size = {(*size)[0], (*size)[1]};
+  if (const auto offset = map->numbers("offset", 2, 2, -1e9, 1e9)) board.offset = {(*offset)[0], (*offset)[1]};
+  rig.board = board;
+}
+
+}  // namespace
+
+int Rig::find(const std::string& sensor_name) const {
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    if (sensors[i].name == sensor_name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+std::optional<SE3> read_transform(const YamlMap& map) {
+  map.require("translation", "give [x, y, z] in metres");
+  map.require("rotation_xyzw", "give the unit quaternion [x, y, z, w]");
+  const auto t = map.numbers("translation", 3, 3, -max_translation_m, max_translation_m);
+  const auto q = map.numbers("rotation_xyzw", 4, 4, -2.0, 2.0);
+  if (!t || !q) return std::nullopt;
+  const Eigen::Vector4d xyzw((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+  if (std::abs(xyzw.norm() - 1.0) > quaternion_tolerance) {
+    map.fail("rotation_xyzw", "has the length " + yaml_number(xyzw.norm()) + ", not 1",
+             "give a unit quaternion in the order [x, y, z, w]");
+    return std::nullopt;
+  }
+  return SE3{rotation_from_xyzw(xyzw), Vector3d((*t)[0], (*t)[1], (*t)[2])};
+}
+
+Expected<Rig> parse_rig(const std::string& text, const std::string& name) {
+  const Expected<YamlNode> tree = parse_yaml(text, name);
+  if (!tree) return tree.error();
+  YamlErrors errors(name);
+  const YamlMap version(*tree, "", errors, {});
+  check_format_version(version);
+  if (!errors.ok()) return errors.first();
+  const YamlMap top(
+      *tree, "", errors,
+      {"rigcal", "name", "base", "sensors", "initial_extrinsics", "turntable", "trigger", "lidar", "board"});
+  Rig rig;
+  rig.name = top.text("name").value_or("");
+  read_sensors(top, rig);
+  if (!errors.ok()) return errors.first();
+  check_duplicates(top, rig);
+  read_base(top, rig);
+  read_initial_extrinsics(top, rig);
+  read_turntable(top, rig);
+  read_trigger_lines(top, rig);
+  read_network(top, rig);
+  read_board(top, rig);
+  if (!errors.ok()) return errors.first();
+  return rig;
+}
+
+Expected<Rig> load_rig(const std::string& path) {
+  const Expected<std::string> text = read_text_file(path, YamlLimits{}.max_bytes);
+  if (!text) return text.error();
+  return parse_rig(*text, path);
+}
+
+}  // namespace rigcal

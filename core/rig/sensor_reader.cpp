@@ -1,0 +1,176 @@
+#include "core/rig/sensor_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+constexpr std::size_t broadcast_code_length = 15;
+
+bool is_letter_or_digit(char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
+
+std::string read_folder(const YamlMap& map) {
+  const std::string folder = map.text("folder").value_or("");
+  if (!folder.empty() && !is_plain_name(folder)) {
+    map.fail("folder", "is not usable", "use up to 64 letters, digits, '_', '-' and '.', no '.' in front");
+  }
+  return folder;
+}
+
+void read_lidar_addresses(const YamlMap& map, LidarSettings& lidar) {
+  if (lidar.model == LidarModel::other && map.has("broadcast_code")) {
+    map.fail("broadcast_code", "is given, but only Livox sensors have one", "remove it or correct the type");
+  }
+  if (const auto code = map.text("broadcast_code")) {
+    lidar.broadcast_code = *code;
+    if (code->size() != broadcast_code_length || !std::all_of(code->begin(), code->end(), is_letter_or_digit)) {
+      map.fail("broadcast_code", "is not 15 letters and digits", "copy all 15 characters from the sensor's label");
+    }
+  }
+  if (const auto ip = map.text("ip")) {
+    lidar.ip = parse_ip(*ip);
+    // 224 and above are multicast and broadcast addresses.
+    if (!lidar.ip || (*lidar.ip)[0] == 0 || (*lidar.ip)[0] >= 224) {
+      map.fail("ip", "is no address of a device", "write it like 192.168.1.179");
+    }
+  }
+}
+
+LidarSettings read_lidar(const YamlMap& map, LidarModel model) {
+  LidarSettings lidar;
+  lidar.model = model;
+  read_lidar_addresses(map, lidar);
+  lidar.rings = map.flag("rings").value_or(false);
+  if (const auto mode = map.choice("return_mode", {"first", "strongest", "dual", "triple"})) {
+    lidar.return_mode = static_cast<ReturnMode>(*mode);
+  }
+  if (const auto system = map.choice("coordinates", {"cartesian", "spherical"})) {
+    lidar.coordinates = static_cast<CoordinateSystem>(*system);
+  }
+  lidar.imu = map.flag("imu");
+  if (const auto pattern = map.choice("scan_pattern", {"non_repetitive", "repetitive"})) {
+    lidar.scan_pattern = *pattern == 0 ? "non_repetitive" : "repetitive";
+  }
+  if (const auto range = map.numbers("range", 2, 2, 0.0, 1e4)) {
+    lidar.range_m = {(*range)[0], (*range)[1]};
+    if (!((*range)[0] < (*range)[1]))
+      map.fail("range", "has its minimum above its maximum", "write [min, max] in metres");
+  }
+  lidar.topic = map.text("topic").value_or("");
+  lidar.imu_topic = map.text("imu_topic").value_or("");
+  return lidar;
+}
+
+std::optional<TriggerSettings> read_camera_trigger(const YamlMap& camera) {
+  const auto map = camera.map("trigger", {"source", "activation", "delay_us"});
+  if (!map) return std::nullopt;
+  TriggerSettings trigger;
+  map->require("source", "name the camera's input, for example Line0");
+  trigger.source = map->text("source").value_or("");
+  if (const auto edge = map->choice("activation", {"rising", "falling"})) {
+    trigger.activation = *edge == 0 ? "rising" : "falling";
+  }
+  trigger.delay_us = map->number("delay_us", 0.0, 1e7).value_or(0.0);
+  return trigger;
+}
+
+std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera) {
+  const auto map = camera.map("intrinsics", {"model", "width", "height", "fx", "fy", "cx", "cy", "distortion"});
+  if (!map) return std::nullopt;
+  for (const char* key : {"model", "width", "height", "fx", "fy", "cx", "cy"}) map->require(key);
+  CameraIntrinsics intrinsics;
+  if (const auto model = map->choice("model", {"radtan", "equidistant"})) {
+    intrinsics.model = static_cast<DistortionModel>(*model);
+  }
+  intrinsics.width = static_cast<int>(map->integer("width", 1, 65536).value_or(1));
+  intrinsics.height = static_cast<int>(map->integer("height", 1, 65536).value_or(1));
+  intrinsics.fx = map->number("fx", 1.0, 1e6).value_or(1.0);
+  intrinsics.fy = map->number("fy", 1.0, 1e6).value_or(1.0);
+  // The principal point of a shifted lens may lie outside the image, but not further than its size.
+  intrinsics.cx = map->number("cx", -intrinsics.width, 2.0 * intrinsics.width).value_or(0.0);
+  intrinsics.cy = map->number("cy", -intrinsics.height, 2.0 * intrinsics.height).value_or(0.0);
+  const std::size_t count = distortion_count(intrinsics.model);
+  intrinsics.distortion = map->numbers("distortion", 4, count, -1e3, 1e3).value_or(std::vector<double>{});
+  intrinsics.distortion.resize(count, 0.0);  // radtan with four numbers: k3 = 0
+  return intrinsics;
+}
+
+CameraSettings read_camera(const YamlMap& map) {
+  CameraSettings camera;
+  if (const auto driver = map.choice("driver", {"aravis", "v4l2", "images"})) {
+    camera.driver = *driver == 0 ? "aravis" : (*driver == 1 ? "v4l2" : "images");
+  }
+  camera.device = map.text("device").value_or("");
+  camera.pixel_format = map.text("pixel_format").value_or("");
+  camera.exposure_us = map.number("exposure_us", 0.1, 1e8);
+  camera.gain = map.number("gain", -100.0, 1000.0);
+  camera.frame_rate = map.number("frame_rate", 1e-3, 1e5);
+  if (const auto size = map.integer("packet_size", 64, 65535)) camera.packet_size = static_cast<int>(*size);
+  if (const auto delay = map.integer("packet_delay", 0, 1'000'000'000)) camera.packet_delay = static_cast<int>(*delay);
+  camera.ptp = map.flag("ptp");
+  camera.strobe = map.text("strobe");
+  camera.trigger = read_camera_trigger(map);
+  camera.intrinsics = read_intrinsics(map);
+  camera.topic = map.text("topic").value_or("");
+  return camera;
+}
+
+}  // namespace
+
+bool is_plain_name(std::string_view name) {
+  const auto is_plain = [](char c) { return is_letter_or_digit(c) || c == '_' || c == '-' || c == '.'; };
+  return !name.empty() && name.size() <= 64 && name.front() != '.' && std::all_of(name.begin(), name.end(), is_plain);
+}
+
+std::optional<std::array<std::uint8_t, 4>> parse_ip(std::string_view text) {
+  std::array<std::uint8_t, 4> ip{};
+  const char* at = text.data();
+  const char* end = at + text.size();
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (i > 0 && (at == end || *at++ != '.')) return std::nullopt;
+    const auto [rest, code] = std::from_chars(at, end, ip[i]);
+    if (code != std::errc{} || rest - at > 3) return std::nullopt;
+    at = rest;
+  }
+  if (at != end) return std::nullopt;
+  return ip;
+}
+
+Sensor read_sensor(const std::string& name, const YamlNode& node, YamlErrors& errors) {
+  Sensor sensor;
+  sensor.name = name;
+  const std::string full_name = "sensors." + name;
+  const YamlMap any(node, full_name, errors, {});
+  if (!errors.ok()) return sensor;
+  // Before asking for the type: a misspelt `type` should be named, not reported as missing.
+  if (!any.has("type")) {
+    const YamlMap misspelt(node, full_name, errors,
+                           {"type",   "broadcast_code", "ip",           "rings",        "return_mode", "coordinates",
+                            "imu",    "scan_pattern",   "range",        "topic",        "imu_topic",   "folder",
+                            "driver", "device",         "pixel_format", "exposure_us",  "trigger",     "intrinsics",
+                            "gain",   "frame_rate",     "packet_size",  "packet_delay", "ptp",         "strobe"});
+    misspelt.require("type", "say what it is, for example livox_mid40 or camera");
+    return sensor;
+  }
+  const auto type = any.choice(
+      "type", {"livox_avia", "livox_mid40", "livox_mid70", "livox_horizon", "livox_tele15", "lidar", "camera"});
+  if (!type) return sensor;
+  if (*type == 6) {
+    const YamlMap map(node, full_name, errors,
+                      {"type", "driver", "device", "pixel_format", "exposure_us", "trigger", "intrinsics", "gain",
+                       "frame_rate", "packet_size", "packet_delay", "ptp", "strobe", "topic", "folder"});
+    sensor.camera = read_camera(map);
+    sensor.folder = read_folder(map);
+  } else {
+    const YamlMap map(node, full_name, errors,
+                      {"type", "broadcast_code", "ip", "rings", "return_mode", "coordinates", "imu", "scan_pattern",
+                       "range", "topic", "imu_topic", "folder"});
+    sensor.lidar = read_lidar(map, static_cast<LidarModel>(*type));
+    sensor.folder = read_folder(map);
+  }
+  return sensor;
+}
+
+}  // namespace rigcal

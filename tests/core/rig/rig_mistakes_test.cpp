@@ -1,0 +1,120 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/rig/rig.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+struct Mistake {
+  const char* name;
+  const char* text;
+  const char* where;      ///< Expected "file:line".
+  const char* complaint;  ///< Part of the message.
+};
+
+std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
+
+class RigMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(RigMistake, IsNamedWithItsLine) {
+  const Expected<Rig> rig = parse_rig(GetParam().text, "rig.yaml");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().kind, ErrorKind::input);
+  EXPECT_EQ(rig.error().where, GetParam().where);
+  EXPECT_THAT(rig.error().message(), HasSubstr(GetParam().complaint));
+}
+
+#define HEAD "rigcal: 1\nbase: a\nsensors:\n"
+#define ONE HEAD "  a: {type: livox_avia}\n"
+
+const Mistake mistakes[] = {
+    {"Empty", "", "rig.yaml", "empty"},
+    {"OnlyComment", "# nothing\n", "rig.yaml", "empty"},
+    {"NotAMap", "- 1\n- 2\n", "rig.yaml:1", "not a map"},
+    {"NoVersion", "base: a\nsensors:\n  a: {type: lidar}\n", "rig.yaml:1", "'rigcal' is missing"},
+    {"NewerVersion", "rigcal: 2\nsurprise: 1\n", "rig.yaml:1", "reads version 1; use rigcal 2.0 or newer"},
+    {"VersionOfWrongKind", "rigcal: one\n", "rig.yaml:1", "not a whole number"},
+    {"QuotedVersion", "rigcal: \"1\"\n", "rig.yaml:1", "not a whole number"},
+    {"UnknownTopKey", "rigcal: 1\nbase: a\nsensor:\n  a: {type: lidar}\n", "rig.yaml:3", "did you mean 'sensors'?"},
+    {"UnknownKeyOfALidar", HEAD "  a: {type: lidar,\n      rnage: [1, 2]}\n", "rig.yaml:5", "did you mean 'range'?"},
+    {"UnknownKeyFarFromAny", ONE "zzzzzzzz: 1\n", "rig.yaml:5", "known here are rigcal"},
+    {"MisspeltType", HEAD "  a: {tpye: lidar}\n", "rig.yaml:4", "did you mean 'type'?"},
+    {"CameraKeyOnALidar", HEAD "  a: {type: livox_avia, exposure_us: 5}\n", "rig.yaml:4", "unknown key 'exposure_us'"},
+    {"UnknownType", HEAD "  a: {type: livox_avvia}\n", "rig.yaml:4", "use one of livox_avia"},
+    {"NoType", HEAD "  a: {ip: 192.168.1.5}\n", "rig.yaml:4", "'type' is missing"},
+    {"SensorIsNoMap", HEAD "  a: livox_avia\n", "rig.yaml:4", "sensors.a is 'livox_avia', not a map"},
+    {"NoSensors", "rigcal: 1\nbase: a\n", "rig.yaml:1", "'sensors' is missing"},
+    {"EmptySensors", "rigcal: 1\nbase: a\nsensors: {}\n", "rig.yaml:3", "is empty"},
+    {"NoBase", "rigcal: 1\nsensors:\n  a: {type: lidar}\n", "rig.yaml:1", "'base' is missing"},
+    {"BaseThatDoesNotExist", "rigcal: 1\nbase: aviar\nsensors:\n  avia: {type: lidar}\n", "rig.yaml:2",
+     "did you mean 'avia'?"},
+    {"BaseThatIsACamera", HEAD "  a: {type: camera}\n  b: {type: lidar}\n", "rig.yaml:2", "is a camera"},
+    {"DuplicateKey", "rigcal: 1\nbase: a\nbase: b\n", "rig.yaml:3", "key 'base' twice"},
+    {"DuplicateSensor", HEAD "  a: {type: lidar}\n  a: {type: lidar}\n", "rig.yaml:5", "key 'a' twice"},
+    {"SameIp", HEAD "  a: {type: lidar, ip: 10.0.0.1}\n  b: {type: lidar, ip: 10.0.0.1}\n", "rig.yaml:5", "10.0.0.1"},
+    {"SameCode",
+     HEAD "  a: {type: livox_avia, broadcast_code: 3JEDHC900100791}\n"
+          "  b: {type: livox_avia, broadcast_code: 3JEDHC900100791}\n",
+     "rig.yaml:5", "another sensor"},
+    {"FolderOfAnother", HEAD "  a: {type: lidar}\n  b: {type: lidar, folder: a}\n", "rig.yaml:5", "another sensor"},
+    {"ShortCode", HEAD "  a: {type: livox_avia, broadcast_code: 3JEDHC90010079}\n", "rig.yaml:4", "15"},
+    {"CodeOfANonLivox", HEAD "  a: {type: lidar, broadcast_code: 3JEDHC900100791}\n", "rig.yaml:4", "only Livox"},
+    {"IpOutOfRange", HEAD "  a: {type: lidar, ip: 192.168.1.256}\n", "rig.yaml:4", "no address"},
+    {"IpWithThreeParts", HEAD "  a: {type: lidar, ip: 192.168.1}\n", "rig.yaml:4", "no address"},
+    {"BroadcastIp", HEAD "  a: {type: lidar, ip: 255.255.255.255}\n", "rig.yaml:4", "no address"},
+    {"FlagOfWrongKind", HEAD "  a: {type: lidar, rings: 3}\n", "rig.yaml:4", "not true or false"},
+    {"RangeTurnedAround", HEAD "  a: {type: lidar, range: [5, 1]}\n", "rig.yaml:4", "minimum above"},
+    {"RangeNotFinite", HEAD "  a: {type: lidar, range: [0, inf]}\n", "rig.yaml:4", "not a number"},
+    {"RangeOfYamlInfinity", HEAD "  a: {type: lidar, range: [0, .inf]}\n", "rig.yaml:4", "not a number"},
+    {"FolderThatLeaves", HEAD "  a: {type: lidar, folder: ../b}\n", "rig.yaml:4", "not usable"},
+    {"NameThatLeaves", HEAD "  ../a: {type: lidar}\n", "rig.yaml:4", "not usable"},
+    {"TextWithNewline", HEAD "  a: {type: lidar, topic: \"x\\ny\"}\n", "rig.yaml:4", "control characters"},
+    {"ExtrinsicsOfAStranger", ONE "initial_extrinsics:\n  b: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n",
+     "rig.yaml:6", "does not exist"},
+    {"QuaternionNotUnit",
+     HEAD "  a: {type: lidar}\n  b: {type: lidar}\ninitial_extrinsics:\n"
+          "  b: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1.0011]}\n",
+     "rig.yaml:7", "unit quaternion"},
+    {"RotationMissing",
+     HEAD "  a: {type: lidar}\n  b: {type: lidar}\ninitial_extrinsics:\n  b: {translation: [0, 0, 0]}\n", "rig.yaml:7",
+     "'rotation_xyzw' is missing"},
+    {"BaseNotIdentity", ONE "initial_extrinsics:\n  a: {translation: [0, 0, 1e-3], rotation_xyzw: [0, 0, 0, 1]}\n",
+     "rig.yaml:6", "identity"},
+    {"AxisWithoutDirection", ONE "turntable: {axis: [0, 0, 0]}\n", "rig.yaml:5", "no direction"},
+    {"SerialWithoutPort", ONE "turntable: {driver: serial}\n", "rig.yaml:5", "'port' is missing"},
+    {"LineWithoutChip", ONE "trigger: {line: 3}\n", "rig.yaml:5", "'gpiochip' is missing"},
+    {"HostIp", ONE "lidar: {host_ip: here}\n", "rig.yaml:5", "no IPv4 address"},
+    {"BoardWithoutSquare", ONE "board: {inner_corners: [3, 4]}\n", "rig.yaml:5", "'square' is missing"},
+    {"DistortionTooShort",
+     ONE "  c: {type: camera, intrinsics: {model: radtan, width: 9, height: 9, fx: 9, fy: 9, cx: 4, cy: 4,\n"
+         "      distortion: [1, 2, 3]}}\n",
+     "rig.yaml:6", "list of 4 to 5 numbers"},
+    {"Alias", "rigcal: &v 1\nbase: *v\n", "rig.yaml:1", "anchor"},
+    {"Tag", "rigcal: !!int 1\n", "rig.yaml:1", "tag"},
+    {"SecondDocument", ONE "---\nrigcal: 1\n", "rig.yaml:6", "second document"},
+    {"BrokenYaml", "rigcal: 1\nbase: [a\nsensors: b\n", "rig.yaml:3", "no valid YAML"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, RigMistake, testing::ValuesIn(mistakes),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST(RigFile, ThatIsMissingIsNamed) {
+  const Expected<Rig> rig = load_rig(testing::TempDir() + "/no_such_rig.yaml");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().kind, ErrorKind::input);
+  EXPECT_THAT(rig.error().message(), HasSubstr("no such file"));
+}
+
+TEST(RigFile, ThatIsAFolderIsNamed) {
+  const Expected<Rig> rig = load_rig(testing::TempDir());
+  ASSERT_FALSE(rig);
+  EXPECT_THAT(rig.error().message(), HasSubstr("is a folder"));
+}
+
+}  // namespace
+}  // namespace rigcal
