@@ -1,0 +1,147 @@
+#include "drivers/livox_codec/sample_packet.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "drivers/livox_codec/sample_header.h"
+
+namespace rigcal::livox {
+namespace {
+
+constexpr std::uint8_t kVersion = 5;
+constexpr std::int64_t kHourMicroseconds = 3'600'000'000;
+constexpr std::int64_t kMicrosecondNs = 1000;
+
+// In the order of DataType.
+constexpr std::array<RecordLayout, 9> kLayouts{{
+    {100, 13, 1, false, false},
+    {100, 9, 1, true, false},
+    {96, 14, 1, false, true},
+    {96, 10, 1, true, true},
+    {48, 28, 2, false, true},
+    {48, 16, 2, true, true},
+    {1, 24, 0, false, false},
+    {30, 42, 3, false, true},
+    {30, 22, 3, true, true},
+}};
+
+/// Unix time of year, month, day, hour (a byte each, the year from 2000) and microseconds in the hour.
+std::optional<std::int64_t> gps_time_ns(ByteReader reader) {
+  const int year = 2000 + reader.read<std::uint8_t>();
+  const unsigned month = reader.read<std::uint8_t>();
+  const unsigned day = reader.read<std::uint8_t>();
+  const int hour = reader.read<std::uint8_t>();
+  const std::int64_t microseconds = reader.read<std::uint32_t>();
+  const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month{month}, std::chrono::day{day}};
+  if (!date.ok() || hour > 23 || microseconds >= kHourMicroseconds) return std::nullopt;
+  const std::int64_t hours = std::int64_t{std::chrono::sys_days{date}.time_since_epoch().count()} * 24 + hour;
+  return (hours * kHourMicroseconds + microseconds) * kMicrosecondNs;
+}
+
+void write_gps_time(std::int64_t unix_ns, ByteWriter& writer) {
+  const std::chrono::sys_time<std::chrono::nanoseconds> time{std::chrono::nanoseconds{unix_ns}};
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date{day};
+  const std::int64_t microseconds = (time - day).count() / kMicrosecondNs;
+  const int year = static_cast<int>(date.year()) - 2000;
+  RIGCAL_ASSERT(year >= 0 && year <= 255, "GPS time stamps reach from 2000 to 2255");
+  writer.write(static_cast<std::uint8_t>(year));
+  writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.month())));
+  writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.day())));
+  writer.write(static_cast<std::uint8_t>(microseconds / kHourMicroseconds));
+  writer.write(static_cast<std::uint32_t>(microseconds % kHourMicroseconds));
+}
+
+Error packet_error(std::string what, std::size_t offset) {
+  return input_error(std::move(what), "sample packet, offset " + std::to_string(offset));
+}
+
+}  // namespace
+
+const RecordLayout& record_layout(DataType type) { return kLayouts[static_cast<std::size_t>(type)]; }
+
+std::size_t packet_bytes(DataType type) {
+  const RecordLayout& layout = record_layout(type);
+  return kSampleHeaderBytes + std::size_t{layout.slots} * layout.slot_bytes;
+}
+
+Expected<SamplePacket> parse_sample_packet(ByteView datagram) {
+  if (datagram.size() < kSampleHeaderBytes) return packet_error("shorter than its header", datagram.size());
+  SamplePacket packet;
+  SampleHeader& header = packet.header;
+  ByteReader reader(datagram);
+  if (reader.read<std::uint8_t>() != kVersion) return packet_error("the version is not 5", 0);
+  header.slot = reader.read<std::uint8_t>();
+  header.lidar_id = reader.read<std::uint8_t>();
+  (void)reader.read<std::uint8_t>();  // Reserved.
+  header.status = reader.read<std::uint32_t>();
+  const auto timestamp_type = reader.read<std::uint8_t>();
+  const auto data_type = reader.read<std::uint8_t>();
+  if (data_type >= kLayouts.size()) return packet_error("unknown data type " + std::to_string(data_type), 9);
+  header.data_type = static_cast<DataType>(data_type);
+  if (datagram.size() != packet_bytes(header.data_type)) {
+    return packet_error("data type " + std::to_string(data_type) + " makes " +
+                            std::to_string(packet_bytes(header.data_type)) + " bytes, not " +
+                            std::to_string(datagram.size()),
+                        9);
+  }
+  if (timestamp_type > 4 || timestamp_type == 2) {
+    return packet_error("unknown time stamp type " + std::to_string(timestamp_type), 8);
+  }
+  header.timestamp_type = static_cast<TimestampType>(timestamp_type);
+  if (header.timestamp_type == TimestampType::gps) {
+    const std::optional<std::int64_t> time_ns = gps_time_ns(reader);
+    if (!time_ns) return packet_error("the GPS time is no date", 10);
+    header.device_stamp_ns = *time_ns;
+  } else {
+    header.device_stamp_ns = reader.read<std::int64_t>();
+    if (header.device_stamp_ns < 0) return packet_error("the time stamp is out of range", 10);
+  }
+  packet.records = datagram.subspan(kSampleHeaderBytes);
+  return packet;
+}
+
+void write_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& bytes) {
+  bytes.clear();
+  bytes.reserve(packet_bytes(header.data_type));
+  ByteWriter writer(bytes);
+  writer.write(kVersion);
+  writer.write(header.slot);
+  writer.write(header.lidar_id);
+  writer.write(std::uint8_t{0});
+  writer.write(header.status);
+  writer.write(static_cast<std::uint8_t>(header.timestamp_type));
+  writer.write(static_cast<std::uint8_t>(header.data_type));
+  if (header.timestamp_type == TimestampType::gps) {
+    write_gps_time(header.device_stamp_ns, writer);
+  } else {
+    writer.write(header.device_stamp_ns);
+  }
+}
+
+Expected<ImuReading> decode_imu(const SamplePacket& packet) {
+  RIGCAL_ASSERT(packet.header.data_type == DataType::imu, "a point packet read as an IMU packet");
+  ByteReader reader(packet.records);
+  ImuReading reading;
+  for (float& value : reading.gyro_rad_s) value = reader.read<float>();
+  for (float& value : reading.acceleration_g) value = reader.read<float>();
+  const auto finite = [](float value) { return std::isfinite(value); };
+  if (!std::all_of(reading.gyro_rad_s.begin(), reading.gyro_rad_s.end(), finite) ||
+      !std::all_of(reading.acceleration_g.begin(), reading.acceleration_g.end(), finite)) {
+    return packet_error("the inertial reading is not finite", kSampleHeaderBytes);
+  }
+  return reading;
+}
+
+void encode_imu(const SampleHeader& header, const ImuReading& reading, std::vector<std::uint8_t>& bytes) {
+  RIGCAL_ASSERT(header.data_type == DataType::imu, "an IMU reading in a point packet");
+  write_sample_header(header, bytes);
+  ByteWriter writer(bytes);
+  for (const float value : reading.gyro_rad_s) writer.write(value);
+  for (const float value : reading.acceleration_g) writer.write(value);
+}
+
+}  // namespace rigcal::livox

@@ -1,0 +1,53 @@
+#include "drivers/livox_codec/status.h"
+
+namespace rigcal::livox {
+namespace {
+
+std::uint32_t bits(std::uint32_t word, unsigned lowest, unsigned count) {
+  return (word >> lowest) & ((1U << count) - 1U);
+}
+
+Level level(std::uint32_t word, unsigned lowest) { return static_cast<Level>(bits(word, lowest, 2)); }
+
+}  // namespace
+
+Status decode_status(std::uint32_t word) {
+  Status status;
+  status.temperature = level(word, 0);
+  status.voltage = level(word, 2);
+  status.motor = level(word, 4);
+  status.dirty = static_cast<std::uint8_t>(bits(word, 6, 2));
+  status.firmware_abnormal = bits(word, 8, 1) != 0;
+  status.pps_ok = bits(word, 9, 1) != 0;
+  status.near_end_of_life = bits(word, 10, 1) != 0;
+  status.fan_warning = bits(word, 11, 1) != 0;
+  status.self_heating_bit = bits(word, 12, 1) != 0;
+  status.ptp_ok = bits(word, 13, 1) != 0;
+  status.time_sync = static_cast<TimeSync>(bits(word, 14, 3));
+  status.reserved = static_cast<std::uint16_t>(bits(word, 17, 13));
+  status.system = level(word, 30);
+  return status;
+}
+
+std::uint32_t encode_status(const Status& status) {
+  std::uint32_t word = 0;
+  const auto put = [&word](auto value, unsigned lowest, unsigned count) {
+    word |= bits(static_cast<std::uint32_t>(value), 0, count) << lowest;
+  };
+  put(status.temperature, 0, 2);
+  put(status.voltage, 2, 2);
+  put(status.motor, 4, 2);
+  put(status.dirty, 6, 2);
+  put(status.firmware_abnormal, 8, 1);
+  put(status.pps_ok, 9, 1);
+  put(status.near_end_of_life, 10, 1);
+  put(status.fan_warning, 11, 1);
+  put(status.self_heating_bit, 12, 1);
+  put(status.ptp_ok, 13, 1);
+  put(status.time_sync, 14, 3);
+  put(status.reserved, 17, 13);
+  put(status.system, 30, 2);
+  return word;
+}
+
+}  // namespace rigcal::livox
