@@ -1,0 +1,67 @@
+#include "core/report/number_text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace rigcal {
+
+std::string number_text(double value) {
+  RIGCAL_ASSERT(std::isfinite(value), "a number that is not finite was to be written");
+  if (value == 0.0) return "0.0";
+  std::array<char, 40> buffer{};
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 17).ptr;
+  std::string text(buffer.data(), end);
+  if (text.find('.') == std::string::npos) text.insert(std::min(text.find('e'), text.size()), ".0");
+  return text;
+}
+
+std::string list_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  std::string text = "[";
+  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + number_text(values[i]);
+  return text + "]";
+}
+
+std::string matrix_text(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  std::string text = "[";
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    text += (i == 0 ? "" : ", ") + list_text(matrix.row(i).transpose());
+  }
+  return text + "]";
+}
+
+std::string quoted_text(std::string_view text) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += {'\\', c};
+    } else if (code < 0x20 || code == 0x7F) {
+      quoted += {'\\', 'x', digits[code >> 4], digits[code & 15]};
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+std::string key_text(std::string_view text) {
+  // Words that a YAML 1.1 reader takes for a truth value or for nothing.
+  constexpr std::array<std::string_view, 9> special{"y", "n", "yes", "no", "on", "off", "true", "false", "null"};
+  std::string lower(text);
+  bool plain = !text.empty();
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    plain = plain && ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_');
+  }
+  plain = plain && !(lower[0] >= '0' && lower[0] <= '9');
+  plain = plain && std::find(special.begin(), special.end(), lower) == special.end();
+  return plain ? std::string(text) : quoted_text(text);
+}
+
+}  // namespace rigcal

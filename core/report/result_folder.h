@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "core/base/error.h"
+#include "core/quality/result.h"
+
+namespace rigcal {
+
+/// An Error where `path` exists and is not a result folder that may be replaced: a file, or a folder that holds
+/// anything rigcal did not write. Ask before a long calculation; write_result_folder asks again.
+[[nodiscard]] Expected<void> check_result_target(const std::string& path);
+
+/// Writes extrinsics.yaml, trajectory.tum, report.json and map.ply. The folder appears, or takes the place of an older
+/// result, as a whole and only when all of it is on the disk; after an Error nothing has changed.
+[[nodiscard]] Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path);
+
+}  // namespace rigcal

@@ -1,0 +1,145 @@
+#include "core/report/result_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "tests/core/report/make_result.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class ResultFolder : public testing::Test {
+ protected:
+  void SetUp() override {
+    root = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(root);
+    fs::create_directory(root);
+  }
+  void TearDown() override { fs::remove_all(root); }
+
+  static std::set<std::string> names(const fs::path& folder) {
+    std::set<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder)) found.insert(entry.path().filename());
+    return found;
+  }
+  static std::string read(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+  static void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
+
+  fs::path root;
+};
+
+TEST_F(ResultFolder, HoldsAllFilesAndLeavesNothingBesideIt) {
+  ASSERT_TRUE(write_result_folder(make_result(), root / "deep" / "result/"));
+  EXPECT_THAT(names(root / "deep" / "result"),
+              ElementsAre("extrinsics.yaml", "map.ply", "report.json", "trajectory.tum"));
+  EXPECT_THAT(names(root / "deep"), ElementsAre("result"));
+}
+
+TEST_F(ResultFolder, ReplacesAnOlderResultAsAWhole) {
+  CalibrationResult result = make_result();
+  ASSERT_TRUE(write_result_folder(result, root / "result"));
+  write(root / "result" / "report.html", "from an older run");
+  result.method = "planes";
+  ASSERT_TRUE(write_result_folder(result, root / "result"));
+  EXPECT_THAT(read(root / "result" / "extrinsics.yaml"), HasSubstr("method: planes"));
+  EXPECT_FALSE(fs::exists(root / "result" / "report.html"));
+  EXPECT_THAT(names(root), ElementsAre("result"));
+}
+
+TEST_F(ResultFolder, ReplacesWhatALinkPointsToAndKeepsTheLink) {
+  ASSERT_TRUE(write_result_folder(make_result(), root / "real"));
+  fs::create_directory_symlink(root / "real", root / "latest");
+  CalibrationResult result = make_result();
+  result.method = "planes";
+  ASSERT_TRUE(write_result_folder(result, root / "latest"));
+  EXPECT_TRUE(fs::is_symlink(root / "latest"));
+  EXPECT_THAT(read(root / "real" / "extrinsics.yaml"), HasSubstr("method: planes"));
+}
+
+TEST_F(ResultFolder, FillsAnEmptyFolder) {
+  fs::create_directory(root / "result");
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  EXPECT_TRUE(fs::exists(root / "result" / "extrinsics.yaml"));
+}
+
+TEST_F(ResultFolder, NeverReplacesAFolderThatIsNoResult) {
+  fs::create_directory(root / "thesis");
+  write(root / "thesis" / "chapter1.tex", "years of work");
+  const Expected<void> done = write_result_folder(make_result(), root / "thesis");
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::input);
+  EXPECT_THAT(done.error().message(), HasSubstr("chapter1.tex"));
+  EXPECT_EQ(read(root / "thesis" / "chapter1.tex"), "years of work");
+  EXPECT_THAT(names(root), ElementsAre("thesis"));
+}
+
+TEST_F(ResultFolder, NeverReplacesAResultToWhichTheUserAddedAFile) {
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  write(root / "result" / "notes.txt", "mine");
+  EXPECT_FALSE(write_result_folder(make_result(), root / "result"));
+  EXPECT_EQ(read(root / "result" / "notes.txt"), "mine");
+}
+
+TEST_F(ResultFolder, NeverReplacesForeignFilesThatOnlyHaveTheNamesOfOurs) {
+  fs::create_directory(root / "other");
+  write(root / "other" / "map.ply", "ply of another tool");
+  EXPECT_FALSE(check_result_target(root / "other"));
+  write(root / "other" / "extrinsics.yaml", "camera: 1\n");
+  EXPECT_FALSE(check_result_target(root / "other"));
+}
+
+TEST_F(ResultFolder, NeverReplacesAFile) {
+  write(root / "result", "a file");
+  EXPECT_FALSE(write_result_folder(make_result(), root / "result"));
+  EXPECT_EQ(read(root / "result"), "a file");
+}
+
+TEST_F(ResultFolder, LeavesTheOlderResultWhenTheNewOneIsNotSound) {
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  const std::string before = read(root / "result" / "extrinsics.yaml");
+  CalibrationResult broken = make_result();
+  broken.sensors[1].T_base_sensor->t.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(write_result_folder(broken, root / "result"));
+  EXPECT_EQ(read(root / "result" / "extrinsics.yaml"), before);
+  EXPECT_THAT(names(root), ElementsAre("result"));
+}
+
+TEST_F(ResultFolder, SaysThatTheSystemRefusedWhereNoFolderCanBeMade) {
+  const Expected<void> done = write_result_folder(make_result(), "/proc/rigcal-result");
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::system);
+}
+
+TEST_F(ResultFolder, WritesTheMapAsPlyThatOtherToolsRead) {
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  const std::string ply = read(root / "result" / "map.ply");
+  const std::string end = "end_header\n";
+  const std::size_t body = ply.find(end) + end.size();
+  EXPECT_THAT(ply.substr(0, body), HasSubstr("comment sensor 2 \"mid40_right\"\nelement vertex 2\nproperty float x\n"));
+  ASSERT_EQ(ply.size() - body, 2U * 14U);  // three floats and two bytes a point
+  float z = 0.0F;
+  std::memcpy(&z, ply.data() + body + 8, 4);
+  EXPECT_EQ(z, 3.0F);
+  EXPECT_EQ(static_cast<unsigned char>(ply[body + 12]), 200);
+  EXPECT_EQ(ply[body + 14 + 13], 1);
+}
+
+}  // namespace
+}  // namespace rigcal

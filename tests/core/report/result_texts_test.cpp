@@ -1,0 +1,124 @@
+#include "core/report/result_texts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/report/number_text.h"
+#include "tests/core/report/make_result.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(NumberText, ReadsBackToTheSameBits) {
+  for (const double value : {1.0 / 3.0, -2e-5, 1e300, 5e-324, 0.1, 123456789.0, 1e22}) {
+    EXPECT_EQ(std::strtod(number_text(value).c_str(), nullptr), value) << number_text(value);
+  }
+}
+
+TEST(NumberText, AlwaysHasAPointSoThatYamlReadersTakeItForANumber) {
+  EXPECT_EQ(number_text(1.0), "1.0");
+  EXPECT_EQ(number_text(-0.0), "0.0");
+  EXPECT_EQ(number_text(0.5), "0.5");
+  EXPECT_EQ(number_text(1e-5), "1.0000000000000001e-05");
+  EXPECT_EQ(number_text(1e22), "1.0e+22");
+}
+
+TEST(KeyText, QuotesWhatAReaderWouldTakeForSomethingElse) {
+  EXPECT_EQ(key_text("mid100_left"), "mid100_left");
+  EXPECT_EQ(key_text("no"), "\"no\"");
+  EXPECT_EQ(key_text("1e3"), "\"1e3\"");
+  EXPECT_EQ(key_text("a: b"), "\"a: b\"");
+  EXPECT_EQ(key_text("a\n\"b"), "\"a\\x0a\\\"b\"");
+}
+
+TEST(ExtrinsicsYaml, IsLaidOutAsTheContractSays) {
+  CalibrationResult result = make_result();
+  result.sensors[1].name = "left";
+  result.sensors[1].T_base_sensor = SE3{exp_so3({0.0, 0.0, pi / 2.0}), {0.5, 0.25, 2.0}};
+  result.sensors[1].T_base_sensor->R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  result.sensors[1].covariance = Matrix6d::Identity() * 0.25;
+  const std::string text = extrinsics_yaml(result);
+  EXPECT_THAT(text, testing::StartsWith("rigcal: 1\nbase: avia\nmethod: targetless\nstatus: failed\n"
+                                        "convention: \"p_base = R p_sensor + t\"\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "  left:\n"
+          "    status: weak\n"
+          "    reasons: [\"height is not fixed: no \\\"floor\\\" was seen\", \"one stop only\"]\n"
+          "    translation: [0.5, 0.25, 2.0]\n"
+          "    rotation_xyzw: [0.0, 0.0, 0.70710678118654746, 0.70710678118654757]\n"
+          "    matrix: [[0.0, -1.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.25], [0.0, 0.0, 1.0, 2.0], [0.0, 0.0, 0.0, 1.0]]\n"
+          "    matrix_inverse: [[0.0, 1.0, 0.0, -0.25], [-1.0, 0.0, 0.0, 0.5], [0.0, 0.0, 1.0, -2.0], "
+          "[0.0, 0.0, 0.0, 1.0]]\n"
+          "    example: {p_sensor: [1, 0, 0], p_base: [0.5, 1.25, 2.0]}\n"
+          "    stddev: {translation_m: [0.5, 0.5, 0.5], rotation_deg: [28.647889756541"));
+  EXPECT_THAT(text, HasSubstr("    covariance: [[0.25, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.25"));
+}
+
+TEST(ExtrinsicsYaml, LeavesTheKeysOfAFailedSensorsTransformOut) {
+  const std::string text = extrinsics_yaml(make_result());
+  EXPECT_THAT(text, testing::EndsWith("  mid40_right:\n    status: failed\n"
+                                      "    reasons: [\"no stop connects it with the base\"]\n"));
+}
+
+TEST(TrajectoryTum, GivesTheMiddleOfEachKnownStopToTheNanosecond) {
+  const std::string text = trajectory_tum(make_result());
+  EXPECT_THAT(text, HasSubstr("\n1700000001.000000000 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n1700000007.000000000 "));
+  EXPECT_THAT(text, Not(HasSubstr("1700000004")));
+}
+
+TEST(TrajectoryTum, NumbersTheStopsWhereTheInputHadNoTimes) {
+  CalibrationResult result = make_result();
+  for (StopPose& pose : result.trajectory) pose.stop.start_ns = pose.stop.end_ns = 0;
+  EXPECT_THAT(trajectory_tum(result), HasSubstr("\n0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n2 "));
+}
+
+TEST(ReportJson, HoldsStagesWarningsAndTheStatusOfEverySensor) {
+  const auto json = nlohmann::json::parse(report_json(make_result()));
+  EXPECT_EQ(json["rigcal"], 1);
+  EXPECT_EQ(json["status"], "failed");
+  EXPECT_EQ(json["stops"]["found"], 3);
+  EXPECT_EQ(json["stops"]["solved"], 2);
+  EXPECT_EQ(json["stages"][0]["counts"]["planes"], 9000.0);
+  EXPECT_EQ(json["stages"][0]["cost_after"], 3.0);
+  EXPECT_EQ(json["peak_memory_mb"], 120.5);
+  EXPECT_EQ(json["warnings"][0], "a packet is damaged");
+  EXPECT_NEAR(json["sensors"][1]["stddev_translation_mm"][2], 3.0, 1e-12);  // rounding of a square root
+  EXPECT_FALSE(json["sensors"][2].contains("stddev_translation_mm"));
+}
+
+TEST(ReportJson, SurvivesAWarningThatIsNotUtf8) {
+  CalibrationResult result = make_result();
+  result.warnings = {"cannot read \xff\xfe"};
+  EXPECT_TRUE(nlohmann::json::accept(report_json(result)));
+}
+
+TEST(CheckResult, RefusesWhatMustNotReachAFile) {
+  EXPECT_TRUE(check_result(make_result()));
+  CalibrationResult nan = make_result();
+  nan.sensors[1].T_base_sensor->t.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(check_result(nan));
+  CalibrationResult failed_with_transform = make_result();
+  failed_with_transform.sensors[2].T_base_sensor = SE3{};
+  EXPECT_FALSE(check_result(failed_with_transform));
+  CalibrationResult negative_variance = make_result();
+  negative_variance.sensors[1].covariance(3, 3) = -1.0;
+  EXPECT_FALSE(check_result(negative_variance));
+  CalibrationResult pose = make_result();
+  pose.trajectory[2].T_G_base.t.z() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(check_result(pose));
+  CalibrationResult no_base = make_result();
+  no_base.base = "other";
+  EXPECT_FALSE(check_result(no_base));
+}
+
+}  // namespace
+}  // namespace rigcal
