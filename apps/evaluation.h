@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/geometry/se3.h"
+#include "core/quality/result.h"
+
+namespace rigcal {
+
+/// Extrinsics and poses on one side of a comparison.
+struct KnownRig {
+  struct Entry {
+    std::string name;
+    Status status = Status::good;
+    std::optional<SE3> T_base_sensor;
+    std::optional<Matrix6d> covariance;  ///< Of xi in T exp(xi).
+  };
+  /// A result has one time for a stop (start_ns = end_ns), the truth an interval.
+  struct Pose {
+    std::int64_t start_ns = 0;
+    std::int64_t end_ns = 0;
+    SE3 T_G_base;
+  };
+  std::string base;
+  std::vector<Entry> sensors;  ///< The base may be left out.
+  std::vector<Pose> poses;
+};
+
+/// How far one sensor of the result is from the truth. The numbers are absent where the result has no transform.
+struct SensorError {
+  std::string name;
+  bool missing = false;  ///< The truth has this sensor, the result does not name it.
+  Status status = Status::failed;
+  bool compared = false;
+  double rotation_rad = 0.0;   ///< Angle of R_est R_true^-1.
+  double translation_m = 0.0;  ///< Norm of t_est - t_true.
+  /// log(T_true^-1 T_est) = [rotation rad; translation m], along the sensor's own axes.
+  Vector6d xi = Vector6d::Zero();
+  /// xi^T C^-1 xi / 6: about 1 where the covariance C of the result is right. Absent without a regular covariance.
+  std::optional<double> nees_per_dof;
+};
+
+/// Errors of the poses of the stops, each taken relative to the first stop that both sides have.
+struct PoseErrors {
+  int compared = 0;   ///< The first one, which has no error, included.
+  int unmatched = 0;  ///< Stops of the truth without a pose in the result.
+  double median_rotation_rad = 0.0;
+  double median_translation_m = 0.0;
+  double worst_rotation_rad = 0.0;
+  double worst_translation_m = 0.0;
+};
+
+struct Evaluation {
+  std::string base;
+  std::vector<SensorError> sensors;       ///< All but the base: those of the result, then those only the truth has.
+  std::vector<std::string> not_in_truth;  ///< Sensors of the result about which the truth says nothing.
+  std::optional<PoseErrors> poses;        ///< Absent where one side has no poses, or no stop is common.
+};
+
+/// Compares. A truth with another base is first expressed in the base of the result. An Error where the truth does not
+/// know that base, or nothing is common to both.
+[[nodiscard]] Expected<Evaluation> evaluate(const KnownRig& result, const KnownRig& truth);
+
+/// True when every sensor of the truth is in the result and within both bounds.
+[[nodiscard]] bool is_within(const Evaluation& evaluation, double translation_m, double rotation_rad);
+
+}  // namespace rigcal
