@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/records/records.h"
+#include "core/rig/rig.h"
+#include "simdata/scene.h"
+#include "simdata/sim_rig.h"
+
+namespace rigcal::sim {
+
+struct LightRigOptions {
+  std::uint64_t seed = 1;
+  TurntableOptions turntable;             ///< Stops, dwell and the rest of the motion.
+  MountError mount_error;                 ///< How far the rig's initial extrinsics are off.
+  int shots_per_patch = 20000;            ///< Spread evenly over the dwell; at most what the sensor fires in it.
+  double step_rotation_sigma_deg = 0.02;  ///< Error of `step_rotations`, each axis.
+  bool with_noise = true;                 ///< Without: exact points (but for the wire's millimetres), no losses.
+};
+
+/// Patches of a turntable run and the truth about it, in memory: no packets, no files, for statistics over many runs.
+struct LightRig {
+  Rig rig;                                 ///< initial_T_base_sensor are off by the mount error.
+  std::vector<Patch> patches;              ///< By stop, then by sensor; sensor frame, whole millimetres.
+  std::vector<SE3> T_base_sensor;          ///< Truth, by sensor.
+  std::vector<SE3> T_G_base;               ///< Truth, by stop; the first is the identity.
+  Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
+  Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
+  /// What the gyro says of the turn from stop k to k + 1: log(R_k^T R_k+1) with errors, base frame, rad.
+  std::vector<Vector3d> step_rotations;
+};
+
+/// Renders the patches; every LiDAR stands still in the pose its stop settles to, people walk. The same bits for any
+/// number of threads.
+[[nodiscard]] Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& options,
+                                                const Rig& rig = nominal_rig());
+
+}  // namespace rigcal::sim

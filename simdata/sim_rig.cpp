@@ -1,0 +1,83 @@
+#include "simdata/sim_rig.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace rigcal::sim {
+namespace {
+
+// One random stream a purpose, so that a change of one does not shift the others.
+enum Stream : std::uint64_t { motion_stream = 1, mount_stream = 100, scan_stream = 200 };
+
+Vector3d random_direction(Random& random) {
+  return Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+}
+
+SE3 draw_mounting(const Sensor& sensor, const MountError& error, Random& random) {
+  if (sensor.initial_T_base_sensor) {
+    const SE3& nominal = *sensor.initial_T_base_sensor;
+    return {nominal.R * exp_so3(to_rad(error.rotation_deg) * random_direction(random)),
+            nominal.t + error.translation_m * random_direction(random)};
+  }
+  const Vector3d level = Vector3d::UnitZ().cross(random_direction(random)).normalized();
+  return {exp_so3(random.uniform(-pi, pi) * Vector3d::UnitZ()) * exp_so3(to_rad(random.uniform(0.0, 10.0)) * level),
+          random.uniform(0.0, 0.3) * random_direction(random)};
+}
+
+SE3 backward(double yaw_deg, double y) {
+  return {exp_so3(to_rad(180.0 + yaw_deg) * Vector3d::UnitZ()), Vector3d(-0.15, y, -0.1)};
+}
+
+Sensor lidar_sensor(std::string name, LidarModel model) {
+  Sensor sensor;
+  sensor.name = std::move(name);
+  sensor.lidar.emplace();
+  sensor.lidar->model = model;
+  return sensor;
+}
+
+}  // namespace
+
+Rig nominal_rig() {
+  Rig rig;
+  rig.name = "nominal";
+  rig.sensors.push_back(lidar_sensor("avia", LidarModel::livox_avia));
+  rig.sensors.push_back(lidar_sensor("mid100_left", LidarModel::livox_mid40));
+  rig.sensors.push_back(lidar_sensor("mid100_middle", LidarModel::livox_mid40));
+  rig.sensors.push_back(lidar_sensor("mid100_right", LidarModel::livox_mid40));
+  rig.sensors[0].initial_T_base_sensor = SE3{};
+  rig.sensors[1].initial_T_base_sensor = backward(30.0, -0.06);
+  rig.sensors[2].initial_T_base_sensor = backward(0.0, 0.0);
+  rig.sensors[3].initial_T_base_sensor = backward(-30.0, 0.06);
+  return rig;
+}
+
+Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_table, const TurntableOptions& turntable,
+                                          const MountError& error, std::uint64_t seed) {
+  Random motion_random(seed, motion_stream);
+  SimulatedRig simulated{{}, {}, TurntableMotion(T_scene_table, turntable, motion_random)};
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    const Sensor& sensor = rig.sensors[i];
+    Random mount_random(seed, mount_stream + i);
+    Random scan_random(seed, scan_stream + i);
+    const bool is_base = static_cast<int>(i) == rig.base;
+    simulated.T_base_sensor.push_back(is_base ? SE3{} : draw_mounting(sensor, error, mount_random));
+    if (!sensor.is_lidar()) continue;
+    switch (sensor.lidar->model) {
+      case LidarModel::livox_avia:
+        simulated.lidars.push_back(
+            {static_cast<int>(i), simulated.T_base_sensor.back(), PrismScanner::avia(scan_random), LidarNoise::avia()});
+        break;
+      case LidarModel::livox_mid40:
+        simulated.lidars.push_back({static_cast<int>(i), simulated.T_base_sensor.back(),
+                                    PrismScanner::mid40(scan_random), LidarNoise::mid40()});
+        break;
+      default:
+        return input_error("the scan pattern of this LiDAR type is not known to the simulator",
+                           "sensor '" + sensor.name + "' of the rig", "simulate livox_avia and livox_mid40 only");
+    }
+  }
+  return simulated;
+}
+
+}  // namespace rigcal::sim

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/rig/rig.h"
+#include "simdata/lidar_noise.h"
+#include "simdata/prism_scanner.h"
+#include "simdata/turntable_motion.h"
+
+namespace rigcal::sim {
+
+/// How a simulated rig differs from what its rig file says.
+struct MountError {
+  double translation_m = 0.2;
+  double rotation_deg = 10.0;
+};
+
+/// AVIA as base looking forward, three MID-40 looking backward (yaw 180 + 30, 0, -30 deg, 0.15 m behind and 0.1 m
+/// below): the rig in memory where no rig file is asked for.
+[[nodiscard]] Rig nominal_rig();
+
+/// One LiDAR of a simulated rig, with its scan and errors.
+struct SimulatedLidar {
+  int sensor = 0;  ///< Index in the rig.
+  SE3 T_base_sensor;
+  PrismScanner scanner;
+  LidarNoise noise;
+};
+
+/// Everything that is drawn once a run: the true mounting, where the prisms stand, the motion.
+struct SimulatedRig {
+  std::vector<SE3> T_base_sensor;      ///< Truth of each sensor of the rig, cameras too.
+  std::vector<SimulatedLidar> lidars;  ///< In the order of the rig.
+  TurntableMotion motion;
+};
+
+/// Mounts every sensor at its initial extrinsic changed by exactly `error` in a random direction; a sensor without one
+/// at a random place within 0.3 m, upright to 10 degrees, looking anywhere around. Errors: a LiDAR model without a
+/// known scan pattern.
+[[nodiscard]] Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_table,
+                                                        const TurntableOptions& turntable, const MountError& error,
+                                                        std::uint64_t seed);
+
+}  // namespace rigcal::sim

@@ -1,0 +1,110 @@
+#include "simdata/turntable_motion.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace rigcal::sim {
+namespace {
+
+Vector3d random_level_direction(Random& random) {
+  const double angle = random.uniform(0.0, 2.0 * pi);
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
+
+Vector3d random_normal3(Random& random) { return {random.normal(), random.normal(), random.normal()}; }
+
+// 10 s^3 - 15 s^4 + 6 s^5: from rest to rest without a jump in acceleration.
+double s_curve(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+}  // namespace
+
+TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOptions& options, Random& random)
+    : options_(options) {
+  T_scene_axis_ = T_scene_table;
+  T_scene_axis_.R = exp_so3(to_rad(options.axis_tilt_deg) * random_level_direction(random)) * T_scene_table.R;
+  T_axis_base_.R = exp_so3(to_rad(options.base_tilt_deg) * random_level_direction(random));
+  T_axis_base_.t = random.uniform(options.base_offset_min, options.base_offset_max) * random_level_direction(random);
+  double time = 0.0;
+  double angle = 0.0;
+  for (int k = 0; k < options.stops; ++k) {
+    StopPose stop;
+    stop.start_s = time;
+    stop.angle = angle;
+    const double dwell = options.dwell_s + (k == 0 ? options.initial_still_s : 0.0) +
+                         (k + 1 == options.stops ? options.final_still_s : 0.0);
+    stop.end_s = time + dwell;
+    stop.jitter << to_rad(options.stop_jitter_deg) * random_normal3(random),
+        options.stop_jitter_m * random_normal3(random);
+    const Vector3d level = random_level_direction(random);
+    const double size = options.swing_rad * random.uniform(0.5, 1.5);
+    if (k > 0) stop.swing = size * (level + 0.5 * random.uniform(-1.0, 1.0) * Vector3d::UnitZ());
+    stops_.push_back(stop);
+    time = stop.end_s + options.turn_s;
+    angle += 2.0 * pi / options.stops + to_rad(options.step_sigma_deg) * random.normal();
+  }
+}
+
+// The swing bends the whole carriage about the axis at the table's height; the jitter is the base's own.
+SE3 TurntableMotion::compose(double angle, const Vector6d& jitter, const Vector3d& swing) const {
+  const SE3 turn{exp_so3(angle * Vector3d::UnitZ()), Vector3d::Zero()};
+  const SE3 bend{exp_so3(swing), Vector3d::Zero()};
+  const SE3 off{exp_so3(jitter.head<3>()), jitter.tail<3>()};
+  return T_scene_axis_ * turn * bend * T_axis_base_ * off;
+}
+
+Vector3d TurntableMotion::swing_at(double time_s) const {
+  Vector3d swing = Vector3d::Zero();
+  for (const StopPose& stop : stops_) {
+    const double since = time_s - stop.start_s;
+    if (since <= 0.0) break;
+    if (since > 40.0 * options_.swing_decay_s) continue;
+    // The last factor lets the swing begin without a jump in acceleration.
+    const double rise = 1.0 - std::exp(-since * since / (0.05 * 0.05));
+    swing +=
+        stop.swing * rise * std::exp(-since / options_.swing_decay_s) * std::sin(2.0 * pi * options_.swing_hz * since);
+  }
+  return swing;
+}
+
+SE3 TurntableMotion::T_scene_base(double time_s) const {
+  const auto after = std::upper_bound(stops_.begin(), stops_.end(), time_s,
+                                      [](double time, const StopPose& stop) { return time < stop.start_s; });
+  const StopPose& stop = after == stops_.begin() ? stops_.front() : *(after - 1);
+  const Vector3d swing = swing_at(time_s);
+  if (time_s <= stop.end_s || after == stops_.end()) return compose(stop.angle, stop.jitter, swing);
+  const double s = s_curve((time_s - stop.end_s) / options_.turn_s);
+  return compose(stop.angle + s * (after->angle - stop.angle), stop.jitter + s * (after->jitter - stop.jitter), swing);
+}
+
+SE3 TurntableMotion::T_scene_base_at_stop(int k) const {
+  const StopPose& stop = stops_[static_cast<std::size_t>(k)];
+  return compose(stop.angle, stop.jitter, Vector3d::Zero());
+}
+
+SE3 TurntableMotion::T_G_base_at_stop(int k) const { return T_scene_G().inverse() * T_scene_base_at_stop(k); }
+
+Vector3d TurntableMotion::axis_in_base() const { return T_axis_base_.R.transpose() * Vector3d::UnitZ(); }
+
+Vector3d TurntableMotion::axis_point_in_base() const {
+  const Vector3d on_axis = T_axis_base_.inverse() * Vector3d(0.0, 0.0, 0.0);
+  const Vector3d axis = axis_in_base();
+  return on_axis - on_axis.dot(axis) * axis;
+}
+
+Vector3d TurntableMotion::turn_rate(double time_s) const {
+  constexpr double h = 1e-3;
+  const Matrix3d before = T_scene_base(time_s - h).R;
+  const Matrix3d after = T_scene_base(time_s + h).R;
+  return log_so3(before.transpose() * after) / (2.0 * h);
+}
+
+Vector3d TurntableMotion::acceleration(double time_s) const {
+  constexpr double h = 1e-3;
+  return (T_scene_base(time_s - h).t - 2.0 * T_scene_base(time_s).t + T_scene_base(time_s + h).t) / (h * h);
+}
+
+}  // namespace rigcal::sim

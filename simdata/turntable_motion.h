@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/geometry/se3.h"
+
+namespace rigcal::sim {
+
+/// How the rig is carried round: a turntable that stops, dwells and goes on.
+struct TurntableOptions {
+  int stops = 20;
+  double dwell_s = 2.0;
+  double initial_still_s = 1.0;  ///< Before the first dwell, and part of it,
+  double final_still_s = 0.5;    ///< after the last, and part of it.
+  double turn_s = 1.5;           ///< One step of the table, an S-curve (quintic: no jump in acceleration).
+  double step_sigma_deg = 1.2;   ///< Of each step about 360 deg / stops: a table turned by hand.
+  double axis_tilt_deg = 1.5;    ///< Between the table's axis and the plumb line.
+  double base_offset_min = 0.1;  ///< Distance of the base sensor from the axis, metres.
+  double base_offset_max = 0.3;
+  double base_tilt_deg = 1.5;  ///< Of the base sensor on the table.
+  double stop_jitter_m = 0.3e-3;
+  double stop_jitter_deg = 0.01;
+  double swing_rad = 3e-3;  ///< First peak of the swing after each turn; it dies away within `swing_decay_s`.
+  double swing_decay_s = 0.15;
+  double swing_hz = 4.0;
+};
+
+/// Pose of the base sensor as a smooth function of time. World frame G: the base sensor settled at the first stop.
+class TurntableMotion {
+ public:
+  /// `T_scene_table`: where the table stands and x points at the first stop. The rest is drawn from `random`.
+  TurntableMotion(const SE3& T_scene_table, const TurntableOptions& options, Random& random);
+
+  [[nodiscard]] int stop_count() const { return static_cast<int>(stops_.size()); }
+  /// Times (s) between which stop `k` stands still but for its swing.
+  [[nodiscard]] double stop_start_s(int k) const { return stops_[static_cast<std::size_t>(k)].start_s; }
+  [[nodiscard]] double stop_end_s(int k) const { return stops_[static_cast<std::size_t>(k)].end_s; }
+  [[nodiscard]] double duration_s() const { return stops_.back().end_s; }
+
+  [[nodiscard]] SE3 T_scene_base(double time_s) const;
+  /// The pose that stop `k` settles to.
+  [[nodiscard]] SE3 T_scene_base_at_stop(int k) const;
+  [[nodiscard]] SE3 T_G_base_at_stop(int k) const;
+  [[nodiscard]] SE3 T_scene_G() const { return T_scene_base_at_stop(0); }
+
+  /// The table's axis: unit direction and foot point (nearest to the origin), in the base frame.
+  [[nodiscard]] Vector3d axis_in_base() const;
+  [[nodiscard]] Vector3d axis_point_in_base() const;
+
+  /// Turn rate of the base frame, in that frame, rad/s; and its acceleration in the scene, m/s^2.
+  [[nodiscard]] Vector3d turn_rate(double time_s) const;
+  [[nodiscard]] Vector3d acceleration(double time_s) const;
+
+ private:
+  struct StopPose {
+    double start_s = 0.0;
+    double end_s = 0.0;
+    double angle = 0.0;
+    Vector6d jitter = Vector6d::Zero();
+    Vector3d swing = Vector3d::Zero();  ///< Direction and size of the swing after arriving here.
+  };
+  [[nodiscard]] SE3 compose(double angle, const Vector6d& jitter, const Vector3d& swing) const;
+  [[nodiscard]] Vector3d swing_at(double time_s) const;
+
+  TurntableOptions options_;
+  SE3 T_scene_axis_;  ///< z along the table's axis.
+  SE3 T_axis_base_;
+  std::vector<StopPose> stops_;
+};
+
+}  // namespace rigcal::sim
