@@ -1,0 +1,171 @@
+#include "core/io/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace rigcal {
+namespace {
+
+constexpr std::size_t buffer_bytes = std::size_t{1} << 20;
+constexpr std::size_t max_reserve_bytes = std::size_t{128} << 10;
+
+/// A rename is on the disk only once its folder is.
+void sync_folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+Error cannot_write(const std::string& path, int code) {
+  switch (code) {
+    case ENOENT:
+    case ENOTDIR:
+      return system_error("cannot be made, its folder does not exist", path, "make the folder first");
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return system_error("no permission to write it", path, "choose another place or change its permissions");
+    case ENOSPC:
+    case EDQUOT:
+      return system_error("the disk is full", path, "make room or choose another disk");
+    case EISDIR:
+      return system_error("is a folder", path, "choose another name");
+    default:
+      return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path);
+  }
+}
+
+OutputFile::OutputFile(int descriptor, std::string path)
+    : descriptor_(descriptor), path_(std::move(path)), buffer_(buffer_bytes) {}
+
+Expected<OutputFile> OutputFile::create(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (descriptor < 0) return cannot_write(path, errno);
+  return OutputFile(descriptor, path);
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
+
+OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
+  if (this == &other) return *this;
+  close_quietly();
+  descriptor_ = std::exchange(other.descriptor_, -1);
+  path_ = std::move(other.path_);
+  buffer_ = std::move(other.buffer_);
+  used_ = std::exchange(other.used_, 0);
+  written_ = other.written_;
+  failed_ = other.failed_;
+  error_ = std::move(other.error_);
+  return *this;
+}
+
+OutputFile::~OutputFile() { close_quietly(); }
+
+void OutputFile::close_quietly() {
+  if (descriptor_ >= 0) static_cast<void>(close());
+}
+
+void OutputFile::fail(const char* doing, int code) {
+  if (failed_) return;
+  failed_ = true;
+  error_ = cannot_write(path_, code);
+  if (code == EIO) error_.what += std::string(" while ") + doing;
+}
+
+Expected<void> OutputFile::status() const {
+  if (failed_) return error_;
+  return {};
+}
+
+void OutputFile::write_through(const std::uint8_t* bytes, std::size_t size) {
+  while (size > 0 && !failed_) {
+    const ssize_t got = ::write(descriptor_, bytes, size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      fail("writing", errno);
+      return;
+    }
+    bytes += got;
+    size -= static_cast<std::size_t>(got);
+    written_ += static_cast<std::uint64_t>(got);
+  }
+}
+
+void OutputFile::write(ByteView bytes) {
+  if (bytes.empty()) return;
+  if (used_ + bytes.size() > buffer_.size()) static_cast<void>(flush());
+  if (bytes.size() > buffer_.size()) {
+    write_through(bytes.data(), bytes.size());
+    return;
+  }
+  std::memcpy(buffer_.data() + used_, bytes.data(), bytes.size());
+  used_ += bytes.size();
+}
+
+void OutputFile::write(std::string_view text) {
+  write(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+std::uint8_t* OutputFile::reserve(std::size_t size) {
+  RIGCAL_ASSERT(size <= max_reserve_bytes, "reserve of " + std::to_string(size) + " bytes");
+  if (used_ + size > buffer_.size()) static_cast<void>(flush());
+  std::uint8_t* room = buffer_.data() + used_;
+  used_ += size;
+  return room;
+}
+
+void OutputFile::overwrite(std::uint64_t offset, std::string_view text) {
+  static_cast<void>(flush());
+  RIGCAL_ASSERT(failed_ || offset + text.size() <= written_, "overwrite past the end of " + path_);
+  if (failed_) return;
+  const ssize_t got = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+  if (got != static_cast<ssize_t>(text.size())) fail("writing", got < 0 ? errno : EIO);
+}
+
+Expected<void> OutputFile::flush() {
+  write_through(buffer_.data(), used_);
+  used_ = 0;
+  return status();
+}
+
+Expected<void> OutputFile::sync() {
+  static_cast<void>(flush());
+  if (!failed_ && ::fdatasync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) fail("syncing", errno);
+  return status();
+}
+
+Expected<void> OutputFile::close() {
+  if (descriptor_ < 0) return status();
+  static_cast<void>(flush());
+  if (::close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR) fail("closing", errno);
+  return status();
+}
+
+Expected<void> replace_file(const std::string& path, std::string_view text) {
+  const std::string temporary = path + ".tmp" + std::to_string(::getpid());
+  Expected<OutputFile> file = OutputFile::create(temporary);
+  if (!file) return Error{file.error().kind, file.error().what, path, file.error().mend};
+  file->write(text);
+  Expected<void> done = file->sync();
+  if (done) done = file->close();
+  if (done && std::rename(temporary.c_str(), path.c_str()) != 0) done = cannot_write(path, errno);
+  if (!done) {
+    ::unlink(temporary.c_str());
+    return Error{done.error().kind, done.error().what, path, done.error().mend};
+  }
+  sync_folder_of(path);
+  return {};
+}
+
+}  // namespace rigcal

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/rig/rig.h"
+
+namespace rigcal {
+
+/// CLOCK_REALTIME and CLOCK_MONOTONIC read together.
+struct ClockPair {
+  std::int64_t realtime_ns = 0;
+  std::int64_t monotonic_ns = 0;
+};
+
+/// session.json. A recording that was cut short has no end.
+struct SessionRecord {
+  std::string software;  ///< Version of the program that recorded, for example "0.1.0".
+  std::int64_t start_ns = 0;
+  std::optional<std::int64_t> end_ns;
+  std::vector<ClockPair> clock_pairs;
+  /// By device, then by the counter's name ("packets", "lost" and so on).
+  std::map<std::string, std::map<std::string, std::uint64_t>> counters;
+  std::vector<std::string> gaps;  ///< Why something is missing, one sentence each.
+};
+
+/// A session folder (contract section 5) and what is in it. Paths are empty where the file or folder is not there.
+struct SessionFolder {
+  std::string path;
+  Rig rig;
+  std::optional<SessionRecord> record;  ///< Nothing where the recording was cut short before it was written.
+  std::string packets;                  ///< lidar.pcapng
+  std::string patches;                  ///< patches/
+  std::string trajectory;               ///< trajectory.tum
+  std::string images;                   ///< images/
+  std::string ground_truth;             ///< ground_truth.yaml
+};
+
+/// Whether a path is a session folder: one that holds a rig.yaml.
+[[nodiscard]] bool is_session_folder(const std::string& path);
+
+/// Reads rig.yaml and session.json and finds the rest. Errors: no session, a newer format, damaged files, a session
+/// with neither packets nor patches.
+[[nodiscard]] Expected<SessionFolder> open_session(const std::string& path);
+
+/// Makes the folder with rig.yaml and a session.json that has no end yet. An existing path is never touched.
+Expected<void> create_session(const std::string& path, const Rig& rig, const SessionRecord& record);
+
+/// Replaces session.json, for example at the end of the recording.
+Expected<void> write_session_record(const std::string& path, const SessionRecord& record);
+
+/// Where the packets of a session lie.
+[[nodiscard]] std::string session_packets_path(const std::string& path);
+
+}  // namespace rigcal
