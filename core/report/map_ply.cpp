@@ -1,16 +1,13 @@
 #include "core/report/map_ply.h"
 
-#include <algorithm>
+#include <vector>
 
 #include "core/base/bytes.h"
-#include "core/report/durable_file.h"
+#include "core/io/output_file.h"
 #include "core/report/number_text.h"
 
 namespace rigcal {
 namespace {
-
-// Points turned into bytes at a time: a map of any size is written from a small buffer.
-constexpr std::size_t chunk = 65536;
 
 std::string header(const CalibrationResult& result) {
   std::string text = "ply\nformat binary_little_endian 1.0\ncomment rigcal map, world frame G, metres\n";
@@ -25,26 +22,22 @@ std::string header(const CalibrationResult& result) {
 }  // namespace
 
 Expected<void> write_map_ply(const CalibrationResult& result, const std::string& path) {
-  DurableFile file;
-  if (Expected<void> made = file.create(path); !made) return made;
-  if (Expected<void> written = file.write(header(result)); !written) return written;
+  Expected<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  file->write(header(result));
   std::vector<std::uint8_t> bytes;
-  for (std::size_t begin = 0; begin < result.map.size(); begin += chunk) {
+  for (const MapPoint& point : result.map) {
     bytes.clear();
     ByteWriter writer(bytes);
-    const std::size_t end = std::min(result.map.size(), begin + chunk);
-    for (std::size_t i = begin; i < end; ++i) {
-      const MapPoint& point = result.map[i];
-      writer.write(point.x);
-      writer.write(point.y);
-      writer.write(point.z);
-      writer.write(point.reflectivity);
-      writer.write(point.sensor);
-    }
-    const Expected<void> written = file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    if (!written) return written;
+    writer.write(point.x);
+    writer.write(point.y);
+    writer.write(point.z);
+    writer.write(point.reflectivity);
+    writer.write(point.sensor);
+    file->write(bytes);
   }
-  return file.close();
+  if (Expected<void> synced = file->sync(); !synced) return synced;
+  return file->close();
 }
 
 }  // namespace rigcal

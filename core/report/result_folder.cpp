@@ -7,11 +7,10 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
-#include "core/report/durable_file.h"
+#include "core/io/output_file.h"
 #include "core/report/map_ply.h"
 #include "core/report/result_texts.h"
 
@@ -68,29 +67,40 @@ class TemporaryFolder {
 };
 
 Expected<void> write_text(const fs::path& path, const std::string& text) {
-  DurableFile file;
-  if (Expected<void> made = file.create(path.string()); !made) return made;
-  if (Expected<void> written = file.write(text); !written) return written;
-  return file.close();
+  Expected<OutputFile> file = OutputFile::create(path.string());
+  if (!file) return file.error();
+  file->write(text);
+  if (Expected<void> synced = file->sync(); !synced) return synced;
+  return file->close();
+}
+
+// Brings the names in a folder to the disk.
+Expected<void> sync_folder(const fs::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return cannot_write(path.string(), errno);
+  const int problem = fsync(descriptor) == 0 ? 0 : errno;
+  close(descriptor);
+  // Some network file systems know no fsync of a folder.
+  if (problem != 0 && problem != EINVAL) return cannot_write(path.string(), problem);
+  return {};
 }
 
 // Puts `complete` where `target` is. An older result changes places with it in one step, where the file system can do
 // that, and else is moved aside for a moment; `complete` then names the older one.
 Expected<void> swap_in(const fs::path& complete, const fs::path& target) {
   if (!fs::exists(target)) {
-    if (std::rename(complete.c_str(), target.c_str()) != 0)
-      return refused("cannot rename", target, std::strerror(errno));
+    if (std::rename(complete.c_str(), target.c_str()) != 0) return cannot_write(target.string(), errno);
     return {};
   }
   if (renameat2(AT_FDCWD, complete.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) return {};
   const fs::path aside = complete.string() + "-old";
-  if (std::rename(target.c_str(), aside.c_str()) != 0) return refused("cannot rename", target, std::strerror(errno));
+  if (std::rename(target.c_str(), aside.c_str()) != 0) return cannot_write(target.string(), errno);
   if (std::rename(complete.c_str(), target.c_str()) != 0) {
-    const Error error = refused("cannot rename", target, std::strerror(errno));
+    const Error error = cannot_write(target.string(), errno);
     std::rename(aside.c_str(), target.c_str());
     return error;
   }
-  if (std::rename(aside.c_str(), complete.c_str()) != 0) return refused("cannot rename", aside, std::strerror(errno));
+  if (std::rename(aside.c_str(), complete.c_str()) != 0) return cannot_write(aside.string(), errno);
   return {};
 }
 
@@ -146,9 +156,9 @@ Expected<void> write_result_folder(const CalibrationResult& result, const std::s
   if (Expected<void> done = write_text(folder / "trajectory.tum", trajectory_tum(result)); !done) return done;
   if (Expected<void> done = write_text(folder / "report.json", report_json(result)); !done) return done;
   if (Expected<void> done = write_map_ply(result, (folder / "map.ply").string()); !done) return done;
-  if (Expected<void> done = sync_folder(folder.string()); !done) return done;
+  if (Expected<void> done = sync_folder(folder); !done) return done;
   if (Expected<void> done = swap_in(folder, *target); !done) return done;
-  return sync_folder(target->parent_path().string());
+  return sync_folder(target->parent_path());
 }
 
 }  // namespace rigcal
