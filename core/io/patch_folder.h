@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/staged_folder.h"
+#include "core/records/records.h"
+#include "core/rig/rig.h"
+
+namespace rigcal {
+
+struct PatchFile {
+  int stop = 0;
+  std::string path;
+};
+
+/// What lies in a patch folder (contract section 4): `<folder>/<sensor or its folder key>/<stop>.pcd`.
+struct PatchFolder {
+  std::string path;
+  /// By the sensor's index in the rig, sorted by stop; empty for cameras and for LiDARs without a folder.
+  std::vector<std::vector<PatchFile>> patches;
+  std::vector<int> stops;  ///< All stop numbers that occur, sorted.
+  /// T_G_base by stop number from trajectory.tum, where there is one; may hold stops without a patch.
+  std::optional<std::map<int, SE3>> trajectory;
+  std::vector<std::string> unknown;  ///< Names in the folder that belong to no sensor, for a warning; sorted.
+};
+
+/// Lists a patch folder; clouds are not opened. `trajectory_path` empty: `<folder>/trajectory.tum`, if it is there.
+/// Errors: no folder, nothing in it, no folder for any LiDAR (names what is there), two files for one stop,
+/// a trajectory whose first column is no stop number or has one twice.
+[[nodiscard]] Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
+                                                      const std::string& trajectory_path = {});
+
+/// Writes a patch folder, which appears as a whole with `finish`. An existing path is never touched.
+class PatchFolderWriter {
+ public:
+  [[nodiscard]] static Expected<PatchFolderWriter> create(const std::string& path, const Rig& rig);
+
+  Expected<void> write(const Patch& patch);
+  /// T_G_base by stop number.
+  Expected<void> write_trajectory(const std::map<int, SE3>& poses);
+  Expected<void> finish() { return folder_.commit(); }
+
+ private:
+  PatchFolderWriter(StagedFolder folder, std::vector<std::string> names)
+      : folder_(std::move(folder)), names_(std::move(names)) {}
+
+  StagedFolder folder_;
+  std::vector<std::string> names_;  ///< Folder of each sensor.
+};
+
+}  // namespace rigcal

@@ -1,0 +1,305 @@
+#include "core/io/pcd_file.h"
+
+#include <lzf.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "core/io/output_file.h"
+#include "core/io/pcd_header.h"
+#include "core/rig/text_file.h"
+
+namespace rigcal {
+namespace {
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+constexpr std::size_t chunk_points = 16384;
+constexpr std::size_t max_header_line = 16384;
+constexpr int max_header_lines = 1000;
+
+/// Gathers points, leaves out what is no return, and hands on full chunks.
+class Collector {
+ public:
+  explicit Collector(const std::function<void(std::span<const Point>)>& take) : take_(take) {
+    chunk_.reserve(chunk_points);
+  }
+
+  void add(const Point& point) {
+    if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) {
+      ++summary_.not_finite;
+    } else if (point.x == 0.0F && point.y == 0.0F && point.z == 0.0F) {
+      ++summary_.at_origin;
+    } else {
+      chunk_.push_back(point);
+      if (chunk_.size() == chunk_points) flush();
+    }
+  }
+  void flush() {
+    summary_.points += chunk_.size();
+    if (!chunk_.empty()) take_(chunk_);
+    chunk_.clear();
+  }
+  [[nodiscard]] PcdSummary& summary() { return summary_; }
+
+ private:
+  const std::function<void(std::span<const Point>)>& take_;
+  std::vector<Point> chunk_;
+  PcdSummary summary_;
+};
+
+template <class T>
+double load(const std::uint8_t* at) {
+  T value;
+  std::memcpy(&value, at, sizeof(T));
+  return static_cast<double>(value);
+}
+
+double load(const std::uint8_t* at, char type, std::size_t size) {
+  if (type == 'F') return size == 4 ? load<float>(at) : load<double>(at);
+  if (type == 'U') {
+    if (size == 1) return load<std::uint8_t>(at);
+    if (size == 2) return load<std::uint16_t>(at);
+    return size == 4 ? load<std::uint32_t>(at) : load<std::uint64_t>(at);
+  }
+  if (size == 1) return load<std::int8_t>(at);
+  if (size == 2) return load<std::int16_t>(at);
+  return size == 4 ? load<std::int32_t>(at) : load<std::int64_t>(at);
+}
+
+/// A number rounded into 0 .. `most`; NaN gives 0.
+double rounded(double value, double most) { return value > 0.0 ? std::min(std::round(value), most) : 0.0; }
+
+/// A double may be too large for a float; then the point is as good as infinite.
+float to_float(double value) {
+  constexpr double largest = 3.4e38;
+  return std::abs(value) > largest ? std::numeric_limits<float>::infinity() : static_cast<float>(value);
+}
+
+/// The fields that make up a Point.
+struct PointFields {
+  const PcdField* x;
+  const PcdField* y;
+  const PcdField* z;
+  const PcdField* reflectivity;
+  const PcdField* tag;
+  const PcdField* ring;
+
+  explicit PointFields(const PcdHeader& header)
+      : x(header.find({"x"})),
+        y(header.find({"y"})),
+        z(header.find({"z"})),
+        reflectivity(header.find({"reflectivity", "intensity"})),
+        tag(header.find({"tag"})),
+        ring(header.find({"ring", "line"})) {}
+
+  /// `value(field)` gives the number of a field, `x`, `y` and `z` come as doubles.
+  template <class Value>
+  [[nodiscard]] Point assemble(const Value& value) const {
+    Point point;
+    point.x = to_float(value(*x));
+    point.y = to_float(value(*y));
+    point.z = to_float(value(*z));
+    if (reflectivity != nullptr) point.reflectivity = static_cast<std::uint8_t>(rounded(value(*reflectivity), 255.0));
+    if (tag != nullptr) point.tag = static_cast<std::uint8_t>(rounded(value(*tag), 255.0));
+    if (ring != nullptr) point.shot = static_cast<std::uint16_t>(rounded(value(*ring), 65535.0));
+    return point;
+  }
+};
+
+class PcdReader {
+ public:
+  PcdReader(std::string path, File file, std::uint64_t file_bytes)
+      : path_(std::move(path)), file_(std::move(file)), file_bytes_(file_bytes), parser_(path_) {}
+
+  Expected<PcdSummary> read(Collector& out) {
+    Expected<void> done = read_header();
+    if (!done) return done.error();
+    const PointFields fields(header());
+    out.summary().has_reflectivity = fields.reflectivity != nullptr;
+    out.summary().has_ring = fields.ring != nullptr;
+    out.summary().size_missing = header().size_missing;
+    if (header().encoding == PcdEncoding::ascii) done = read_ascii(fields, out);
+    if (header().encoding == PcdEncoding::binary) done = read_binary(fields, out);
+    if (header().encoding == PcdEncoding::binary_compressed) done = read_compressed(fields, out);
+    if (!done) return done.error();
+    out.flush();
+    return out.summary();
+  }
+
+ private:
+  [[nodiscard]] const PcdHeader& header() const { return parser_.header(); }
+
+  [[nodiscard]] Error too_short(std::uint64_t found) const {
+    return input_error("promises " + std::to_string(header().points) + " points, but holds " + std::to_string(found),
+                       path_, "copy or record it again");
+  }
+
+  /// A line without its end; nothing at the end of the file, and `too_long_` set where it does not fit.
+  [[nodiscard]] std::optional<std::string_view> read_line() {
+    if (std::fgets(line_.data(), static_cast<int>(line_.size()), file_.get()) == nullptr) return std::nullopt;
+    std::size_t length = std::strlen(line_.data());
+    too_long_ = length + 1 == line_.size();
+    while (length > 0 && (line_[length - 1] == '\n' || line_[length - 1] == '\r')) --length;
+    return std::string_view(line_.data(), length);
+  }
+
+  Expected<void> read_header() {
+    while (const std::optional<std::string_view> line = read_line()) {
+      if (too_long_ || header().lines >= max_header_lines) break;
+      const Expected<bool> last = parser_.take(*line);
+      if (!last) return last.error();
+      if (*last) return {};
+    }
+    return input_error("is no PCD file: it has no DATA line", path_, "give a .pcd file, version 0.7");
+  }
+
+  [[nodiscard]] std::uint64_t bytes_left() const {
+    const long at = std::ftell(file_.get());
+    return at < 0 || static_cast<std::uint64_t>(at) > file_bytes_ ? 0 : file_bytes_ - static_cast<std::uint64_t>(at);
+  }
+
+  Expected<void> read_ascii(const PointFields& fields, Collector& out) {
+    std::vector<double> values(header().columns);
+    std::uint64_t line_number = static_cast<std::uint64_t>(header().lines);
+    std::uint64_t found = 0;
+    while (found < header().points) {
+      const std::optional<std::string_view> line = read_line();
+      if (!line) return too_short(found);
+      ++line_number;
+      const std::size_t count = parse_values(*line, values);
+      if (count == 0 && line->find_first_not_of(" \t") == std::string_view::npos) continue;
+      if (too_long_ || count != values.size()) {
+        return input_error("has no " + std::to_string(values.size()) + " numbers",
+                           path_ + ":" + std::to_string(line_number), "copy or record it again");
+      }
+      out.add(fields.assemble([&](const PcdField& field) { return values[field.column]; }));
+      ++found;
+    }
+    return {};
+  }
+
+  /// How many numbers from the front of the line could be read.
+  static std::size_t parse_values(std::string_view line, std::vector<double>& values) {
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      while (at != end && (*at == ' ' || *at == '\t')) ++at;
+      if (at != end && *at == '+') ++at;
+      const auto [rest, code] = std::from_chars(at, end, values[i]);
+      if (code == std::errc::invalid_argument) return i;
+      if (code == std::errc::result_out_of_range) values[i] = std::numeric_limits<double>::quiet_NaN();
+      if (rest != end && *rest != ' ' && *rest != '\t') return i;
+      at = rest;
+    }
+    return values.size();
+  }
+
+  Expected<void> read_binary(const PointFields& fields, Collector& out) {
+    const std::size_t step = header().point_bytes;
+    if (header().points > bytes_left() / step) return too_short(bytes_left() / step);
+    // A chunk of at least one point and about a MiB.
+    const std::uint64_t points_a_chunk = std::max<std::uint64_t>(1, (std::uint64_t{1} << 20) / step);
+    std::vector<std::uint8_t> chunk;
+    for (std::uint64_t done = 0; done < header().points;) {
+      const auto count = static_cast<std::size_t>(std::min(points_a_chunk, header().points - done));
+      chunk.resize(count * step);
+      if (std::fread(chunk.data(), step, count, file_.get()) != count) return too_short(done);
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint8_t* at = chunk.data() + i * step;
+        out.add(fields.assemble([&](const PcdField& f) { return load(at + f.offset, f.type, f.size); }));
+      }
+      done += count;
+    }
+    return {};
+  }
+
+  /// Compressed files hold all values of a field together, and one field after the other.
+  Expected<void> read_compressed(const PointFields& fields, Collector& out) {
+    if (header().points == 0) return {};
+    std::array<std::uint32_t, 2> sizes{};
+    if (std::fread(sizes.data(), sizeof(sizes), 1, file_.get()) != 1) return too_short(0);
+    const auto [packed_bytes, bytes] = sizes;
+    const std::uint64_t wanted = header().points * header().point_bytes;
+    if (bytes != wanted) {
+      return input_error(
+          "its compressed part says " + std::to_string(bytes) + " bytes, but its points take " + std::to_string(wanted),
+          path_, "copy or record it again");
+    }
+    if (packed_bytes > bytes_left()) return too_short(0);
+    // LZF stores at most 264 bytes in 3: what claims more is no LZF, and is not given the memory.
+    if (bytes / 88 > packed_bytes) return damaged();
+    std::vector<std::uint8_t> packed(packed_bytes);
+    if (std::fread(packed.data(), 1, packed.size(), file_.get()) != packed.size()) return too_short(0);
+    std::vector<std::uint8_t> values(bytes);
+    if (lzf_decompress(packed.data(), packed_bytes, values.data(), bytes) != bytes) return damaged();
+    const auto points = static_cast<std::size_t>(header().points);
+    for (std::size_t i = 0; i < points; ++i) {
+      out.add(fields.assemble([&](const PcdField& f) {
+        return load(values.data() + points * f.offset + i * f.size * f.count, f.type, f.size);
+      }));
+    }
+    return {};
+  }
+
+  [[nodiscard]] Error damaged() const {
+    return input_error("its compressed part is damaged", path_, "copy or record it again");
+  }
+
+  std::string path_;
+  File file_;
+  std::uint64_t file_bytes_;
+  PcdHeaderParser parser_;
+  std::array<char, max_header_line> line_{};
+  bool too_long_ = false;
+};
+
+}  // namespace
+
+Expected<PcdSummary> read_pcd(const std::string& path, const std::function<void(std::span<const Point>)>& take) {
+  File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) return cannot_read(path, errno);
+  struct stat status = {};
+  if (fstat(fileno(file.get()), &status) != 0) return cannot_read(path, errno);
+  if (S_ISDIR(status.st_mode)) return cannot_read(path, EISDIR);
+  if (!S_ISREG(status.st_mode)) return input_error("is no regular file", path);
+  if (status.st_size == 0) return input_error("is empty", path, "copy or record it again");
+  Collector collector(take);
+  return PcdReader(path, std::move(file), static_cast<std::uint64_t>(status.st_size)).read(collector);
+}
+
+Expected<PcdCloud> read_pcd(const std::string& path) {
+  PcdCloud cloud;
+  const Expected<PcdSummary> summary = read_pcd(
+      path, [&](std::span<const Point> chunk) { cloud.points.insert(cloud.points.end(), chunk.begin(), chunk.end()); });
+  if (!summary) return summary.error();
+  cloud.summary = *summary;
+  return cloud;
+}
+
+Expected<void> write_pcd(const std::string& path, std::span<const Point> points) {
+  Expected<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  const std::string count = std::to_string(points.size());
+  file->write(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag\nSIZE 4 4 4 4 1\n"
+      "TYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH " +
+      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n");
+  for (const Point& point : points) {
+    const std::array<float, 4> values{point.x, point.y, point.z, static_cast<float>(point.reflectivity)};
+    std::uint8_t* room = file->reserve(sizeof(values) + 1);
+    std::memcpy(room, values.data(), sizeof(values));
+    room[sizeof(values)] = point.tag;
+  }
+  return file->close();
+}
+
+}  // namespace rigcal

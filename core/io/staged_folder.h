@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// A folder that appears as a whole or not at all: it is filled under another name beside its place and renamed by
+/// `commit`. Left uncommitted, it is removed again.
+class StagedFolder {
+ public:
+  /// For a new folder; an existing path is an error (kind input).
+  [[nodiscard]] static Expected<StagedFolder> create(const std::string& path);
+  /// For a folder that may replace an older one: one that is empty or holds nothing but entries of these names. Any
+  /// other existing path is an error, so that a slip of the user never costs his files.
+  [[nodiscard]] static Expected<StagedFolder> replace(const std::string& path, std::vector<std::string> own_entries);
+
+  StagedFolder(StagedFolder&& other) noexcept;
+  StagedFolder& operator=(StagedFolder&&) = delete;
+  ~StagedFolder();
+
+  /// Where to write.
+  [[nodiscard]] const std::string& path() const { return staging_; }
+  /// Renames it to its place. The folder it replaces is removed only after that.
+  Expected<void> commit();
+
+ private:
+  StagedFolder(std::string target, std::string staging, std::vector<std::string> own_entries);
+
+  std::string target_;
+  std::string staging_;
+  std::vector<std::string> own_entries_;
+};
+
+}  // namespace rigcal

@@ -1,0 +1,133 @@
+#include "core/io/patch_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/pcd_file.h"
+#include "tests/core/io/dump_bytes.h"
+#include "tests/support/se3_matchers.h"
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Rig rig_of_three() {
+  return *parse_rig(
+      "rigcal: 1\nbase: a\nsensors:\n  a: {type: livox_avia}\n  b: {type: livox_mid40, folder: mid}\n"
+      "  c: {type: lidar}\n  cam: {type: camera}\n",
+      "rig.yaml");
+}
+
+/// A folder with empty files of these names.
+std::string folder_with(const std::string& name, const std::vector<std::string>& files) {
+  const std::string path = fresh_path(name);
+  std::filesystem::create_directory(path);
+  for (const std::string& file : files) {
+    std::filesystem::create_directories(std::filesystem::path(path + "/" + file).parent_path());
+    std::ofstream(path + "/" + file) << "";
+  }
+  return path;
+}
+
+std::string error_of(const std::string& path) {
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig_of_three());
+  return folder ? std::string("no error") : folder.error().message();
+}
+
+TEST(PatchFolder, SortsStopsByNumberAndListsStrangers) {
+  const std::string path = folder_with("patches", {"a/10.pcd", "a/9.pcd", "a/007.pcd", "a/notes.txt", "a/-1.pcd",
+                                                   "mid/9.pcd", "image/cam/9.png", "avia/1.pcd", "b/1.pcd"});
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig_of_three());
+  ASSERT_TRUE(folder) << folder.error().message();
+  ASSERT_EQ(folder->patches.size(), 4U);
+  ASSERT_EQ(folder->patches[0].size(), 3U);
+  EXPECT_EQ(folder->patches[0][0].stop, 7);
+  EXPECT_EQ(folder->patches[0][2].stop, 10);
+  EXPECT_EQ(folder->patches[0][2].path, path + "/a/10.pcd");
+  EXPECT_EQ(folder->patches[1].size(), 1U);  // found by its folder key
+  EXPECT_TRUE(folder->patches[2].empty());
+  EXPECT_THAT(folder->stops, ElementsAre(7, 9, 10));
+  EXPECT_THAT(folder->unknown, ElementsAre("a/-1.pcd", "a/notes.txt", "avia", "b"));
+  EXPECT_FALSE(folder->trajectory);
+}
+
+TEST(PatchFolder, ReadsATrajectoryByStopNumber) {
+  const std::string path = folder_with("with_tum", {"a/0.pcd"});
+  std::ofstream(path + "/trajectory.tum") << "# stop tx ty tz qx qy qz qw\n0 0 0 0 0 0 0 1\n12.0 1 2 3 0 0 1 0\n";
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig_of_three());
+  ASSERT_TRUE(folder) << folder.error().message();
+  ASSERT_EQ(folder->trajectory->size(), 2U);
+  EXPECT_THAT(folder->trajectory->at(12), SE3Near(pose_deg(0, 0, 180, 1, 2, 3), 1e-9, 1e-9));
+}
+
+TEST(PatchFolder, RefusesATrajectoryOfTimes) {
+  const std::string path = folder_with("with_times", {"a/0.pcd"});
+  std::ofstream(path + "/trajectory.tum") << "0 0 0 0 0 0 0 1\n0.5 0 0 0 0 0 0 1\n";
+  EXPECT_THAT(error_of(path), HasSubstr("trajectory.tum:2: the first column is no stop number"));
+  std::ofstream(path + "/trajectory.tum") << "3 0 0 0 0 0 0 1\n\n3 0 0 0 0 0 0 1\n";
+  EXPECT_THAT(error_of(path), HasSubstr("trajectory.tum:3: has stop 3 a second time"));
+}
+
+TEST(PatchFolder, SaysWhatIsThereWhenNoSensorFits) {
+  const std::string path = folder_with("strangers", {"avia/1.pcd", "mid_left/1.pcd"});
+  EXPECT_THAT(error_of(path), HasSubstr("there are avia, mid_left"));
+  EXPECT_THAT(error_of(path), HasSubstr("wanted are a, mid, c"));
+  EXPECT_THAT(error_of(folder_with("nothing", {})), HasSubstr("is empty"));
+  EXPECT_THAT(error_of(folder_with("no_clouds", {"a/x.txt"})), HasSubstr("hold no clouds"));
+  EXPECT_THAT(error_of(folder_with("doubled", {"a/1.pcd", "a/01.pcd"})), HasSubstr("two clouds for stop 1"));
+  EXPECT_THAT(error_of(fresh_path("no_folder")), HasSubstr("no such file"));
+}
+
+TEST(PatchFolderWriter, WritesWhatIsListedAgain) {
+  const std::string path = fresh_path("written");
+  Expected<PatchFolderWriter> writer = PatchFolderWriter::create(path + "/", rig_of_three());
+  ASSERT_TRUE(writer);
+  Patch patch{1, 4, {}};
+  patch.points.push_back({1, 2, 3, 4, 5, 0});
+  ASSERT_TRUE(writer->write(patch));
+  const SE3 pose = pose_deg(1, 2, 3, 4, 5, 6);
+  ASSERT_TRUE(writer->write_trajectory({{4, pose}}));
+  EXPECT_FALSE(std::filesystem::exists(path));  // nothing that looks like a result before the end
+  ASSERT_TRUE(writer->finish());
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig_of_three());
+  ASSERT_TRUE(folder) << folder.error().message();
+  ASSERT_EQ(folder->patches[1].size(), 1U);
+  EXPECT_EQ(read_pcd(folder->patches[1][0].path)->points.size(), 1U);
+  EXPECT_THAT(folder->trajectory->at(4), SE3Near(pose, 1e-12, 0.0));  // all digits are written
+}
+
+TEST(PatchFolderWriter, NeverOverwrites) {
+  const std::string path = folder_with("mine", {"precious.txt"});
+  const Expected<PatchFolderWriter> writer = PatchFolderWriter::create(path, rig_of_three());
+  ASSERT_FALSE(writer);
+  EXPECT_THAT(writer.error().message(), HasSubstr("exists already"));
+  EXPECT_TRUE(std::filesystem::exists(path + "/precious.txt"));
+}
+
+TEST(StagedFolder, ReplacesOnlyItsOwnKind) {
+  const std::string path = folder_with("result", {"extrinsics.yaml"});
+  {
+    Expected<StagedFolder> folder = StagedFolder::replace(path, {"extrinsics.yaml", "report.json"});
+    ASSERT_TRUE(folder);
+    std::ofstream(folder->path() + "/report.json") << "{}";
+    ASSERT_TRUE(folder->commit());
+  }
+  EXPECT_TRUE(std::filesystem::exists(path + "/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(path + "/extrinsics.yaml"));
+  std::ofstream(path + "/thesis.tex") << "x";
+  const Expected<StagedFolder> refused = StagedFolder::replace(path, {"extrinsics.yaml", "report.json"});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message(), HasSubstr("holds 'thesis.tex'"));
+  EXPECT_TRUE(std::filesystem::exists(path + "/report.json"));
+}
+
+TEST(StagedFolder, LeavesNothingWhenNotCommitted) {
+  const std::string parent = folder_with("parent", {});
+  { ASSERT_TRUE(StagedFolder::create(parent + "/new")); }
+  EXPECT_TRUE(std::filesystem::is_empty(parent));
+}
+
+}  // namespace
+}  // namespace rigcal
