@@ -1,0 +1,165 @@
+#include "apps/lidar_findings.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "drivers/livox_codec/status.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double kWorthyLoss = 1e-3;  // A packet in a thousand costs no accuracy; more hints at the machine or network.
+
+std::string percent(double fraction) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g %%", 100.0 * fraction);
+  return text;
+}
+
+const Sensor& sensor_of(const Rig& rig, const DeviceIngest& device) {
+  return rig.sensors[static_cast<std::size_t>(device.sensor)];
+}
+
+/// "avia (192.168.1.179)" or "192.168.1.99 (broadcast code 3JED...)".
+std::string name_of(const Rig& rig, const DeviceIngest& device) {
+  if (device.sensor >= 0) return sensor_of(rig, device).name + " (" + to_string(device.ip) + ")";
+  if (device.broadcast_code.empty()) return to_string(device.ip);
+  return to_string(device.ip) + " (broadcast code " + device.broadcast_code + ")";
+}
+
+bool is_model(LidarModel model, livox::DeviceType type) {
+  switch (model) {
+    case LidarModel::livox_avia:
+      return type == livox::DeviceType::avia;
+    case LidarModel::livox_mid40:
+      return type == livox::DeviceType::mid40;
+    case LidarModel::livox_mid70:
+      return type == livox::DeviceType::mid70;
+    case LidarModel::livox_horizon:
+      return type == livox::DeviceType::horizon;
+    case LidarModel::livox_tele15:
+      return type == livox::DeviceType::tele15;
+    case LidarModel::other:
+      return true;
+  }
+  return true;
+}
+
+void warn_of_identity(const Rig& rig, const DeviceIngest& device, std::vector<std::string>& warnings) {
+  const std::string ip = to_string(device.ip);
+  const int by_ip = sensor_by_ip(rig, device.ip);
+  if (by_ip >= 0 && by_ip != device.sensor && !device.broadcast_code.empty()) {
+    const std::string told = device.sensor >= 0 ? "it is used as " + sensor_of(rig, device).name
+                                                : "no sensor of the rig file has this code, and it is not used";
+    warnings.push_back("the device at " + ip + " says that it is " + device.broadcast_code +
+                       ", but the rig file has this address for " + rig.sensors[static_cast<std::size_t>(by_ip)].name +
+                       ": " + told);
+  } else if (device.sensor < 0 && device.packets > 0) {
+    const std::string hub = device.type == livox::DeviceType::hub ? " is a Hub, whose packets are not read:"
+                                                                  : " belong to no sensor of the rig file:";
+    warnings.push_back("the " + std::to_string(device.packets) + " packets from " + name_of(rig, device) + hub +
+                       " they are not used");
+  }
+  if (device.sensor < 0 || !device.type) return;
+  const Sensor& sensor = sensor_of(rig, device);
+  if (!is_model(sensor.lidar->model, *device.type)) {
+    warnings.push_back(sensor.name + " has another type in the rig file than the device at " + ip +
+                       " says it is: " + livox::model_name(*device.type));
+  }
+}
+
+void warn_of_stream(const Rig& rig, const DeviceIngest& device, std::vector<std::string>& warnings) {
+  const std::string name = name_of(rig, device);
+  for (const auto& [stream, what] : {std::pair{&device.point_stream, "point"}, {&device.imu_stream, "IMU"}}) {
+    const double loss = static_cast<double>(stream->lost) / std::max(1.0, static_cast<double>(stream->expected()));
+    if (loss < kWorthyLoss) continue;
+    warnings.push_back(name + ": " + percent(loss) + " of the " + what + " packets are missing (" +
+                       std::to_string(stream->lost) + " in " + std::to_string(stream->gaps) + " gaps)");
+  }
+  if (device.malformed > 0) {
+    warnings.push_back(name + ": " + std::to_string(device.malformed) + " datagrams are damaged and were left out");
+  }
+  if (device.clock.jumps > 0) {
+    warnings.push_back(name + ": its clock jumped or it started anew " + std::to_string(device.clock.jumps) +
+                       " time(s)");
+  }
+  if (device.clock.strays > 0) {
+    warnings.push_back(name + ": " + std::to_string(device.clock.strays) +
+                       " packets have a senseless time stamp and were left out");
+  }
+  const livox::Status status = livox::decode_status(device.worst_status);
+  if (status.system != livox::Level::normal) {
+    char word[16];
+    std::snprintf(word, sizeof word, "0x%08X", device.worst_status);
+    warnings.push_back(name + ": the sensor reports " +
+                       (status.system == livox::Level::warning ? "a warning" : "an error") + " (status " + word + ")");
+  }
+}
+
+std::string seen_devices(const Rig& rig, const IngestSummary& summary) {
+  constexpr std::size_t kNamed = 12;
+  std::string text;
+  std::size_t named = 0;
+  for (const DeviceIngest& device : summary.devices) {
+    if (device.packets == 0) continue;
+    if (++named > kNamed) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + name_of(rig, device);
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::string expected_at(const LidarSettings& lidar) {
+  std::string text;
+  if (lidar.ip) text = to_string(*lidar.ip);
+  if (!lidar.broadcast_code.empty()) text += (text.empty() ? "" : ", ") + lidar.broadcast_code;
+  return text.empty() ? "no ip and no broadcast_code in the rig file" : text;
+}
+
+/// The LiDARs of the rig that gave no point packet: "mid100_left (192.168.1.21)", comma-separated.
+std::string missing_sensors(const Rig& rig, const IngestSummary& summary) {
+  std::string text;
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    if (!rig.sensors[i].is_lidar()) continue;
+    const DeviceIngest* device = summary.of_sensor(static_cast<int>(i));
+    if (device != nullptr && device->shots > 0) continue;
+    text += (text.empty() ? "" : ", ") + rig.sensors[i].name + " (" + expected_at(*rig.sensors[i].lidar) + ")";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& summary) {
+  std::vector<std::string> warnings;
+  for (const DeviceIngest& device : summary.devices) {
+    warn_of_identity(rig, device, warnings);
+    if (device.sensor < 0) continue;
+    warn_of_stream(rig, device, warnings);
+    const DeviceIngest* other = summary.of_sensor(device.sensor);
+    if (other != &device && device.packets > 0) {
+      warnings.push_back("both " + to_string(other->ip) + " and " + to_string(device.ip) + " say that they are " +
+                         sensor_of(rig, device).name + ": the points of both are used");
+    }
+  }
+  return warnings;
+}
+
+std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late) {
+  const bool any = std::any_of(summary.devices.begin(), summary.devices.end(),
+                               [](const DeviceIngest& device) { return device.packets > 0; });
+  if (!any) {
+    return input_error(
+        "the recording holds no Livox packet among " + std::to_string(summary.datagrams) + " UDP datagrams", {},
+        "record the ports that the sensors send to");
+  }
+  if (learned_too_late) {
+    return input_error("a sensor told its broadcast code after packets from its address had been used otherwise", {},
+                       "correct the ip addresses in the rig file");
+  }
+  const std::string missing = missing_sensors(rig, summary);
+  if (missing.empty()) return std::nullopt;
+  return input_error("the recording has no points of " + missing + "; seen: " + seen_devices(rig, summary), {},
+                     "correct ip or broadcast_code in the rig file, or take the sensor out of it");
+}
+
+}  // namespace rigcal

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/lidar_ingest.h"
+
+namespace rigcal {
+
+/// What a user should know of the devices of a recording, in sentences.
+[[nodiscard]] std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& summary);
+
+/// What keeps a recording from being used with this rig, if anything does.
+[[nodiscard]] std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late);
+
+}  // namespace rigcal

@@ -1,0 +1,276 @@
+#include "apps/lidar_ingest.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "apps/lidar_findings.h"
+#include "core/clocks/pulse_time.h"
+#include "drivers/livox_codec/sample_packet.h"
+
+namespace rigcal {
+namespace {
+
+// A rig has a dozen sensors; more addresses than this are somebody's noise and are not told apart.
+constexpr std::size_t kMaxDevices = 256;
+constexpr double kMidShotNs = 10'000.0;                   // 100 000 shots a second.
+constexpr double kOtherShotNs = 1e9 / 240'000.0;          // Horizon, Tele-15, Avia.
+constexpr double kImuIntervalNs = 5e6;                    // 200 Hz.
+constexpr std::array<double, 2> kLivoxRange{1.5, 200.0};  // Distorted nearer than 1.5 m; mostly noise beyond 200 m.
+
+const std::array<std::uint8_t, 256>& noise_tags() {
+  static const std::array<std::uint8_t, 256> table = [] {
+    std::array<std::uint8_t, 256> values{};
+    for (unsigned tag = 0; tag < values.size(); ++tag) {
+      values[tag] = livox::is_noise(livox::decode_tag(static_cast<std::uint8_t>(tag))) ? 1 : 0;
+    }
+    return values;
+  }();
+  return table;
+}
+
+struct Device {
+  DeviceIngest counts;
+  DeviceClock clock;
+  PulseTime pulse;
+  StreamLedger points;
+  StreamLedger imu;
+  bool mid70 = false;
+  float least_square_m2 = 0.0F;
+  float most_square_m2 = 0.0F;
+};
+
+bool is_mid70(const Rig& rig, const DeviceIngest& device) {
+  if (device.type) return *device.type == livox::DeviceType::mid70;
+  return device.sensor >= 0 &&
+         rig.sensors[static_cast<std::size_t>(device.sensor)].lidar->model == LidarModel::livox_mid70;
+}
+
+double shot_interval_ns(const Device& device, livox::DataType type) {
+  const bool mid = type == livox::DataType::cartesian || type == livox::DataType::spherical || device.mid70;
+  return mid ? kMidShotNs : kOtherShotNs;
+}
+
+/// Takes noise and points out of range out of the batch and counts them; without branches, as both come scattered.
+void filter(Device& device, std::vector<Point>& points) {
+  const std::array<std::uint8_t, 256>& is_noise = noise_tags();
+  std::size_t kept = 0;
+  std::size_t noise = 0;
+  for (const Point point : points) {
+    const float square = point.x * point.x + point.y * point.y + point.z * point.z;
+    const unsigned in_range = static_cast<unsigned>(square >= device.least_square_m2) &
+                              static_cast<unsigned>(square <= device.most_square_m2);
+    const unsigned bad = is_noise[point.tag];
+    points[kept] = point;
+    kept += in_range & (bad ^ 1U);
+    noise += bad;
+  }
+  device.counts.noise += noise;
+  device.counts.out_of_range += points.size() - noise - kept;
+  device.counts.points += kept;
+  points.resize(kept);
+}
+
+}  // namespace
+
+class LidarIngest::Devices {
+ public:
+  Devices(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes)
+      : rig_(rig), point_sink_(std::move(points)), imu_sink_(std::move(imu)), codes_(codes) {
+    batch_.points.reserve(livox::kMaxSlots);
+  }
+
+  void learn(const Datagram& datagram);
+  void add(const Datagram& datagram);
+  [[nodiscard]] IngestSummary summary() const;
+
+  const Rig& rig() const { return rig_; }
+  const BroadcastCodes& codes() const { return codes_; }
+  bool learned_too_late() const { return too_late_; }
+
+ private:
+  Device* find(const IpAddress& ip);
+  Device* find_or_add(const IpAddress& ip);
+  void assign(Device& device);
+  void learn(const livox::ControlFrame& frame, const IpAddress& from);
+  void add_packet(Device& device, const livox::SamplePacket& packet, std::int64_t received_ns);
+  void add_points(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns);
+  void add_imu(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns);
+
+  Rig rig_;
+  PointSink point_sink_;
+  ImuSink imu_sink_;
+  BroadcastCodes codes_;
+  std::map<IpAddress, Device> devices_;
+  IngestSummary totals_;
+  bool too_late_ = false;
+  PointBatch batch_;
+};
+
+Device* LidarIngest::Devices::find(const IpAddress& ip) {
+  const auto found = devices_.find(ip);
+  return found == devices_.end() ? nullptr : &found->second;
+}
+
+Device* LidarIngest::Devices::find_or_add(const IpAddress& ip) {
+  if (Device* known = find(ip)) return known;
+  if (devices_.size() >= kMaxDevices && sensor_at(rig_, codes_, ip) < 0) return nullptr;
+  Device& device = devices_[ip];
+  device.counts.ip = ip;
+  assign(device);
+  return &device;
+}
+
+void LidarIngest::Devices::assign(Device& device) {
+  const int sensor = sensor_at(rig_, codes_, device.counts.ip);
+  if (sensor != device.counts.sensor && device.counts.packets > 0) too_late_ = true;
+  device.counts.sensor = sensor;
+  const auto told = codes_.find(device.counts.ip);
+  if (told != codes_.end()) device.counts.broadcast_code = told->second;
+  device.mid70 = is_mid70(rig_, device.counts);
+  std::array<double, 2> range = kLivoxRange;
+  if (sensor >= 0) range = rig_.sensors[static_cast<std::size_t>(sensor)].lidar->range_m.value_or(kLivoxRange);
+  device.least_square_m2 = static_cast<float>(range[0] * range[0]);
+  device.most_square_m2 = static_cast<float>(range[1] * range[1]);
+}
+
+void LidarIngest::Devices::learn(const Datagram& datagram) {
+  if (datagram.bytes.empty() || datagram.bytes[0] != 0xAA) return;
+  if (const auto frame = livox::parse_control_frame(datagram.bytes)) learn(*frame, datagram.from.ip);
+}
+
+void LidarIngest::Devices::learn(const livox::ControlFrame& frame, const IpAddress& from) {
+  if (!livox::is_broadcast(frame)) return;
+  const Expected<livox::Broadcast> broadcast = livox::parse_broadcast(frame);
+  if (!broadcast) return;
+  if (codes_.size() >= kMaxDevices && !codes_.contains(from) && sensor_by_ip(rig_, from) < 0) return;
+  std::string& code = codes_[from];
+  const bool news = code != broadcast->broadcast_code;
+  code = broadcast->broadcast_code;
+  Device* device = find_or_add(from);
+  if (device == nullptr) return;
+  device->counts.type = broadcast->type;
+  if (news) {
+    for (auto& [ip, each] : devices_) assign(each);
+  } else {
+    assign(*device);
+  }
+}
+
+void LidarIngest::Devices::add(const Datagram& datagram) {
+  ++totals_.datagrams;
+  if (!datagram.bytes.empty() && datagram.bytes[0] == 0xAA) {
+    if (const auto frame = livox::parse_control_frame(datagram.bytes)) {
+      ++totals_.control_frames;
+      learn(*frame, datagram.from.ip);
+      return;
+    }
+  }
+  if (const auto packet = livox::parse_sample_packet(datagram.bytes)) {
+    if (Device* device = find_or_add(datagram.from.ip)) add_packet(*device, *packet, datagram.stamp_ns);
+    return;
+  }
+  if (Device* device = find(datagram.from.ip)) {
+    ++device->counts.malformed;
+  } else {
+    ++totals_.not_livox;
+  }
+}
+
+void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket& packet, std::int64_t received_ns) {
+  const livox::SampleHeader& header = packet.header;
+  DeviceIngest& counts = device.counts;
+  ++counts.packets;
+  if ((header.status >> 30U) > (counts.worst_status >> 30U) || counts.packets == 1) counts.worst_status = header.status;
+  std::int64_t device_ns = header.device_stamp_ns;
+  if (header.timestamp_type == livox::TimestampType::pps_only) device_ns = device.pulse.add(device_ns, received_ns);
+  const SessionStamp stamp = device.clock.add(device_ns, received_ns);
+  if (stamp.jumped) {
+    device.points.restart();
+    device.imu.restart();
+  }
+  const bool imu = header.data_type == livox::DataType::imu;
+  if (stamp.stray) {
+    ++counts.unused_packets;
+    return;
+  }
+  const double interval =
+      imu ? kImuIntervalNs : shot_interval_ns(device, header.data_type) * livox::record_layout(header.data_type).slots;
+  if ((imu ? device.imu : device.points).add(device_ns, interval, stamp.stamp_ns) == Arrival::duplicate) {
+    ++counts.unused_packets;
+    return;
+  }
+  if (counts.last_ns == 0) counts.first_ns = stamp.stamp_ns;
+  counts.last_ns = std::max(counts.last_ns, stamp.stamp_ns);
+  if (counts.sensor < 0) return;
+  if (imu) {
+    add_imu(device, packet, stamp.stamp_ns);
+  } else {
+    add_points(device, packet, stamp.stamp_ns);
+  }
+}
+
+void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns) {
+  batch_.sensor = device.counts.sensor;
+  batch_.stamp_ns = stamp_ns;
+  batch_.shot_interval_ns = shot_interval_ns(device, packet.header.data_type);
+  batch_.shots = livox::record_layout(packet.header.data_type).slots;
+  livox::decode_points(packet, batch_.points);
+  filter(device, batch_.points);
+  device.counts.shots += batch_.shots;
+  if (point_sink_) point_sink_(batch_);
+}
+
+void LidarIngest::Devices::add_imu(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns) {
+  const Expected<livox::ImuReading> reading = livox::decode_imu(packet);
+  if (!reading) {
+    ++device.counts.unused_packets;
+    return;
+  }
+  ++device.counts.imu_samples;
+  if (!imu_sink_) return;
+  const auto& gyro = reading->gyro_rad_s;
+  const auto& acceleration = reading->acceleration_g;
+  imu_sink_({device.counts.sensor, stamp_ns, Vector3d(gyro[0], gyro[1], gyro[2]),
+             Vector3d(acceleration[0], acceleration[1], acceleration[2])});
+}
+
+IngestSummary LidarIngest::Devices::summary() const {
+  IngestSummary summary = totals_;
+  for (const auto& [ip, device] : devices_) {
+    DeviceIngest& counts = summary.devices.emplace_back(device.counts);
+    counts.clock = device.clock.figures();
+    counts.point_stream = device.points.counters();
+    counts.imu_stream = device.imu.counters();
+    counts.point_gaps = device.points.gaps();
+  }
+  summary.warnings = ingest_warnings(rig_, summary);
+  return summary;
+}
+
+LidarIngest::LidarIngest(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes)
+    : devices_(std::make_unique<Devices>(rig, std::move(points), std::move(imu), codes)) {}
+LidarIngest::~LidarIngest() = default;
+LidarIngest::LidarIngest(LidarIngest&&) noexcept = default;
+LidarIngest& LidarIngest::operator=(LidarIngest&&) noexcept = default;
+
+void LidarIngest::learn(const Datagram& datagram) { devices_->learn(datagram); }
+void LidarIngest::add(const Datagram& datagram) { devices_->add(datagram); }
+BroadcastCodes LidarIngest::codes() const { return devices_->codes(); }
+bool LidarIngest::learned_too_late() const { return devices_->learned_too_late(); }
+IngestSummary LidarIngest::summary() const { return devices_->summary(); }
+
+Expected<IngestSummary> LidarIngest::finish() const {
+  IngestSummary summary = devices_->summary();
+  if (std::optional<Error> error = ingest_error(devices_->rig(), summary, devices_->learned_too_late())) return *error;
+  return summary;
+}
+
+const DeviceIngest* IngestSummary::of_sensor(int sensor) const {
+  const DeviceIngest* found = nullptr;
+  for (const DeviceIngest& device : devices) {
+    if (device.sensor == sensor && (found == nullptr || device.packets > found->packets)) found = &device;
+  }
+  return found;
+}
+
+}  // namespace rigcal
