@@ -31,12 +31,19 @@ struct LidarNoise {
   [[nodiscard]] double range_sigma_at(double range, double cos_incidence) const;
 };
 
-/// What one shot measured; no return where `range` is 0.
+/// One return of a shot; none where `range` is 0.
 struct Echo {
-  Vector3d direction = Vector3d::Zero();  ///< As reported, sensor frame.
   double range = 0.0;
   std::uint8_t reflectivity = 0;
-  std::uint8_t tag = 0;  ///< Livox tag byte (return number 1; bits 0-1: likely a bleeding point).
+  std::uint8_t tag = 0;  ///< Livox tag byte (return number; bits 0-1: likely a bleeding point).
+};
+
+/// What one shot measured. The second echo is that of another surface in the footprint, too far from the first to share
+/// its pulse.
+struct Shot {
+  Vector3d direction = Vector3d::Zero();  ///< As reported, sensor frame.
+  Echo first;
+  Echo second;
 };
 
 /// Measures a scene: ray, footprint, losses and noise of one shot.
@@ -46,13 +53,16 @@ class ShotMeter {
       : caster_(caster), materials_(materials), noise_(noise) {}
 
   /// `direction` is the true unit direction in the sensor frame, T_scene_sensor the pose at the moment of the shot.
-  [[nodiscard]] Echo measure(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people,
+  [[nodiscard]] Shot measure(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people,
                              Random& random) const;
 
  private:
   [[nodiscard]] bool is_lost(double range, double cos_incidence, double reflectivity, Random& random) const;
-  void bleed(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people, Random& random,
-             double& range, std::uint8_t& tag) const;
+  /// Another part of the footprint: moves `first_range` and marks the first echo, or fills in the second.
+  void look_again(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people, Random& random,
+                  double& first_range, Shot& shot) const;
+  /// Range with its noise and reflectivity with its own.
+  void finish(Echo& echo, double range, double cos_incidence, double reflectivity, Random& random) const;
 
   const RayCaster& caster_;
   const std::vector<Material>& materials_;
@@ -60,6 +70,6 @@ class ShotMeter {
 };
 
 /// The point of an echo as the wire carries it: whole millimetres.
-[[nodiscard]] Point to_point(const Echo& echo);
+[[nodiscard]] Point to_point(const Vector3d& direction, const Echo& echo);
 
 }  // namespace rigcal::sim

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "simdata/random_vectors.h"
 #include "simdata/ray_caster.h"
 
 namespace rigcal::sim {
@@ -34,8 +35,8 @@ void render_patch(const RayCaster& caster, const std::vector<Material>& material
                          static_cast<double>(fired) / static_cast<double>(shots);
     const std::int64_t shot = first + static_cast<std::int64_t>(place);
     if (i % shots_per_look == 0) people = caster.people_at(static_cast<double>(shot) / rate);
-    const Echo echo = meter.measure(T_scene_sensor, lidar.scanner.direction(shot), people, random);
-    if (echo.range > 0.0) patch.points.push_back(to_point(echo));
+    const Shot measured = meter.measure(T_scene_sensor, lidar.scanner.direction(shot), people, random);
+    if (measured.first.range > 0.0) patch.points.push_back(to_point(measured.direction, measured.first));
   }
 }
 
@@ -56,7 +57,7 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
     light.T_G_base.push_back(simulated->motion.T_G_base_at_stop(k));
     for (const SimulatedLidar& lidar : simulated->lidars) light.patches.push_back({lidar.sensor, k, {}});
     if (k == 0) continue;
-    const Vector3d error(gyro.normal(), gyro.normal(), gyro.normal());
+    const Vector3d error = random_normal3(gyro);
     const Matrix3d step = light.T_G_base[static_cast<std::size_t>(k) - 1].R.transpose() * light.T_G_base.back().R;
     light.step_rotations.push_back(log_so3(step) + to_rad(options.step_rotation_sigma_deg) * error);
   }

@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/random.h"
+#include "simdata/random_vectors.h"
 
 namespace rigcal::sim {
 namespace {
-
-Vector3d random_direction(Random& random) {
-  const Vector3d direction(random.normal(), random.normal(), random.normal());
-  return direction.normalized();
-}
 
 // A wall's own frame: s along it, h up, d outwards.
 struct WallFrame {
@@ -113,11 +108,14 @@ void add_foliage(Scene& scene, const Vector3d& center, const Vector3d& radii, in
   Random random(seed, 0x1eaf);
   for (int leaf = 0; leaf < count; ++leaf) {
     // The root of a uniform number fills the outer half more, as crowns do.
-    const Vector3d place = random_direction(random) * std::sqrt(random.uniform());
+    const Vector3d outwards = random_direction(random);
+    const double depth = std::sqrt(random.uniform());
     const Vector3d normal = random_direction(random);
-    const Vector3d u = normal.unitOrthogonal() * random.uniform(size[0], size[1]);
-    const Vector3d v = normal.cross(u.normalized()) * random.uniform(size[0], size[1]);
-    scene.flats.push_back({center + radii.cwiseProduct(place), u, v, true, material});
+    const double length = random.uniform(size[0], size[1]);
+    const double width = random.uniform(size[0], size[1]);
+    const Vector3d along = normal.unitOrthogonal();
+    scene.flats.push_back(
+        {center + depth * radii.cwiseProduct(outwards), length * along, width * normal.cross(along), true, material});
   }
 }
 
@@ -125,11 +123,13 @@ void add_rocks(Scene& scene, const std::array<double, 4>& area, double z, int co
                std::uint64_t seed, int material) {
   Random random(seed, 0x57011e);
   for (int rock = 0; rock < count; ++rock) {
-    const Vector3d center(random.uniform(area[0], area[2]), random.uniform(area[1], area[3]), z);
-    const Matrix3d R = exp_so3(random_direction(random) * random.uniform(0.0, pi));
-    const Vector3d half(random.uniform(size[0], size[1]), random.uniform(size[0], size[1]),
-                        random.uniform(size[0], size[1]));
-    add_box(scene, {R, center}, 2.0 * half, material);
+    const double x = random.uniform(area[0], area[2]);
+    const double y = random.uniform(area[1], area[3]);
+    const Vector3d axis = random_direction(random);
+    const Matrix3d R = exp_so3(axis * random.uniform(0.0, pi));
+    Vector3d half;
+    for (int i = 0; i < 3; ++i) half[i] = random.uniform(size[0], size[1]);
+    add_box(scene, {R, Vector3d(x, y, z)}, 2.0 * half, material);
   }
 }
 

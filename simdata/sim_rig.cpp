@@ -3,36 +3,39 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "simdata/random_vectors.h"
+
 namespace rigcal::sim {
 namespace {
 
 // One random stream a purpose, so that a change of one does not shift the others.
 enum Stream : std::uint64_t { motion_stream = 1, mount_stream = 100, scan_stream = 200 };
 
-Vector3d random_direction(Random& random) {
-  return Vector3d(random.normal(), random.normal(), random.normal()).normalized();
-}
-
 SE3 draw_mounting(const Sensor& sensor, const MountError& error, Random& random) {
   if (sensor.initial_T_base_sensor) {
     const SE3& nominal = *sensor.initial_T_base_sensor;
-    return {nominal.R * exp_so3(to_rad(error.rotation_deg) * random_direction(random)),
-            nominal.t + error.translation_m * random_direction(random)};
+    const Vector3d turn = to_rad(error.rotation_deg) * random_direction(random);
+    const Vector3d shift = error.translation_m * random_direction(random);
+    return {nominal.R * exp_so3(turn), nominal.t + shift};
   }
-  const Vector3d level = Vector3d::UnitZ().cross(random_direction(random)).normalized();
-  return {exp_so3(random.uniform(-pi, pi) * Vector3d::UnitZ()) * exp_so3(to_rad(random.uniform(0.0, 10.0)) * level),
-          random.uniform(0.0, 0.3) * random_direction(random)};
+  const double yaw = random.uniform(-pi, pi);
+  const double tilt = to_rad(random.uniform(0.0, 10.0));
+  const Vector3d tilt_axis = random_level_direction(random);
+  const double distance = random.uniform(0.0, 0.3);
+  return {exp_so3(yaw * Vector3d::UnitZ()) * exp_so3(tilt * tilt_axis), distance * random_direction(random)};
 }
 
 SE3 backward(double yaw_deg, double y) {
   return {exp_so3(to_rad(180.0 + yaw_deg) * Vector3d::UnitZ()), Vector3d(-0.15, y, -0.1)};
 }
 
-Sensor lidar_sensor(std::string name, LidarModel model) {
+Sensor lidar_sensor(std::string name, LidarModel model, std::string code, std::uint8_t last_of_ip) {
   Sensor sensor;
   sensor.name = std::move(name);
   sensor.lidar.emplace();
   sensor.lidar->model = model;
+  sensor.lidar->broadcast_code = std::move(code);
+  sensor.lidar->ip = std::array<std::uint8_t, 4>{192, 168, 1, last_of_ip};
   return sensor;
 }
 
@@ -41,10 +44,10 @@ Sensor lidar_sensor(std::string name, LidarModel model) {
 Rig nominal_rig() {
   Rig rig;
   rig.name = "nominal";
-  rig.sensors.push_back(lidar_sensor("avia", LidarModel::livox_avia));
-  rig.sensors.push_back(lidar_sensor("mid100_left", LidarModel::livox_mid40));
-  rig.sensors.push_back(lidar_sensor("mid100_middle", LidarModel::livox_mid40));
-  rig.sensors.push_back(lidar_sensor("mid100_right", LidarModel::livox_mid40));
+  rig.sensors.push_back(lidar_sensor("avia", LidarModel::livox_avia, "3JEDHC900100791", 179));
+  rig.sensors.push_back(lidar_sensor("mid100_left", LidarModel::livox_mid40, "0TFDG3B00600551", 21));
+  rig.sensors.push_back(lidar_sensor("mid100_middle", LidarModel::livox_mid40, "0TFDG3B00600552", 91));
+  rig.sensors.push_back(lidar_sensor("mid100_right", LidarModel::livox_mid40, "0TFDG3B00600553", 161));
   rig.sensors[0].initial_T_base_sensor = SE3{};
   rig.sensors[1].initial_T_base_sensor = backward(30.0, -0.06);
   rig.sensors[2].initial_T_base_sensor = backward(0.0, 0.0);

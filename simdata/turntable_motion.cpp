@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simdata/random_vectors.h"
+
 namespace rigcal::sim {
 namespace {
-
-Vector3d random_level_direction(Random& random) {
-  const double angle = random.uniform(0.0, 2.0 * pi);
-  return {std::cos(angle), std::sin(angle), 0.0};
-}
-
-Vector3d random_normal3(Random& random) { return {random.normal(), random.normal(), random.normal()}; }
 
 // 10 s^3 - 15 s^4 + 6 s^5: from rest to rest without a jump in acceleration.
 double s_curve(double s) {
@@ -27,7 +22,8 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
   T_scene_axis_ = T_scene_table;
   T_scene_axis_.R = exp_so3(to_rad(options.axis_tilt_deg) * random_level_direction(random)) * T_scene_table.R;
   T_axis_base_.R = exp_so3(to_rad(options.base_tilt_deg) * random_level_direction(random));
-  T_axis_base_.t = random.uniform(options.base_offset_min, options.base_offset_max) * random_level_direction(random);
+  const double offset = random.uniform(options.base_offset_min, options.base_offset_max);
+  T_axis_base_.t = offset * random_level_direction(random);
   double time = 0.0;
   double angle = 0.0;
   for (int k = 0; k < options.stops; ++k) {
@@ -93,18 +89,6 @@ Vector3d TurntableMotion::axis_point_in_base() const {
   const Vector3d on_axis = T_axis_base_.inverse() * Vector3d(0.0, 0.0, 0.0);
   const Vector3d axis = axis_in_base();
   return on_axis - on_axis.dot(axis) * axis;
-}
-
-Vector3d TurntableMotion::turn_rate(double time_s) const {
-  constexpr double h = 1e-3;
-  const Matrix3d before = T_scene_base(time_s - h).R;
-  const Matrix3d after = T_scene_base(time_s + h).R;
-  return log_so3(before.transpose() * after) / (2.0 * h);
-}
-
-Vector3d TurntableMotion::acceleration(double time_s) const {
-  constexpr double h = 1e-3;
-  return (T_scene_base(time_s - h).t - 2.0 * T_scene_base(time_s).t + T_scene_base(time_s + h).t) / (h * h);
 }
 
 }  // namespace rigcal::sim

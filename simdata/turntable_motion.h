@@ -49,10 +49,6 @@ class TurntableMotion {
   [[nodiscard]] Vector3d axis_in_base() const;
   [[nodiscard]] Vector3d axis_point_in_base() const;
 
-  /// Turn rate of the base frame, in that frame, rad/s; and its acceleration in the scene, m/s^2.
-  [[nodiscard]] Vector3d turn_rate(double time_s) const;
-  [[nodiscard]] Vector3d acceleration(double time_s) const;
-
  private:
   struct StopPose {
     double start_s = 0.0;
