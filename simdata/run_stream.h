@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+#include "core/records/records.h"
+#include "core/rig/rig.h"
+#include "simdata/packet_renderer.h"
+#include "simdata/scene.h"
+#include "simdata/sim_rig.h"
+
+namespace rigcal::sim {
+
+struct RunOptions {
+  std::uint64_t seed = 1;
+  TurntableOptions turntable;
+  MountError mount_error;
+  PacketPath path;
+  std::int64_t start_ns = 1'700'000'000'000'000'000;  ///< Session time of the first broadcast (November 2023).
+};
+
+/// What is true about a simulated run.
+struct RunTruth {
+  std::int64_t start_ns = 0;       ///< Session time of the first datagram,
+  std::int64_t sampling_ns = 0;    ///< of true time 0, when sampling began,
+  std::int64_t end_ns = 0;         ///< and of the end.
+  std::vector<SE3> T_base_sensor;  ///< By sensor of the rig.
+  std::vector<Stop> stops;
+  std::vector<SE3> T_G_base;               ///< By stop.
+  Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
+  Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
+  std::vector<SimDevice> devices;
+  std::vector<ImuErrors> imu_errors;   ///< By device; zero where it has no IMU.
+  std::vector<std::uint64_t> packets;  ///< By device: point and IMU packets that reached the host.
+};
+
+/// Takes a datagram; an error ends the run and is handed on. `bytes` lives until it returns.
+using DatagramSink = std::function<Expected<void>(const Datagram&)>;
+
+/// Simulates a whole turntable run: two seconds in which each device broadcasts, then sample packets of all devices
+/// without a break, also while the table turns, and IMU packets; handed to `sink` in the order of the host's stamps,
+/// from this thread. Rendering uses all threads and gives the same bits for any number of them.
+/// Errors: what make_devices and make_simulated_rig refuse, the sink's, and cancellation.
+[[nodiscard]] Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOptions& options,
+                                              const DatagramSink& sink, const RunContext& context);
+
+}  // namespace rigcal::sim

@@ -1,0 +1,111 @@
+#include "simdata/sim_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/random.h"
+
+namespace rigcal::sim {
+namespace {
+
+enum Stream : std::uint64_t { clock_stream = 400 };
+
+// What the vendor's software takes for its first device.
+constexpr std::uint16_t first_data_port = 56001;
+
+Error device_error(const Sensor& sensor, std::string what, std::string mend) {
+  return input_error(std::move(what), "sensor '" + sensor.name + "' of the rig", std::move(mend));
+}
+
+Expected<livox::DataType> data_type_of(const Sensor& sensor) {
+  const LidarSettings& lidar = *sensor.lidar;
+  const bool spherical = lidar.coordinates == CoordinateSystem::spherical;
+  const ReturnMode mode = lidar.return_mode.value_or(ReturnMode::first);
+  const bool single = mode == ReturnMode::first || mode == ReturnMode::strongest;
+  if (lidar.model == LidarModel::livox_mid40) {
+    if (!single) return device_error(sensor, "a MID-40 has no such return mode", "take return_mode away");
+    return spherical ? livox::DataType::spherical : livox::DataType::cartesian;
+  }
+  if (lidar.model != LidarModel::livox_avia)
+    return device_error(sensor, "the scan pattern of this LiDAR type is not known to the simulator",
+                        "simulate livox_avia and livox_mid40 only");
+  if (mode == ReturnMode::dual) return spherical ? livox::DataType::dual_spherical : livox::DataType::dual_cartesian;
+  if (mode == ReturnMode::triple)
+    return spherical ? livox::DataType::triple_spherical : livox::DataType::triple_cartesian;
+  return spherical ? livox::DataType::spherical_tagged : livox::DataType::cartesian_tagged;
+}
+
+std::string code_of(const LidarSettings& lidar, int sensor) {
+  if (!lidar.broadcast_code.empty()) return lidar.broadcast_code;
+  std::string number = std::to_string(sensor);
+  number.insert(0, 4 - std::min<std::size_t>(4, number.size()), '0');
+  return (lidar.model == LidarModel::livox_avia ? "3JEDSIM000" : "0TFDSIM000") + number + "1";
+}
+
+}  // namespace
+
+std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
+  return stamp_at_zero_ns + std::llround(true_seconds * (1.0 + drift) * 1e9);
+}
+
+Expected<std::array<std::uint8_t, 4>> host_address(const Rig& rig) {
+  if (rig.network.host_ip != "auto") {
+    std::array<unsigned, 4> part{};
+    char tail = 0;
+    const int read =
+        std::sscanf(rig.network.host_ip.c_str(), "%3u.%3u.%3u.%3u%c", &part[0], &part[1], &part[2], &part[3], &tail);
+    if (read != 4 || *std::max_element(part.begin(), part.end()) > 255)
+      return input_error("'" + rig.network.host_ip + "' is no address", "lidar.host_ip of the rig",
+                         "write it as 192.168.1.5, or auto");
+    std::array<std::uint8_t, 4> ip{};
+    std::transform(part.begin(), part.end(), ip.begin(), [](unsigned p) { return static_cast<std::uint8_t>(p); });
+    return ip;
+  }
+  for (const Sensor& sensor : rig.sensors) {
+    if (!sensor.is_lidar() || !sensor.lidar->ip) continue;
+    std::array<std::uint8_t, 4> ip = *sensor.lidar->ip;
+    if (ip[0] == 127) return std::array<std::uint8_t, 4>{127, 0, 0, 1};
+    ip[3] = 5;
+    return ip;
+  }
+  return std::array<std::uint8_t, 4>{192, 168, 1, 5};
+}
+
+Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed) {
+  const auto host = host_address(rig);
+  if (!host) return host.error();
+  std::vector<SimDevice> devices;
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    const Sensor& sensor = rig.sensors[i];
+    if (!sensor.is_lidar()) continue;
+    const auto type = data_type_of(sensor);
+    if (!type) return type.error();
+    if (!sensor.lidar->ip) return device_error(sensor, "has no ip", "packets need addresses: add ip to the sensor");
+    for (const SimDevice& other : devices)
+      if (other.point_source.ip == *sensor.lidar->ip)
+        return device_error(sensor, "has the ip of another sensor", "give every sensor its own");
+    const bool avia = sensor.lidar->model == LidarModel::livox_avia;
+    SimDevice device;
+    device.sensor = static_cast<int>(i);
+    device.broadcast = {code_of(*sensor.lidar, device.sensor),
+                        avia ? livox::DeviceType::avia : livox::DeviceType::mid40, livox::kDevicePort};
+    device.points = *type;
+    // The last digit of a MID-100's code says which of its three units it is.
+    const char digit = device.broadcast.broadcast_code.back();
+    if (!avia && digit >= '1' && digit <= '3') device.lidar_id = static_cast<std::uint8_t>(digit - '0');
+    device.has_imu = avia && sensor.lidar->imu.value_or(true);
+    device.point_source = {*sensor.lidar->ip, livox::kPointSourcePort};
+    device.imu_source = {*sensor.lidar->ip, livox::kImuSourcePort};
+    device.data_sink = {*host, static_cast<std::uint16_t>(first_data_port + devices.size())};
+    Random random(seed, clock_stream + i);
+    device.clock.stamp_at_zero_ns = std::llround(random.uniform(20.0, 600.0) * 1e9);
+    device.clock.drift = random.uniform(-50e-6, 50e-6);
+    const double rate = avia ? 240000.0 : 100000.0;
+    device.packet_interval_ns = std::llround(livox::record_layout(*type).slots / rate * 1e9);
+    devices.push_back(device);
+  }
+  return devices;
+}
+
+}  // namespace rigcal::sim

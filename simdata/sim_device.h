@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/rig/rig.h"
+#include "drivers/livox_codec/discovery.h"
+#include "drivers/livox_codec/sample_packet.h"
+
+namespace rigcal::sim {
+
+/// A device's clock: free running since its start, too fast or too slow. True time is seconds since sampling began.
+struct DeviceClock {
+  std::int64_t stamp_at_zero_ns = 0;  ///< Reading at true time 0.
+  double drift = 0.0;                 ///< Seconds gained in a second.
+
+  [[nodiscard]] double true_s(std::int64_t stamp_ns) const {
+    return static_cast<double>(stamp_ns - stamp_at_zero_ns) * 1e-9 / (1.0 + drift);
+  }
+  [[nodiscard]] std::int64_t stamp_ns(double true_seconds) const;
+};
+
+/// A simulated LiDAR as the network sees it.
+struct SimDevice {
+  int sensor = 0;  ///< Index in the rig.
+  livox::Broadcast broadcast;
+  livox::DataType points = livox::DataType::cartesian;
+  std::uint8_t lidar_id = 1;
+  bool has_imu = false;
+  Endpoint point_source;
+  Endpoint imu_source;
+  Endpoint data_sink;  ///< Of the host; IMU packets go to the same port, as the vendor's software asks for.
+  DeviceClock clock;
+  std::int64_t packet_interval_ns = 0;  ///< In the device's time.
+};
+
+constexpr double imu_interval_s = 0.005;
+
+/// The devices of a rig: address and code from the rig file (a code is made up where there is none), data type from its
+/// `coordinates` and `return_mode`, clocks drawn: started 20 s to 10 min ago, up to 50 ppm off. Errors: a LiDAR that is
+/// neither AVIA nor MID-40 or has no `ip`, two with the same one, a return mode that the model does not have.
+[[nodiscard]] Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed);
+
+/// The address of the host for this rig: `lidar.host_ip`, or where that is `auto` 127.0.0.1 beside loopback devices and
+/// .5 in the first device's network.
+[[nodiscard]] Expected<std::array<std::uint8_t, 4>> host_address(const Rig& rig);
+
+}  // namespace rigcal::sim

@@ -1,0 +1,160 @@
+#include "simdata/run_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+
+#include "core/base/parallel.h"
+#include "simdata/scene_file.h"
+
+namespace rigcal::sim {
+namespace {
+
+RunOptions short_run(std::uint64_t seed) {
+  RunOptions options;
+  options.seed = seed;
+  options.turntable.stops = 2;
+  options.turntable.dwell_s = 0.3;
+  options.turntable.initial_still_s = 0.2;
+  options.turntable.final_still_s = 0.1;
+  options.turntable.turn_s = 0.5;
+  return options;
+}
+
+struct Recorded {
+  std::int64_t stamp_ns = 0;
+  Endpoint from;
+  Endpoint to;
+  std::vector<std::uint8_t> bytes;
+  bool operator==(const Recorded&) const = default;
+};
+
+struct Recording {
+  RunTruth truth;
+  std::vector<Recorded> datagrams;
+};
+
+Recording record(const RunOptions& options, const Rig& rig = nominal_rig(), const std::string& scene_name = "room") {
+  const auto scene = load_scene(scene_name);
+  SilentReporter silent;
+  Recording recording;
+  const auto sink = [&](const Datagram& datagram) -> Expected<void> {
+    recording.datagrams.push_back(
+        {datagram.stamp_ns, datagram.from, datagram.to, {datagram.bytes.begin(), datagram.bytes.end()}});
+    return {};
+  };
+  auto truth = simulate_run(*scene, rig, options, sink, {silent});
+  EXPECT_TRUE(truth.has_value()) << (truth ? "" : truth.error().message());
+  if (truth) recording.truth = *std::move(truth);
+  return recording;
+}
+
+TEST(RunStream, GivesTheSameBytesForAnyNumberOfThreads) {
+  set_thread_count(1);
+  const Recording one = record(short_run(5));
+  set_thread_count(4);
+  const Recording four = record(short_run(5));
+  set_thread_count(2);
+  EXPECT_TRUE(one.datagrams == four.datagrams);
+  EXPECT_FALSE(one.datagrams == record(short_run(6)).datagrams);
+}
+
+TEST(RunStream, HandsDatagramsOnInTheOrderOfTheHostsStamps) {
+  const Recording recording = record(short_run(1));
+  for (std::size_t i = 1; i < recording.datagrams.size(); ++i)
+    ASSERT_LE(recording.datagrams[i - 1].stamp_ns, recording.datagrams[i].stamp_ns);
+}
+
+TEST(RunStream, SendsPacketsAtTheRatesOfTheDevices) {
+  const Recording recording = record(short_run(2));
+  std::map<Endpoint, int> packets;
+  for (const Recorded& datagram : recording.datagrams) ++packets[datagram.from];
+  const double seconds = 1.4;  // 0.2 + 2 x 0.3 + 0.1 still, 0.5 turning
+  ASSERT_NEAR(seconds, static_cast<double>(recording.truth.end_ns - recording.truth.sampling_ns) * 1e-9, 1e-6);
+  const auto count = [&](std::uint8_t last, std::uint16_t port) { return packets[{{192, 168, 1, last}, port}]; };
+  // Clocks are up to 50 ppm off: less than a packet in 1.4 s.
+  EXPECT_NEAR(2500 * seconds, count(179, 60001), 1);
+  EXPECT_NEAR(200 * seconds, count(179, 60003), 1);
+  EXPECT_NEAR(1000 * seconds, count(21, 60001), 1);
+  EXPECT_NEAR(1000 * seconds, count(161, 60001), 1);
+  EXPECT_EQ(2, count(91, 65000));
+}
+
+TEST(RunStream, StampsPacketsWithoutAGapAndNearTheirTrueTime) {
+  const Recording recording = record(short_run(3));
+  std::map<Endpoint, std::int64_t> last;
+  for (const Recorded& datagram : recording.datagrams) {
+    if (datagram.from.port != livox::kPointSourcePort) continue;
+    const auto packet = livox::parse_sample_packet(datagram.bytes);
+    ASSERT_TRUE(packet.has_value());
+    const auto device = std::find_if(recording.truth.devices.begin(), recording.truth.devices.end(),
+                                     [&](const SimDevice& d) { return d.point_source == datagram.from; });
+    const std::int64_t stamp = packet->header.device_stamp_ns;
+    if (last.count(datagram.from) > 0) {
+      EXPECT_EQ(device->packet_interval_ns, stamp - last[datagram.from]);
+    }
+    last[datagram.from] = stamp;
+    const double sent_s = static_cast<double>(recording.truth.sampling_ns) * 1e-9 +
+                          device->clock.true_s(stamp + device->packet_interval_ns);
+    const double delay_s = static_cast<double>(datagram.stamp_ns) * 1e-9 - sent_s;
+    // Double seconds since 1970 resolve 0.24 us; the longest of 6000 exponential delays of 50 us on average.
+    EXPECT_GT(delay_s, 0.2e-3 - 1e-6);
+    EXPECT_LT(delay_s, 2e-3);
+  }
+}
+
+TEST(RunStream, LosesTheShareOfPacketsAskedFor) {
+  RunOptions options = short_run(4);
+  options.path.loss_probability = 0.1;
+  const double whole = static_cast<double>(record(short_run(4)).datagrams.size());
+  const double kept = static_cast<double>(record(options).datagrams.size());
+  // 8000 packets: five sigma of the share are 1.7 %.
+  EXPECT_NEAR(0.9, kept / whole, 0.017);
+}
+
+TEST(RunStream, SendsTheDataTypeThatTheRigFileAsksFor) {
+  Rig rig = nominal_rig();
+  rig.sensors[0].lidar->return_mode = ReturnMode::dual;
+  rig.sensors[1].lidar->coordinates = CoordinateSystem::spherical;
+  const Recording recording = record(short_run(5), rig, "courtyard");
+  std::map<std::pair<std::uint8_t, int>, int> types;
+  std::size_t second_echoes = 0;
+  std::vector<Point> points;
+  for (const Recorded& datagram : recording.datagrams) {
+    if (datagram.from.port != livox::kPointSourcePort) continue;
+    const auto packet = livox::parse_sample_packet(datagram.bytes);
+    ASSERT_TRUE(packet.has_value());
+    ++types[{datagram.from.ip[3], static_cast<int>(packet->header.data_type)}];
+    livox::decode_points(*packet, points);
+    for (const Point& point : points) second_echoes += livox::decode_tag(point.tag).return_number == 2 ? 1 : 0;
+  }
+  EXPECT_EQ(7000, (types[{179, static_cast<int>(livox::DataType::dual_cartesian)}]));
+  EXPECT_EQ(1400, (types[{21, static_cast<int>(livox::DataType::spherical)}]));
+  EXPECT_EQ(1400, (types[{91, static_cast<int>(livox::DataType::cartesian)}]));
+  EXPECT_GT(second_echoes, 100U);
+}
+
+TEST(RunStream, RefusesARigWithoutAddresses) {
+  Rig rig = nominal_rig();
+  rig.sensors[2].lidar->ip.reset();
+  const auto scene = load_scene("room");
+  SilentReporter silent;
+  const auto truth =
+      simulate_run(*scene, rig, short_run(1), [](const Datagram&) { return Expected<void>(); }, {silent});
+  ASSERT_FALSE(truth.has_value());
+  EXPECT_NE(std::string::npos, truth.error().message().find("mid100_middle"));
+}
+
+TEST(RunStream, EndsWithTheErrorOfTheSink) {
+  const auto scene = load_scene("room");
+  SilentReporter silent;
+  const auto full = [](const Datagram&) -> Expected<void> { return system_error("the disk is full"); };
+  const auto truth = simulate_run(*scene, nominal_rig(), short_run(1), full, {silent});
+  ASSERT_FALSE(truth.has_value());
+  EXPECT_EQ("the disk is full", truth.error().what);
+}
+
+}  // namespace
+}  // namespace rigcal::sim
