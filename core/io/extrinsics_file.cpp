@@ -1,0 +1,85 @@
+#include "core/io/extrinsics_file.h"
+
+#include <array>
+
+#include "core/io/sensor_transforms.h"
+#include "core/rig/rig.h"
+#include "core/rig/text_file.h"
+
+namespace rigcal {
+namespace {
+
+/// Sensors of a rig file have a type; those of a result or ground truth have not.
+bool is_rig_file(const YamlNode& top) {
+  if (top.find("initial_extrinsics") != nullptr) return true;
+  const YamlNode* sensors = top.find("sensors");
+  return sensors != nullptr && !sensors->items.empty() && sensors->items.front().find("type") != nullptr;
+}
+
+Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& name) {
+  const Expected<Rig> rig = parse_rig(text, name);
+  if (!rig) return rig.error();
+  ExtrinsicsFile file;
+  file.base = rig->base_sensor().name;
+  for (const Sensor& sensor : rig->sensors) {
+    if (sensor.initial_T_base_sensor) file.T_base_sensor[sensor.name] = *sensor.initial_T_base_sensor;
+  }
+  if (file.T_base_sensor.empty()) {
+    return input_error("is a rig file without initial_extrinsics", name, "add them or give an extrinsics.yaml");
+  }
+  file.T_base_sensor[file.base] = SE3{};
+  return file;
+}
+
+}  // namespace
+
+ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
+  ExtrinsicsFile file;
+  top.require("base", "name the sensor whose frame the transforms map into");
+  file.base = top.text("base").value_or("");
+  if (!top.require("sensors", "list the sensors and their transforms")) return file;
+  const std::optional<YamlMap> list = top.map("sensors", {});
+  if (!list) return file;
+  const YamlNode& node = *top.get("sensors");
+  for (std::size_t i = 0; i < node.items.size() && top.errors().ok(); ++i) {
+    const YamlKey& key = node.keys[i];
+    if (!is_plain_name(key.name))
+      top.errors().add(key.line, "the name of sensor " + std::to_string(i + 1) + " is not usable");
+    const YamlMap entry(node.items[i], "sensors." + key.name, top.errors(), {});
+    constexpr std::array<const char*, 3> words{"good", "weak", "failed"};
+    const std::optional<std::size_t> status = entry.choice("status", {"good", "weak", "failed"});
+    if (status) file.status[key.name] = words[*status];
+    const bool failed = status && file.status[key.name] == "failed";
+    if (failed && !entry.has("translation") && !entry.has("rotation_xyzw")) continue;
+    const std::optional<SE3> T = read_transform(entry);
+    if (!T) return file;
+    const bool is_identity = T->t.norm() <= 1e-9 && rotation_distance(T->R, Matrix3d::Identity()) <= 1e-9;
+    if (key.name == file.base && !is_identity) {
+      top.errors().add(key.line, "sensors." + key.name + " is not the identity, but it is the base");
+    }
+    if (!failed) file.T_base_sensor[key.name] = key.name == file.base ? SE3{} : *T;
+  }
+  if (file.T_base_sensor.empty()) top.fail("sensors", "has no transform", "give a result that has one");
+  return file;
+}
+
+Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::string& name) {
+  const Expected<YamlNode> tree = parse_yaml(text, name, transforms_limits);
+  if (!tree) return tree.error();
+  if (is_rig_file(*tree)) return from_rig(text, name);
+  YamlErrors errors(name);
+  const YamlMap top(*tree, "", errors, {});
+  check_format_version(top);
+  if (!errors.ok()) return errors.first();
+  ExtrinsicsFile file = read_sensor_transforms(top);
+  if (!errors.ok()) return errors.first();
+  return file;
+}
+
+Expected<ExtrinsicsFile> load_extrinsics(const std::string& path) {
+  const Expected<std::string> text = read_text_file(path, transforms_limits.max_bytes);
+  if (!text) return text.error();
+  return parse_extrinsics(*text, path);
+}
+
+}  // namespace rigcal

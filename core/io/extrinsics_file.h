@@ -1,0 +1,26 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/geometry/se3.h"
+
+namespace rigcal {
+
+/// Transforms by sensor name, from a result's extrinsics.yaml, a ground_truth.yaml or a rig file.
+struct ExtrinsicsFile {
+  std::string base;
+  std::map<std::string, SE3> T_base_sensor;   ///< Sensors without a transform (failed ones) are not here.
+  std::map<std::string, std::string> status;  ///< good, weak or failed, where the file says it.
+};
+
+/// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's
+/// `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer version, a
+/// sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the identity,
+/// no transform at all.
+[[nodiscard]] Expected<ExtrinsicsFile> load_extrinsics(const std::string& path);
+/// The same from text; `name` stands for the file in errors.
+[[nodiscard]] Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::string& name);
+
+}  // namespace rigcal

@@ -1,0 +1,137 @@
+#include "core/io/extrinsics_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/ground_truth.h"
+#include "tests/core/io/dump_bytes.h"
+#include "tests/support/se3_matchers.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+const char* const contract_example = R"(
+rigcal: 1
+base: avia
+method: targetless
+status: failed
+convention: "p_base = R p_sensor + t"
+sensors:
+  avia: {status: good, reasons: [], translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}
+  mid100_left:
+    status: weak
+    reasons: ["no wall across its view: the shift along y is not held"]
+    translation: [0.1, -0.2, 0.3]
+    rotation_xyzw: [0, 0, 0.70710678, 0.70710678]
+    matrix: [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
+    stddev: {translation_m: [1e-3, 1e-3, 1e-3], rotation_deg: [1e-3, 1e-3, 1e-3]}
+  mid100_right:
+    status: failed
+    reasons: ["never seen"]
+)";
+
+std::string error_of(const std::string& text) {
+  const Expected<ExtrinsicsFile> file = parse_extrinsics(text, "e.yaml");
+  return file ? std::string("no error") : file.error().message();
+}
+
+TEST(ExtrinsicsFile, ReadsAResult) {
+  const Expected<ExtrinsicsFile> file = parse_extrinsics(contract_example, "e.yaml");
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_EQ(file->base, "avia");
+  ASSERT_EQ(file->T_base_sensor.size(), 2U);
+  // The quaternion has eight digits.
+  EXPECT_THAT(file->T_base_sensor.at("mid100_left"), SE3Near(pose_deg(0, 0, 90, 0.1, -0.2, 0.3), 1e-5, 1e-9));
+  EXPECT_EQ(file->status.at("mid100_left"), "weak");
+  EXPECT_EQ(file->status.at("mid100_right"), "failed");
+}
+
+TEST(ExtrinsicsFile, ReadsTheRoughExtrinsicsOfARigFile) {
+  const std::string rig =
+      "rigcal: 1\nbase: a\nsensors:\n  a: {type: lidar}\n  b: {type: lidar}\n  c: {type: lidar}\n"
+      "initial_extrinsics:\n  b: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n";
+  const Expected<ExtrinsicsFile> file = parse_extrinsics(rig, "rig.yaml");
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_EQ(file->T_base_sensor.size(), 2U);  // the base and b
+  EXPECT_EQ(file->T_base_sensor.at("b").t, Vector3d(1, 2, 3));
+  EXPECT_THAT(error_of("rigcal: 1\nbase: a\nsensors:\n  a: {type: lidar}\n"), HasSubstr("without initial_extrinsics"));
+  // Still checked as a rig file.
+  EXPECT_THAT(error_of("rigcal: 1\nbase: b\nsensors:\n  a: {type: lidar}\n"), HasSubstr("e.yaml:2"));
+}
+
+TEST(ExtrinsicsFile, NamesTheLineOfAMistake) {
+  const std::string head = "rigcal: 1\nbase: a\nsensors:\n";
+  EXPECT_THAT(error_of("rigcal: 3\nbase: a\n"), HasSubstr("e.yaml:1"));
+  EXPECT_THAT(error_of("rigcal: 1\nsensors: {}\n"), HasSubstr("'base' is missing"));
+  EXPECT_THAT(error_of("rigcal: 1\nbase: a\n"), HasSubstr("'sensors' is missing"));
+  EXPECT_THAT(error_of(head + "  b: {status: good}\n"), HasSubstr("e.yaml:4: sensors.b: the key 'translation'"));
+  EXPECT_THAT(error_of(head + "  b: {status: fine}\n"), HasSubstr("use one of good weak failed"));
+  EXPECT_THAT(error_of(head + "  b: {translation: [1, 2], rotation_xyzw: [0, 0, 0, 1]}\n"), HasSubstr("3 numbers"));
+  EXPECT_THAT(error_of(head + "  b: {translation: [1, 2, nan], rotation_xyzw: [0, 0, 0, 1]}\n"),
+              HasSubstr("not a number"));
+  EXPECT_THAT(error_of(head + "  b: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 1, 1]}\n"),
+              HasSubstr("unit quaternion"));
+  EXPECT_THAT(error_of(head + "  a: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n"),
+              HasSubstr("not the identity"));
+  EXPECT_THAT(error_of(head + "  b: {status: failed}\n"), HasSubstr("no transform"));
+  EXPECT_THAT(load_extrinsics(fresh_path("none.yaml")).error().message(), HasSubstr("no such file"));
+}
+
+GroundTruth full_truth() {
+  GroundTruth truth;
+  truth.base = "b";
+  truth.T_base_sensor = {{"b", SE3{}}, {"a", pose_deg(10, 20, 30, 1.0 / 3.0, 2, 3)}};
+  truth.stops = {{{0, 1'700'000'000'000'000'001, 1'700'000'002'000'000'003}, SE3{}},
+                 {{1, 1'700'000'003'000'000'000, 1'700'000'005'000'000'000}, pose_deg(0, 0, 18, 0.1, 0.2, 0)}};
+  truth.table_axis = TableAxis{Vector3d(0.1, 0.2, 0.3), Vector3d::UnitZ()};
+  truth.noise["a"]["range_m"] = 0.02;
+  truth.biases["a"]["range_m"] = -1.0 / 3.0;
+  truth.clocks["a"] = {-5'000'000'000'001, 12.5};
+  return truth;
+}
+
+TEST(GroundTruth, ReadsBackWhatWasWritten) {
+  const GroundTruth truth = full_truth();
+  const std::string path = fresh_path("ground_truth.yaml");
+  ASSERT_TRUE(write_ground_truth(path, truth));
+  const Expected<GroundTruth> again = load_ground_truth(path);
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(again->base, "b");
+  ASSERT_EQ(again->T_base_sensor.size(), 2U);
+  EXPECT_EQ(again->T_base_sensor[0].first, "b");  // the order of the file, not of the alphabet
+  // Translations to the bit; rotations go through a quaternion.
+  EXPECT_THAT(again->T_base_sensor[1].second, SE3Near(truth.T_base_sensor[1].second, 1e-12, 0.0));
+  ASSERT_EQ(again->stops.size(), 2U);
+  EXPECT_EQ(again->stops[0].stop.start_ns, truth.stops[0].stop.start_ns);
+  EXPECT_EQ(again->stops[0].stop.end_ns, truth.stops[0].stop.end_ns);
+  EXPECT_THAT(again->stops[1].T_G_base, SE3Near(truth.stops[1].T_G_base, 1e-12, 0.0));
+  EXPECT_EQ(again->table_axis->point, truth.table_axis->point);
+  EXPECT_EQ(again->noise, truth.noise);
+  EXPECT_EQ(again->biases, truth.biases);
+  EXPECT_EQ(again->clocks.at("a").offset_ns, truth.clocks.at("a").offset_ns);
+  EXPECT_EQ(again->clocks.at("a").drift_ppm, 12.5);
+}
+
+TEST(GroundTruth, IsReadAsExtrinsicsToo) {
+  const std::string path = fresh_path("truth_as_extrinsics.yaml");
+  ASSERT_TRUE(write_ground_truth(path, full_truth()));
+  const Expected<ExtrinsicsFile> file = load_extrinsics(path);
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_EQ(file->T_base_sensor.size(), 2U);
+}
+
+TEST(GroundTruth, NamesTheLineOfAMistake) {
+  const std::string head =
+      "rigcal: 1\nbase: a\nsensors:\n  a: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\nstops:\n";
+  const auto message = [](const std::string& text) { return parse_ground_truth(text, "g.yaml").error().message(); };
+  EXPECT_THAT(message(head + "  - {stop: 0, start_ns: 5, end_ns: 4, T_G_base: {translation: [0, 0, 0], rotation_xyzw: "
+                             "[0, 0, 0, 1]}}\n"),
+              HasSubstr("g.yaml:6: stops[0].end_ns lies before"));
+  EXPECT_THAT(message(head + "  - {stop: 0, start_ns: 5, end_ns: 6}\n"), HasSubstr("'T_G_base' is missing"));
+  EXPECT_THAT(message(head + "  a: 1\n"), HasSubstr("not a list"));
+}
+
+}  // namespace
+}  // namespace rigcal
