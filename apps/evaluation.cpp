@@ -45,6 +45,11 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
+bool is_same_stop(const KnownRig::Pose& estimate, const KnownRig::Pose& truth) {
+  if (estimate.stop) return estimate.stop == truth.stop;
+  return estimate.start_ns >= truth.start_ns && estimate.end_ns <= truth.end_ns;
+}
+
 std::optional<PoseErrors> compare_poses(const KnownRig& result, const KnownRig& truth, const SE3& T_truth_base_base) {
   PoseErrors errors;
   std::optional<SE3> T_first_G_estimate;
@@ -52,9 +57,8 @@ std::optional<PoseErrors> compare_poses(const KnownRig& result, const KnownRig& 
   std::vector<double> rotations;
   std::vector<double> translations;
   for (const KnownRig::Pose& stop : truth.poses) {
-    const auto pose = std::find_if(result.poses.begin(), result.poses.end(), [&](const KnownRig::Pose& candidate) {
-      return candidate.start_ns >= stop.start_ns && candidate.end_ns <= stop.end_ns;
-    });
+    const auto pose = std::find_if(result.poses.begin(), result.poses.end(),
+                                   [&](const KnownRig::Pose& candidate) { return is_same_stop(candidate, stop); });
     if (pose == result.poses.end()) {
       ++errors.unmatched;
       continue;

@@ -19,8 +19,10 @@ struct KnownRig {
     std::optional<SE3> T_base_sensor;
     std::optional<Matrix6d> covariance;  ///< Of xi in T exp(xi).
   };
-  /// A result has one time for a stop (start_ns = end_ns), the truth an interval.
+  /// The truth knows number and interval of a stop; a result has one time (start_ns = end_ns), or only the number
+  /// where its input had no times.
   struct Pose {
+    std::optional<int> stop;
     std::int64_t start_ns = 0;
     std::int64_t end_ns = 0;
     SE3 T_G_base;

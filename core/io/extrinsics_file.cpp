@@ -31,6 +31,29 @@ Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& na
   return file;
 }
 
+/// Six rows of six numbers; nothing where the key is absent or (after adding an error) wrong.
+std::optional<Matrix6d> read_covariance(const YamlMap& entry) {
+  const YamlNode* rows = entry.get("covariance");
+  if (rows == nullptr) return std::nullopt;
+  if (rows->kind != YamlNode::Kind::sequence || rows->items.size() != 6) {
+    entry.fail("covariance", "is no list of six rows");
+    return std::nullopt;
+  }
+  constexpr double largest = 1e300;
+  Matrix6d covariance;
+  for (int i = 0; i < 6; ++i) {
+    YamlNode row;  // a map of one key, so that a row is checked like any other list
+    row.kind = YamlNode::Kind::map;
+    row.keys = {{"row " + std::to_string(i + 1), rows->items[static_cast<std::size_t>(i)].line}};
+    row.items = {rows->items[static_cast<std::size_t>(i)]};
+    const YamlMap map(row, entry.name() + ".covariance", entry.errors(), {});
+    const std::optional<std::vector<double>> values = map.numbers(row.keys[0].name, 6, 6, -largest, largest);
+    if (!values) return std::nullopt;
+    for (int j = 0; j < 6; ++j) covariance(i, j) = (*values)[static_cast<std::size_t>(j)];
+  }
+  return covariance;
+}
+
 }  // namespace
 
 ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
@@ -57,7 +80,10 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     if (key.name == file.base && !is_identity) {
       top.errors().add(key.line, "sensors." + key.name + " is not the identity, but it is the base");
     }
-    if (!failed) file.T_base_sensor[key.name] = key.name == file.base ? SE3{} : *T;
+    if (failed) continue;
+    file.T_base_sensor[key.name] = key.name == file.base ? SE3{} : *T;
+    const std::optional<Matrix6d> covariance = read_covariance(entry);
+    if (covariance) file.covariance[key.name] = *covariance;
   }
   if (file.T_base_sensor.empty()) top.fail("sensors", "has no transform", "give a result that has one");
   return file;

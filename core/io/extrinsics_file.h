@@ -13,6 +13,8 @@ struct ExtrinsicsFile {
   std::string base;
   std::map<std::string, SE3> T_base_sensor;   ///< Sensors without a transform (failed ones) are not here.
   std::map<std::string, std::string> status;  ///< good, weak or failed, where the file says it.
+  /// Of xi = [rotation rad; translation m] in T exp(xi), where the file has it.
+  std::map<std::string, Matrix6d> covariance;
 };
 
 /// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's

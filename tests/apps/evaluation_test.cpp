@@ -24,8 +24,9 @@ KnownRig rig_with_base_a() {
   rig.sensors = {{"a", Status::good, SE3{}, {}},
                  {"b", Status::good, pose(0.1, 0.2, 1.0, 0.3, -0.2, 0.1), {}},
                  {"c", Status::good, pose(-0.4, 0.1, 2.0, -0.1, 0.4, 0.2), {}}};
-  for (int j = 0; j < 4; ++j)
-    rig.poses.push_back({j * 10 + 1, j * 10 + 9, pose(0.0, 0.02 * j, 0.5 * j, 0.1 * j, 0.0, 0.0)});
+  for (int j = 0; j < 4; ++j) {
+    rig.poses.push_back({j, j * 10 + 1, j * 10 + 9, pose(0.0, 0.02 * j, 0.5 * j, 0.1 * j, 0.0, 0.0)});
+  }
   return rig;
 }
 
@@ -106,6 +107,7 @@ TEST(Evaluation, ComparesPosesFromTheFirstCommonStopOn) {
   const SE3 T_second_G = result.poses.front().T_G_base.inverse();
   for (auto& stop : result.poses) {
     stop.start_ns = stop.end_ns = stop.start_ns + 4;
+    stop.stop.reset();
     stop.T_G_base = T_second_G * stop.T_G_base;
   }
   result.poses.back().T_G_base.t.x() += 0.005;
@@ -115,6 +117,16 @@ TEST(Evaluation, ComparesPosesFromTheFirstCommonStopOn) {
   EXPECT_EQ(evaluation->poses->unmatched, 1);
   EXPECT_NEAR(evaluation->poses->worst_translation_m, 0.005, 1e-12);
   EXPECT_NEAR(evaluation->poses->median_translation_m, 0.0025, 1e-12);
+}
+
+TEST(Evaluation, FindsAStopByItsNumberWhereTheResultHasNoTimes) {
+  KnownRig result = rig_with_base_a();
+  for (auto& stop : result.poses) stop.start_ns = stop.end_ns = 0;
+  result.poses.erase(result.poses.begin() + 1);
+  const Expected<Evaluation> evaluation = evaluate(result, rig_with_base_a());
+  ASSERT_TRUE(evaluation && evaluation->poses);
+  EXPECT_EQ(evaluation->poses->compared, 3);
+  EXPECT_LT(evaluation->poses->worst_translation_m, 1e-12);
 }
 
 TEST(Evaluation, IsWithinBoundsOnlyWhenBothAreKept) {

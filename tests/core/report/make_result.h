@@ -15,7 +15,7 @@ inline CalibrationResult make_result() {
   base.status = Status::good;
   base.T_base_sensor = SE3{};
   SensorResult weak;
-  weak.name = "mid40 left";
+  weak.name = "mid40_left";
   weak.status = Status::weak;
   weak.reasons = {"height is not fixed: no \"floor\" was seen", "one stop only"};
   Vector6d xi;

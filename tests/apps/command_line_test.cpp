@@ -1,0 +1,78 @@
+// The program itself: what every command has in common.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "tests/support/run_program.h"
+
+namespace rigcal {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+constexpr std::array commands{"evaluate"};
+
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = std::filesystem::path(testing::TempDir()) /
+              (std::string("rigcal_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(scratch);
+    std::filesystem::create_directories(scratch);
+  }
+  void TearDown() override { std::filesystem::remove_all(scratch); }
+
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
+    return run_program(std::string("'") + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+
+  std::filesystem::path scratch;
+};
+
+TEST_F(CommandLine, TellsItsVersion) {
+  const ProgramRun run = rigcal("--version");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, ContainsRegex("^rigcal [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
+}
+
+TEST_F(CommandLine, ShowsAnExampleAtTheEndOfEveryHelp) {
+  const std::string list = rigcal("--help").out;
+  EXPECT_THAT(list, HasSubstr("Example:\n  rigcal "));
+  for (const char* command : commands) {
+    EXPECT_THAT(list, HasSubstr(command));
+    const ProgramRun run = rigcal(std::string(command) + " --help");
+    EXPECT_EQ(run.code, 0);
+    EXPECT_THAT(run.out, ContainsRegex(std::string("Example:\n  rigcal ") + command + " [^\n]*\n+$"));
+  }
+}
+
+TEST_F(CommandLine, EndsWithTwoAndOneLineWhenItIsWrong) {
+  for (const char* arguments : {"", "nonsense", "--nonsense", "evaluate", "evaluate a --truth b --threads 0",
+                                "--log-level loud evaluate a --truth b"}) {
+    const ProgramRun run = rigcal(arguments);
+    EXPECT_EQ(run.code, 2) << arguments;
+    EXPECT_THAT(run.out, IsEmpty());
+    EXPECT_THAT(run.err, StartsWith("rigcal: error: "));
+    EXPECT_EQ(run.err.find('\n'), run.err.size() - 1) << run.err;
+  }
+}
+
+TEST_F(CommandLine, TakesTheGlobalOptionsBehindTheCommandToo) {
+  const ProgramRun run = rigcal("evaluate missing --truth missing --quiet --json --threads 1 --log-level debug");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("rigcal: error: missing"));
+}
+
+TEST_F(CommandLine, EndsWithFourWhenItsOutputCannotBeWritten) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  EXPECT_EQ(rigcal("--version >/dev/full").code, 4);
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,49 @@
+#include "apps/stop_signal.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <csignal>
+#include <mutex>
+
+namespace rigcal {
+namespace {
+
+// Waits for the stop, not for a time; a stop that never comes runs into the test's own time limit.
+void wait_for(const std::stop_token& token) {
+  std::mutex mutex;
+  std::condition_variable_any stopped;
+  std::unique_lock lock(mutex);
+  stopped.wait(lock, token, [] { return false; });
+}
+
+TEST(StopSignal, TurnsSigtermIntoAStopRequestInsteadOfEndingTheProgram) {
+  const StopSignal signal;
+  ASSERT_TRUE(signal.ready());
+  EXPECT_FALSE(signal.token().stop_requested());
+  ASSERT_EQ(kill(getpid(), SIGTERM), 0);
+  wait_for(signal.token());
+  EXPECT_TRUE(signal.token().stop_requested());
+}
+
+TEST(StopSignal, EndsItsThreadWithoutASignal) {
+  const StopSignal signal;
+  EXPECT_FALSE(signal.token().stop_requested());
+}
+
+TEST(StopSignalDeathTest, ASecondSignalEndsTheProgramAtOnce) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        const StopSignal signal;
+        kill(getpid(), SIGINT);
+        wait_for(signal.token());
+        kill(getpid(), SIGINT);
+        pause();
+      },
+      testing::ExitedWithCode(1), "");
+}
+
+}  // namespace
+}  // namespace rigcal
