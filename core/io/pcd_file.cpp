@@ -75,8 +75,13 @@ double load(const std::uint8_t* at, char type, std::size_t size) {
   return size == 4 ? load<std::int32_t>(at) : load<std::int64_t>(at);
 }
 
-/// A number rounded into 0 .. `most`; NaN gives 0.
-double rounded(double value, double most) { return value > 0.0 ? std::min(std::round(value), most) : 0.0; }
+/// A number rounded and kept within what `Whole` holds; NaN gives 0.
+template <class Whole>
+Whole rounded(double value) {
+  constexpr Whole most = std::numeric_limits<Whole>::max();
+  if (!(value > 0.0)) return 0;
+  return value < static_cast<double>(most) ? static_cast<Whole>(value + 0.5) : most;
+}
 
 /// A double may be too large for a float; then the point is as good as infinite.
 float to_float(double value) {
@@ -108,9 +113,9 @@ struct PointFields {
     point.x = to_float(value(*x));
     point.y = to_float(value(*y));
     point.z = to_float(value(*z));
-    if (reflectivity != nullptr) point.reflectivity = static_cast<std::uint8_t>(rounded(value(*reflectivity), 255.0));
-    if (tag != nullptr) point.tag = static_cast<std::uint8_t>(rounded(value(*tag), 255.0));
-    if (ring != nullptr) point.shot = static_cast<std::uint16_t>(rounded(value(*ring), 65535.0));
+    if (reflectivity != nullptr) point.reflectivity = rounded<std::uint8_t>(value(*reflectivity));
+    if (tag != nullptr) point.tag = rounded<std::uint8_t>(value(*tag));
+    if (ring != nullptr) point.shot = rounded<std::uint16_t>(value(*ring));
     return point;
   }
 };
