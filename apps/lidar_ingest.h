@@ -66,6 +66,8 @@ class LidarIngest {
   /// Empty sinks: only count. A rig without sensors: every device is listed, none is used.
   LidarIngest(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes = {});
   ~LidarIngest();
+  LidarIngest(const LidarIngest&) = delete;
+  LidarIngest& operator=(const LidarIngest&) = delete;
   LidarIngest(LidarIngest&&) noexcept;
   LidarIngest& operator=(LidarIngest&&) noexcept;
 

@@ -36,11 +36,8 @@ bool OffsetLine::add(double time, double offset) {
       return true;
     }
   }
-  if (full) {
-    open_ = {time, offset};
-  } else if (time >= bin_start_ && offset - slope_ * (time - open_.time) < open_.offset) {
-    open_ = {time, offset};
-  }
+  const bool earlier = time >= bin_start_ && offset - slope_ * (time - open_.time) < open_.offset;
+  if (full || earlier) open_ = {time, offset};
   return full || height < 0.0;
 }
 
