@@ -46,6 +46,7 @@ void PlyWriter::write(std::span<const PlyPoint> points) {
 
 Expected<void> PlyWriter::finish() {
   file_.overwrite(count_offset_, count_lines(points_));
+  if (Expected<void> synced = file_.sync(); !synced) return synced;
   return file_.close();
 }
 

@@ -29,7 +29,7 @@ class PlyWriter {
   [[nodiscard]] static Expected<PlyWriter> create(const std::string& path, const std::string& remark = {});
 
   void write(std::span<const PlyPoint> points);
-  /// Completes the file. The first error of any write is reported here.
+  /// Completes the file and waits until it is on the disk. The first error of any write is reported here.
   Expected<void> finish();
 
  private:

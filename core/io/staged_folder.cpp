@@ -1,5 +1,6 @@
 #include "core/io/staged_folder.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,10 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "a/b/" and "a/b" are one folder; the names beside it need the second form.
-std::string without_slash(const std::string& path) {
-  const fs::path tidy = fs::path(path).lexically_normal();
-  return tidy.has_filename() ? tidy.string() : tidy.parent_path().string();
+/// The folder's own place and name: absolute, links followed (the folder behind a link is replaced, not the link), and
+/// without a slash at the end, because other names are made beside it.
+std::string own_place(const std::string& path) {
+  std::error_code error;
+  fs::path place = fs::weakly_canonical(fs::absolute(path, error), error);
+  if (error) place = fs::path(path).lexically_normal();
+  return place.has_filename() ? place.string() : place.parent_path().string();
 }
 
 bool exists(const std::string& path) {
@@ -40,11 +44,44 @@ Expected<void> check_replaceable(const std::string& path, const std::vector<std:
   return {};
 }
 
+/// A hidden folder beside the target: on the same file system, so that a rename is enough. The folders above are made.
 Expected<std::string> make_staging(const std::string& target) {
-  const std::string staging = target + ".part" + std::to_string(::getpid());
+  const fs::path place(target);
   std::error_code error;
-  if (fs::create_directory(staging, error)) return staging;
-  return cannot_write(target, error ? error.value() : EEXIST);
+  fs::create_directories(place.parent_path(), error);
+  if (error) return cannot_write(place.parent_path().string(), error.value());
+  const std::string stem = "." + place.filename().string() + ".part" + std::to_string(::getpid()) + "-";
+  // A name may be left from a killed process of the same number; it is never ours to remove.
+  for (int i = 0; i < 100; ++i) {
+    const fs::path staging = place.parent_path() / (stem + std::to_string(i));
+    if (fs::create_directory(staging, error)) return staging.string();
+    if (error) return cannot_write(target, error.value());
+  }
+  return cannot_write(target, EEXIST);
+}
+
+/// Lets two folders change places: in one step where the file system can do that. After an error nothing has changed.
+Expected<void> swap_places(const std::string& staging, const std::string& target) {
+  if (::renameat2(AT_FDCWD, staging.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) return {};
+  const std::string aside = staging + "-old";
+  if (std::rename(target.c_str(), aside.c_str()) != 0) return cannot_write(target, errno);
+  if (std::rename(staging.c_str(), target.c_str()) != 0) {
+    const Error error = cannot_write(target, errno);
+    static_cast<void>(std::rename(aside.c_str(), target.c_str()));
+    return error;
+  }
+  static_cast<void>(std::rename(aside.c_str(), staging.c_str()));
+  return {};
+}
+
+/// Brings the names in a folder to the disk. Some network file systems know no fsync of a folder.
+Expected<void> sync_folder(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return cannot_write(path, errno);
+  const int code = ::fsync(descriptor) == 0 ? 0 : errno;
+  ::close(descriptor);
+  if (code != 0 && code != EINVAL) return cannot_write(path, code);
+  return {};
 }
 
 }  // namespace
@@ -64,7 +101,7 @@ StagedFolder::~StagedFolder() {
 }
 
 Expected<StagedFolder> StagedFolder::create(const std::string& path) {
-  const std::string target = without_slash(path);
+  const std::string target = own_place(path);
   if (exists(target)) return input_error("exists already", path, "choose another name");
   Expected<std::string> staging = make_staging(target);
   if (!staging) return staging.error();
@@ -72,7 +109,7 @@ Expected<StagedFolder> StagedFolder::create(const std::string& path) {
 }
 
 Expected<StagedFolder> StagedFolder::replace(const std::string& path, std::vector<std::string> own_entries) {
-  const std::string target = without_slash(path);
+  const std::string target = own_place(path);
   if (exists(target)) {
     const Expected<void> replaceable = check_replaceable(target, own_entries);
     if (!replaceable) return replaceable.error();
@@ -84,23 +121,18 @@ Expected<StagedFolder> StagedFolder::replace(const std::string& path, std::vecto
 
 Expected<void> StagedFolder::commit() {
   RIGCAL_ASSERT(!staging_.empty(), "the folder " + target_ + " was committed before");
-  std::string old;
+  if (Expected<void> synced = sync_folder(staging_); !synced) return synced;
   if (exists(target_)) {
     // Somebody may have put files there in the meantime.
-    const Expected<void> replaceable = check_replaceable(target_, own_entries_);
-    if (!replaceable) return replaceable.error();
-    old = target_ + ".old" + std::to_string(::getpid());
-    if (std::rename(target_.c_str(), old.c_str()) != 0) return cannot_write(target_, errno);
-  }
-  if (std::rename(staging_.c_str(), target_.c_str()) != 0) {
-    const Error error = cannot_write(target_, errno);
-    if (!old.empty()) static_cast<void>(std::rename(old.c_str(), target_.c_str()));
-    return error;
+    if (Expected<void> replaceable = check_replaceable(target_, own_entries_); !replaceable) return replaceable;
+    if (Expected<void> done = swap_places(staging_, target_); !done) return done;
+    std::error_code ignored;
+    fs::remove_all(staging_, ignored);  // the older folder by now
+  } else if (std::rename(staging_.c_str(), target_.c_str()) != 0) {
+    return cannot_write(target_, errno);
   }
   staging_.clear();
-  std::error_code ignored;
-  if (!old.empty()) fs::remove_all(old, ignored);
-  return {};
+  return sync_folder(fs::path(target_).parent_path().string());
 }
 
 }  // namespace rigcal

@@ -7,8 +7,8 @@
 
 namespace rigcal {
 
-/// A folder that appears as a whole or not at all: it is filled under another name beside its place and renamed by
-/// `commit`. Left uncommitted, it is removed again.
+/// A folder that appears as a whole or not at all: it is filled under a hidden name beside its place and renamed by
+/// `commit`. Left uncommitted, it is removed again. Folders above it are made; a link to a folder is followed.
 class StagedFolder {
  public:
   /// For a new folder; an existing path is an error (kind input).
@@ -23,7 +23,8 @@ class StagedFolder {
 
   /// Where to write.
   [[nodiscard]] const std::string& path() const { return staging_; }
-  /// Renames it to its place. The folder it replaces is removed only after that.
+  /// Renames it to its place, in one step also where an older folder is there, which is removed after that. Files that
+  /// must outlive a power cut are synced by whoever writes them. After an Error nothing has changed.
   Expected<void> commit();
 
  private:

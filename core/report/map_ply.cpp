@@ -1,43 +1,45 @@
 #include "core/report/map_ply.h"
 
+#include <algorithm>
+#include <span>
 #include <vector>
 
-#include "core/base/bytes.h"
-#include "core/io/output_file.h"
-#include "core/report/number_text.h"
+#include "core/io/ply_file.h"
 
 namespace rigcal {
 namespace {
 
-std::string header(const CalibrationResult& result) {
-  std::string text = "ply\nformat binary_little_endian 1.0\ncomment rigcal map, world frame G, metres\n";
+// Points converted at a time, so that a map of any size is written from a small buffer.
+constexpr std::size_t chunk = 65536;
+
+std::string remark(const CalibrationResult& result) {
+  std::string text = "rigcal map, world frame G, metres; sensors:";
   for (std::size_t i = 0; i < result.sensors.size(); ++i) {
-    text += "comment sensor " + std::to_string(i) + " " + quoted_text(result.sensors[i].name) + "\n";
+    text += " " + std::to_string(i) + " " + result.sensors[i].name;
   }
-  text += "element vertex " + std::to_string(result.map.size()) + "\n";
-  text += "property float x\nproperty float y\nproperty float z\nproperty uchar intensity\nproperty uchar sensor\n";
-  return text + "end_header\n";
+  return text;
+}
+
+PlyPoint vertex(const MapPoint& point) {
+  return {point.x,      point.y,
+          point.z,      point.reflectivity,
+          point.sensor, {point.reflectivity, point.reflectivity, point.reflectivity}};
 }
 
 }  // namespace
 
 Expected<void> write_map_ply(const CalibrationResult& result, const std::string& path) {
-  Expected<OutputFile> file = OutputFile::create(path);
-  if (!file) return file.error();
-  file->write(header(result));
-  std::vector<std::uint8_t> bytes;
-  for (const MapPoint& point : result.map) {
-    bytes.clear();
-    ByteWriter writer(bytes);
-    writer.write(point.x);
-    writer.write(point.y);
-    writer.write(point.z);
-    writer.write(point.reflectivity);
-    writer.write(point.sensor);
-    file->write(bytes);
+  Expected<PlyWriter> writer = PlyWriter::create(path, remark(result));
+  if (!writer) return writer.error();
+  std::vector<PlyPoint> vertices;
+  for (std::size_t begin = 0; begin < result.map.size(); begin += chunk) {
+    const std::size_t size = std::min(chunk, result.map.size() - begin);
+    vertices.resize(size);
+    const std::span<const MapPoint> part(result.map.data() + begin, size);
+    std::transform(part.begin(), part.end(), vertices.begin(), vertex);
+    writer->write(vertices);
   }
-  if (Expected<void> synced = file->sync(); !synced) return synced;
-  return file->close();
+  return writer->finish();
 }
 
 }  // namespace rigcal

@@ -132,13 +132,13 @@ TEST_F(ResultFolder, WritesTheMapAsPlyThatOtherToolsRead) {
   const std::string ply = read(root / "result" / "map.ply");
   const std::string end = "end_header\n";
   const std::size_t body = ply.find(end) + end.size();
-  EXPECT_THAT(ply.substr(0, body), HasSubstr("comment sensor 2 \"mid40_right\"\nelement vertex 2\nproperty float x\n"));
-  ASSERT_EQ(ply.size() - body, 2U * 14U);  // three floats and two bytes a point
+  EXPECT_THAT(ply.substr(0, body), HasSubstr("sensors: 0 avia 1 mid40_left 2 mid40_right\nelement vertex 2\n"));
+  ASSERT_EQ(ply.size() - body, 2U * 17U);  // three floats and five bytes a point
   float z = 0.0F;
   std::memcpy(&z, ply.data() + body + 8, 4);
   EXPECT_EQ(z, 3.0F);
-  EXPECT_EQ(static_cast<unsigned char>(ply[body + 12]), 200);
-  EXPECT_EQ(ply[body + 14 + 13], 1);
+  EXPECT_EQ(static_cast<unsigned char>(ply[body + 15]), 200);
+  EXPECT_EQ(ply[body + 17 + 16], 1);
 }
 
 }  // namespace
