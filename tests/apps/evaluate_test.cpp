@@ -10,6 +10,7 @@
 #include "core/io/ground_truth.h"
 #include "core/report/result_folder.h"
 #include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
 
 namespace rigcal {
 namespace {
@@ -80,7 +81,14 @@ TEST_F(Evaluate, PrintsOneJsonObject) {
   EXPECT_NEAR(json["sensors"][0]["translation_error_mm"], 2.0, 1e-6);  // the turn bends 2 mm by 1e-8 of it
   EXPECT_NEAR(json["sensors"][0]["nees_per_dof"], (4.0 + 4.0) / 6.0, 1e-6);
   EXPECT_EQ(json["within_max_error"], true);
+  EXPECT_THAT(SchemaCheck("evaluate.json").violations(json), IsEmpty());
   EXPECT_FALSE(json.contains("poses"));  // no folder was given, so there is no trajectory
+}
+
+TEST_F(Evaluate, PrintsThePosesInItsJsonToo) {
+  const auto json = nlohmann::json::parse(evaluate("result --truth truth.yaml --json").out);
+  EXPECT_THAT(SchemaCheck("evaluate.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["poses"]["compared"], 3);
 }
 
 TEST_F(Evaluate, EndsWithOneWhenABoundIsExceeded) {

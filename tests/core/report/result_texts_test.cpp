@@ -9,6 +9,7 @@
 
 #include "core/report/number_text.h"
 #include "tests/core/report/make_result.h"
+#include "tests/support/schema_check.h"
 
 namespace rigcal {
 namespace {
@@ -93,6 +94,17 @@ TEST(ReportJson, HoldsStagesWarningsAndTheStatusOfEverySensor) {
   EXPECT_EQ(json["warnings"][0], "a packet is damaged");
   EXPECT_NEAR(json["sensors"][1]["stddev_translation_mm"][2], 3.0, 1e-12);  // rounding of a square root
   EXPECT_FALSE(json["sensors"][2].contains("stddev_translation_mm"));
+}
+
+TEST(ReportJson, FitsItsSchema) {
+  const SchemaCheck schema("report.json");
+  auto json = nlohmann::json::parse(report_json(make_result()));
+  EXPECT_THAT(schema.violations(json), testing::IsEmpty());
+  // The check itself finds what does not fit.
+  json["stages"][0].erase("wall_s");
+  json["sensors"][0]["status"] = "fine";
+  json["extra"] = 1;
+  EXPECT_EQ(schema.violations(json).size(), 3U);
 }
 
 TEST(ReportJson, SurvivesAWarningThatIsNotUtf8) {
