@@ -1,0 +1,176 @@
+#include "core/stops/still_detector.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/stops/swing.h"
+
+namespace rigcal {
+namespace {
+
+std::int64_t to_ns(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
+
+}  // namespace
+
+const char* to_string(DropReason reason) {
+  switch (reason) {
+    case DropReason::before_first_stop:
+      return "before_first_stop";
+    case DropReason::moving:
+      return "moving";
+    case DropReason::swing:
+      return "swing";
+    case DropReason::short_stop:
+      return "short_stop";
+    case DropReason::overflow:
+      return "overflow";
+    case DropReason::late:
+      return "late";
+    case DropReason::after_last_stop:
+      return "after_last_stop";
+  }
+  return "";
+}
+
+StillDetector::StillDetector(const StopOptions& options, StillListener& listener)
+    : options_(options), listener_(listener), judge_(options), imu_sensor_(options.imu_sensor) {
+  RIGCAL_ASSERT(options.bridge_gap_s >= 0.0 && options.bridge_gap_s <= 0.3, "bridge_gap_s must lie in 0 .. 0.3");
+  RIGCAL_ASSERT(options.min_stop_s > 0.0 && options.margin_s >= 0.0 && options.angle_limit_rad > 0.0,
+                "a stop needs a length, a margin and an angle limit");
+}
+
+void StillDetector::add(const ImuSample& sample) {
+  if (imu_sensor_ < 0) imu_sensor_ = sample.sensor;
+  if (sample.sensor != imu_sensor_) {
+    ++imu_of_others_;
+    return;
+  }
+  add_bins(binner_.add(sample));
+}
+
+void StillDetector::flush() {
+  add_bins(binner_.flush());
+  take_finals(true);
+  if (state_ == State::candidate) reject_candidate();
+  if (state_ == State::stopped) end_stop();
+}
+
+void StillDetector::add_bins(const std::vector<MotionBin>& bins) {
+  for (const MotionBin& bin : bins) {
+    judge_.add(bin);
+    take_finals(false);
+  }
+}
+
+void StillDetector::take_finals(bool at_end) {
+  while (const std::optional<MotionBin> bin = judge_.take_final(at_end)) step(*bin);
+}
+
+void StillDetector::step(const MotionBin& bin) {
+  if (bin.moving) {
+    if (state_ == State::candidate) reject_candidate();
+    if (state_ == State::stopped) end_stop();
+    state_ = State::moving;
+    if (stops_ > 0) turn_.add(bin);
+    not_still(bin.end_ns(), DropReason::moving);
+    return;
+  }
+  if (state_ == State::moving) begin_candidate(bin);
+  still_end_ns_ = bin.end_ns();
+  longest_still_s_ = std::max(longest_still_s_, 1e-9 * static_cast<double>(still_end_ns_ - run_start_ns_));
+  if (state_ == State::candidate) {
+    extend_candidate(bin);
+  } else {
+    judge_.learn_from_last();
+    extend_stop(bin);
+  }
+}
+
+void StillDetector::begin_candidate(const MotionBin& bin) {
+  state_ = State::candidate;
+  run_start_ns_ = bin.start_ns;
+  not_still(bin.start_ns, DropReason::moving);
+  const StillJudge::Surroundings around = judge_.around_last();
+  const std::int64_t settled_ns =
+      swing_settled_ns(around.bins, around.last, judge_.bias(), judge_.noise_variance(), options_.angle_limit_rad);
+  const std::int64_t latest_ns = bin.start_ns + to_ns(options_.max_settle_s);
+  start_ns_ = std::min(std::max(settled_ns, judge_.turn_faded_ns()), latest_ns) + to_ns(options_.margin_s);
+}
+
+void StillDetector::extend_candidate(const MotionBin& bin) {
+  if (bin.end_ns() <= start_ns_) {  // the swing still counts to the turn
+    if (stops_ > 0) turn_.add(bin);
+    not_still(bin.end_ns(), DropReason::swing);
+    return;
+  }
+  candidate_.push_back(bin);
+  if (bin.end_ns() - to_ns(options_.margin_s) - start_ns_ >= to_ns(options_.min_stop_s)) confirm_candidate();
+}
+
+void StillDetector::reject_candidate() {
+  for (const MotionBin& bin : candidate_) {
+    if (stops_ > 0) turn_.add(bin);
+  }
+  candidate_.clear();
+  not_still(still_end_ns_, DropReason::short_stop);
+  state_ = State::moving;
+}
+
+void StillDetector::confirm_candidate() {
+  state_ = State::stopped;
+  not_still(start_ns_, DropReason::swing);
+  open_ = StillStop{};
+  open_.stop.index = stops_++;
+  open_.stop.start_ns = start_ns_;
+  open_.imu_sensor = imu_sensor_;
+  bins_ = 0.0;
+  samples_ = 0.0;
+  for (const MotionBin& bin : candidate_) extend_stop(bin);
+  candidate_.clear();
+}
+
+void StillDetector::extend_stop(const MotionBin& bin) {
+  if (bin.samples > 0) {
+    bins_ += 1.0;
+    samples_ += bin.samples;
+    open_.acceleration_g += (bin.acceleration_mean - open_.acceleration_g) / bins_;
+    open_.gyro_bias_rad_s += (bin.gyro_mean - open_.gyro_bias_rad_s) * (bin.samples / samples_);
+  }
+  open_.imu_gap = open_.imu_gap || bin.samples == 0;
+  open_.stop.end_ns = bin.end_ns() - to_ns(options_.margin_s) - 1;
+  listener_.still_until(open_.stop.end_ns + 1, open_.stop.index);
+}
+
+void StillDetector::end_stop() {
+  const StillGyro gyro{open_.gyro_bias_rad_s, samples_, (open_.stop.start_ns + open_.stop.end_ns) / 2};
+  if (open_.stop.index > 0) {
+    const Turn turn = turn_.finish(gyro, judge_.noise_variance().sum() / 3.0, options_.gyro_scale_sigma);
+    open_.R_previous_this = turn.R_previous_this;
+    open_.rotation_sigma_rad = turn.sigma_rad;
+    open_.rotation_known = turn.longest_interval_s <= options_.max_turn_gap_s;
+  }
+  turn_.begin(gyro);
+  not_still(still_end_ns_, DropReason::moving);
+  listener_.stop_ended(open_);
+  state_ = State::moving;
+}
+
+void StillDetector::not_still(std::int64_t until_ns, DropReason reason) {
+  listener_.not_still_until(until_ns,
+                            stops_ == 0 && reason == DropReason::moving ? DropReason::before_first_stop : reason);
+}
+
+StillFigures StillDetector::figures() const {
+  StillFigures figures;
+  figures.imu_samples = binner_.used();
+  figures.imu_doubles = binner_.doubles();
+  figures.imu_unusable = binner_.unusable();
+  figures.imu_of_others = imu_of_others_;
+  figures.stops = stops_;
+  figures.longest_still_s = longest_still_s_;
+  figures.gyro_noise_rad_s = judge_.lowest_noise_rad_s();
+  figures.bias_changes = judge_.bias_changes();
+  return figures;
+}
+
+}  // namespace rigcal

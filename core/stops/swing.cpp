@@ -1,0 +1,148 @@
+#include "core/stops/swing.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+// What rigs on tables and tripods do, with room at both ends; 25 ms bins show up to 15 Hz well.
+constexpr std::array<double, 7> decays_s = {0.05, 0.09, 0.15, 0.25, 0.4, 0.7, 1.2};
+constexpr double lowest_hz = 1.5;  // slower ones can not be told from creep that ends
+constexpr double highest_hz = 14.0;
+constexpr double step_hz = 0.5;
+constexpr int refinements = 24;    // halvings and moves of a pattern search: to a thousandth of the first step
+constexpr std::size_t stride = 4;  // bins by which a fit reaches further back than the last
+constexpr std::size_t fewest_bins = 12;
+// Explained energy in units of the noise: noise alone explains 6 by the amplitudes and a few by the search.
+constexpr double least_explained = 30.0;
+constexpr double residual_sigmas = 6.0;
+constexpr double model_share = 0.01;  // of the energy that a swing which is not quite a damped sine may leave
+
+/// Rates over their noise: unit variance for a sample.
+struct Reading {
+  double time_s;  ///< Middle of the bin, since the first bin of all.
+  double samples;
+  Vector3d rate;
+};
+
+struct Fit {
+  double hz = 0.0;
+  double decay_s = 0.0;
+  double explained = 0.0;
+  Eigen::Matrix<double, 2, 3> amplitudes = Eigen::Matrix<double, 2, 3>::Zero();  ///< Of cosine and sine, at the start.
+};
+
+Eigen::Vector2d basis(double since_s, double hz, double decay_s) {
+  const double phase = 2.0 * pi * hz * since_s;
+  return std::exp(-since_s / decay_s) * Eigen::Vector2d(std::cos(phase), std::sin(phase));
+}
+
+Fit fit_amplitudes(std::span<const Reading> readings, double hz, double decay_s) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
+  const double start_s = readings.front().time_s;
+  for (const Reading& r : readings) {
+    const Eigen::Vector2d g = basis(r.time_s - start_s, hz, decay_s);
+    normal += r.samples * g * g.transpose();
+    right += (r.samples * g) * r.rate.transpose();
+  }
+  Fit fit{hz, decay_s, 0.0, {}};
+  fit.amplitudes = normal.inverse() * right;
+  fit.explained = fit.amplitudes.cwiseProduct(right).sum();
+  if (!std::isfinite(fit.explained)) fit.explained = 0.0;
+  return fit;
+}
+
+Fit fit_swing(std::span<const Reading> readings) {
+  Fit best;
+  for (const double decay_s : decays_s) {
+    for (double hz = lowest_hz; hz <= highest_hz; hz += step_hz) {
+      const Fit fit = fit_amplitudes(readings, hz, decay_s);
+      if (fit.explained > best.explained) best = fit;
+    }
+  }
+  if (best.explained <= 0.0) return best;
+  double hz_step = 0.5 * step_hz;
+  double ratio = 1.3;
+  for (int i = 0; i < refinements; ++i) {
+    const double hz = best.hz;
+    const double decay_s = best.decay_s;
+    bool better = false;
+    for (const auto& [h, d] : {std::pair(hz + hz_step, decay_s), std::pair(hz - hz_step, decay_s),
+                               std::pair(hz, decay_s * ratio), std::pair(hz, decay_s / ratio)}) {
+      if (h < 0.8 * lowest_hz || d > 2.0 * decays_s.back() || d < 0.5 * decays_s.front()) continue;
+      const Fit fit = fit_amplitudes(readings, h, d);
+      if (fit.explained <= best.explained) continue;
+      best = fit;
+      better = true;
+    }
+    if (better) continue;
+    hz_step *= 0.5;
+    ratio = std::sqrt(ratio);
+  }
+  return best;
+}
+
+// Whether the fit leaves but noise, in all, without the oldest bins and in the later half: else it is a motion's end
+// that it describes.
+bool explains(const Fit& fit, std::span<const Reading> readings) {
+  const double start_s = readings.front().time_s;
+  for (const std::size_t from : {std::size_t{0}, stride, readings.size() / 2}) {
+    double left = 0.0;
+    double energy = 0.0;
+    for (const Reading& r : readings.subspan(from)) {
+      const Vector3d model = fit.amplitudes.transpose() * basis(r.time_s - start_s, fit.hz, fit.decay_s);
+      left += r.samples * (r.rate - model).squaredNorm();
+      energy += r.samples * r.rate.squaredNorm();
+    }
+    const double freedom = 3.0 * static_cast<double>(readings.size() - from);
+    if (left > freedom + residual_sigmas * std::sqrt(2.0 * freedom) + model_share * energy) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::int64_t swing_settled_ns(std::span<const MotionBin> bins, std::size_t first_still, const Vector3d& gyro_bias,
+                              const Vector3d& noise_variance, double angle_limit_rad) {
+  constexpr std::int64_t never_seen = std::numeric_limits<std::int64_t>::min();
+  const Vector3d noise = noise_variance.cwiseSqrt();
+  std::vector<Reading> readings;
+  std::size_t still_from = 0;
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (i == first_still) still_from = readings.size();
+    if (bins[i].samples == 0) continue;
+    const double time_s = 1e-9 * static_cast<double>(bins[i].start_ns - bins[0].start_ns) + 0.5 * MotionBin::length_s;
+    readings.push_back(
+        {time_s, static_cast<double>(bins[i].samples), (bins[i].gyro_mean - gyro_bias).cwiseQuotient(noise)});
+  }
+  if (readings.size() < fewest_bins) return never_seen;
+
+  Fit found;
+  double start_s = 0.0;
+  for (std::size_t from = std::min(still_from, readings.size() - fewest_bins);; from -= stride) {
+    const std::span<const Reading> part = std::span<const Reading>(readings).subspan(from);
+    const Fit fit = fit_swing(part);
+    if (!explains(fit, part)) break;
+    if (fit.explained >= least_explained) {
+      found = fit;
+      start_s = part.front().time_s;
+    }
+    if (from < stride) break;
+  }
+  if (found.explained <= 0.0) return never_seen;
+
+  // From the rate's amplitude, averaged over bins, to the angle's.
+  const double omega = 2.0 * pi * found.hz;
+  const double x = 0.5 * omega * MotionBin::length_s;
+  const double rate = (noise.asDiagonal() * found.amplitudes.transpose()).norm() * x / std::sin(std::min(x, 1.5));
+  const double angle = rate / std::hypot(omega, 1.0 / found.decay_s);
+  if (!(angle > 0.0)) return never_seen;
+  const double settled_s = start_s + found.decay_s * std::log(angle / angle_limit_rad);
+  return bins[0].start_ns + static_cast<std::int64_t>(1e9 * settled_s);
+}
+
+}  // namespace rigcal
