@@ -1,0 +1,137 @@
+#include "core/planes/adjust.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+using Priors = std::vector<std::optional<PosePrior>>;
+
+Vector6d weights_of(const PosePrior& prior) {
+  Vector6d w;
+  w.head<3>().setConstant(1.0 / (prior.rotation_rad * prior.rotation_rad));
+  w.tail<3>().setConstant(1.0 / (prior.translation_m * prior.translation_m));
+  return w;
+}
+
+// Calls f(index, pose, prior) for every free block that has a prior.
+template <class F>
+void for_each_prior(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state, const F& f) {
+  for (std::size_t j = 0; j < options.stop_priors.size(); ++j) {
+    const int index = layout.stop_index(static_cast<int>(j));
+    if (options.stop_priors[j] && index >= 0) f(index, state.T_G_base[j], *options.stop_priors[j]);
+  }
+  for (std::size_t i = 0; i < options.lidar_priors.size(); ++i) {
+    const int index = layout.lidar_index(static_cast<int>(i));
+    if (options.lidar_priors[i] && index >= 0) f(index, state.T_base_sensor[i], *options.lidar_priors[i]);
+  }
+}
+
+double prior_cost(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state) {
+  double cost = 0.0;
+  for_each_prior(layout, options, state, [&](int, const SE3& T, const PosePrior& prior) {
+    const Vector6d e = (prior.T.inverse() * T).log();
+    cost += e.dot(weights_of(prior).cwiseProduct(e));
+  });
+  return cost;
+}
+
+NormalEquations build(const std::vector<PlaneFeature>& features, const RigState& state, const ParameterLayout& layout,
+                      const AdjustOptions& options, HessianForm form) {
+  NormalEquations sum = build_normal_equations(features, state, layout, form);
+  add_priors(layout, options, state, sum);
+  return sum;
+}
+
+struct StepSize {
+  double rotation = 0.0;
+  double translation = 0.0;
+};
+
+StepSize step_size(const Eigen::VectorXd& dx) {
+  StepSize size;
+  for (int i = 0; i + 5 < dx.size(); i += 6) {
+    size.rotation = std::max(size.rotation, dx.segment<3>(i).norm());
+    size.translation = std::max(size.translation, dx.segment<3>(i + 3).norm());
+  }
+  return size;
+}
+
+Eigen::MatrixXd damped(const NormalEquations& sum, const AdjustOptions& options, double lambda) {
+  Eigen::MatrixXd A = sum.H;
+  A.diagonal() += lambda * sum.H.diagonal().cwiseAbs();
+  for (int i = 0; i + 5 < A.rows(); i += 6) {
+    if (options.step_rotation_rad > 0.0) {
+      A.diagonal().segment<3>(i).array() += 2.0 / (options.step_rotation_rad * options.step_rotation_rad);
+    }
+    if (options.step_translation_m > 0.0) {
+      A.diagonal().segment<3>(i + 3).array() += 2.0 / (options.step_translation_m * options.step_translation_m);
+    }
+  }
+  return A;
+}
+
+}  // namespace
+
+void add_priors(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
+                NormalEquations& sum) {
+  // The log's Jacobian is taken as one: priors are weak and errors against them small.
+  for_each_prior(layout, options, state, [&](int index, const SE3& T, const PosePrior& prior) {
+    const Vector6d e = (prior.T.inverse() * T).log();
+    const Vector6d w = weights_of(prior);
+    sum.cost += e.dot(w.cwiseProduct(e));
+    sum.g.segment<6>(index) += 2.0 * w.cwiseProduct(e);
+    sum.H.diagonal().segment<6>(index) += 2.0 * w;
+  });
+}
+
+AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterLayout& layout,
+                     const AdjustOptions& options, RigState& state) {
+  AdjustSummary summary;
+  if (layout.size() == 0 || features.empty()) return summary;
+  double lambda = 1e-6;
+  NormalEquations sum = build(features, state, layout, options, options.form);
+  summary.cost_before = sum.cost;
+  for (; summary.iterations < options.max_iterations; ++summary.iterations) {
+    Eigen::LLT<Eigen::MatrixXd> llt(damped(sum, options, lambda));
+    if (llt.info() != Eigen::Success && options.form == HessianForm::exact) {
+      NormalEquations gauss_newton = build(features, state, layout, options, HessianForm::gauss_newton);
+      llt.compute(damped(gauss_newton, options, lambda));
+    }
+    if (llt.info() != Eigen::Success) {
+      lambda = std::max(1e-4, 10.0 * lambda);
+      if (lambda > 1e6) break;
+      continue;
+    }
+    const Eigen::VectorXd dx = -llt.solve(sum.g);
+    const RigState moved = layout.moved(state, dx);
+    const double cost = total_cost(features, moved) + prior_cost(layout, options, moved);
+    const StepSize size = step_size(dx);
+    const bool tiny =
+        size.rotation < options.rotation_tolerance_rad && size.translation < options.translation_tolerance_m;
+    if (std::isfinite(cost) && cost <= sum.cost) {
+      state = moved;
+      lambda = std::max(1e-9, 0.1 * lambda);
+      if (tiny) {
+        sum.cost = cost;
+        summary.converged = true;
+        ++summary.iterations;
+        break;
+      }
+      sum = build(features, state, layout, options, options.form);
+    } else {
+      // A refused step below the tolerance is rounding: there is nothing left to gain.
+      if (tiny) {
+        summary.converged = true;
+        break;
+      }
+      lambda = std::max(1e-6, 10.0 * lambda);
+      if (lambda > 1e8) break;
+    }
+  }
+  summary.cost_after = sum.cost;
+  return summary;
+}
+
+}  // namespace rigcal

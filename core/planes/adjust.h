@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/planes/normal_equations.h"
+
+namespace rigcal {
+
+/// A Gaussian prior on a pose: (T_prior^-1 T).log() with independent sigmas.
+struct PosePrior {
+  SE3 T;
+  double rotation_rad = 0.0;
+  double translation_m = 0.0;
+};
+
+struct AdjustOptions {
+  HessianForm form = HessianForm::gauss_newton;
+  int max_iterations = 10;
+  /// Converged when no rotation moves by more and no translation by more. Far below what the noise allows.
+  double rotation_tolerance_rad = 1e-8;
+  double translation_tolerance_m = 1e-7;
+  /// Holds directions that the planes leave free near where the iteration starts, each step: [rad, m]; 0: off.
+  double step_rotation_rad = 0.0;
+  double step_translation_m = 0.0;
+  std::vector<std::optional<PosePrior>> stop_priors;   ///< Empty or one for each stop.
+  std::vector<std::optional<PosePrior>> lidar_priors;  ///< Empty or one for each LiDAR.
+};
+
+struct AdjustSummary {
+  bool converged = false;
+  int iterations = 0;
+  double cost_before = 0.0;
+  double cost_after = 0.0;
+};
+
+/// Levenberg-Marquardt on the plane costs and priors over the free blocks of `layout`, from and into `state`. Steps
+/// that raise the cost are refused; where the exact Hessian is indefinite the Gauss-Newton one takes its place.
+AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterLayout& layout,
+                     const AdjustOptions& options, RigState& state);
+
+/// Adds the priors' share at `state` to normal equations.
+void add_priors(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
+                NormalEquations& sum);
+
+}  // namespace rigcal
