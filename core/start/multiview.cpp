@@ -1,0 +1,157 @@
+#include "core/start/multiview.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/start/surfel_index.h"
+
+namespace rigcal {
+namespace {
+
+struct Placed {
+  int stop;
+  int lidar;
+  Vector3d mean;  // sensor frame
+};
+
+struct Pair {
+  std::uint32_t a;
+  std::uint32_t b;
+};
+
+class Multiview {
+ public:
+  Multiview(const std::vector<PatchSurfels>& patches, const ParameterLayout& layout, const MultiviewOptions& options)
+      : patches_(patches), layout_(layout), options_(options) {
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      for (const Surfel& s : patches[k].surfels) {
+        placed_.push_back({patches[k].stop, patches[k].lidar, s.mean});
+      }
+    }
+  }
+
+  void associate(const RigState& state, double tolerance) {
+    std::vector<PlacedSurfel> world;
+    world.reserve(placed_.size());
+    for (std::size_t k = 0; k < patches_.size(); ++k) {
+      const SE3 T = state.T_G_sensor(patches_[k].stop, patches_[k].lidar);
+      for (const Surfel& s : patches_[k].surfels) {
+        world.push_back({T * s.mean, T.R * s.normal, static_cast<int>(k)});
+      }
+    }
+    const SurfelIndex index(world, options_.reach_m);
+    const double min_cosine = std::cos(to_rad(std::min(30.0, 8.0 + 30.0 * tolerance)));
+    constexpr std::size_t grain = 512;
+    std::vector<std::vector<Pair>> parts((world.size() + grain - 1) / grain);
+    parallel_for(world.size(), grain, [&](std::size_t begin, std::size_t end) {
+      std::vector<int> partners;
+      for (std::size_t i = begin; i < end; ++i) {
+        index.find_all(world[i].mean, world[i].normal, min_cosine, tolerance, world[i].group, options_.max_partners,
+                       partners);
+        for (const int p : partners)
+          parts[begin / grain].push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(p)});
+      }
+    });
+    pairs_.clear();
+    for (const auto& part : parts) pairs_.insert(pairs_.end(), part.begin(), part.end());
+    normals_.clear();
+    for (const PlacedSurfel& s : world) normals_.push_back(s.normal);
+  }
+
+  void step(RigState& state, double tolerance) {
+    const int n = layout_.size();
+    const NormalEquations zero{0.0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
+    NormalEquations sum = parallel_sum(pairs_.size(), 16384, zero, [&](std::size_t begin, std::size_t end) {
+      NormalEquations part = zero;
+      for (std::size_t i = begin; i < end; ++i) add_pair(pairs_[i], state, tolerance, part);
+      return part;
+    });
+    if (pairs_.empty()) return;
+    sum.H.triangularView<Eigen::StrictlyUpper>() = sum.H.transpose().triangularView<Eigen::StrictlyUpper>();
+    add_priors(layout_, options_.priors, state, sum);
+    // Directions that no pair fixes stay where they are: the damping is that of one pair in ten thousand.
+    sum.H.diagonal().array() += 1e-4 * sum.H.diagonal().mean() + 1e-9;
+    const Eigen::VectorXd dx = -sum.H.ldlt().solve(sum.g);
+    state = layout_.moved(state, dx);
+  }
+
+ private:
+  void add_pair(const Pair& pair, const RigState& state, double tolerance, NormalEquations& sum) const {
+    const Placed& a = placed_[pair.a];
+    const Placed& b = placed_[pair.b];
+    // The normal is the partner's; each pair is met from both sides, so both normals serve.
+    const Vector3d& n = normals_[pair.b];
+    const Vector3d pa = state.T_G_sensor(a.stop, a.lidar) * a.mean;
+    const Vector3d pb = state.T_G_sensor(b.stop, b.lidar) * b.mean;
+    const double r = n.dot(pa - pb);
+    const double scaled = 2.0 * r / tolerance;
+    // Residuals in units of 2 cm, the spread of surfels of one surface; Cauchy weight.
+    const double w = 2500.0 / (1.0 + scaled * scaled);
+    // At most four blocks; a stop or LiDAR that both share moves both ends and its rows are added.
+    std::array<int, 4> index{};
+    std::array<Vector6d, 4> J;
+    int blocks = 0;
+    const auto add = [&](int at, const Vector6d& row) {
+      if (at < 0) return;
+      for (int k = 0; k < blocks; ++k) {
+        if (index[static_cast<std::size_t>(k)] == at) {
+          J[static_cast<std::size_t>(k)] += row;
+          return;
+        }
+      }
+      index[static_cast<std::size_t>(blocks)] = at;
+      J[static_cast<std::size_t>(blocks)] = row;
+      ++blocks;
+    };
+    const auto add_end = [&](const Placed& end, double sign) {
+      const SE3& G = state.T_G_base[static_cast<std::size_t>(end.stop)];
+      const SE3& E = state.T_base_sensor[static_cast<std::size_t>(end.lidar)];
+      const Vector3d n_base = sign * (G.R.transpose() * n);
+      const Vector3d n_sensor = E.R.transpose() * n_base;
+      Vector6d row;
+      row << (E * end.mean).cross(n_base), n_base;
+      add(layout_.stop_index(end.stop), row);
+      row << end.mean.cross(n_sensor), n_sensor;
+      add(layout_.lidar_index(end.lidar), row);
+    };
+    add_end(a, 1.0);
+    add_end(b, -1.0);
+    sum.cost += w * r * r;
+    for (int p = 0; p < blocks; ++p) {
+      const auto sp = static_cast<std::size_t>(p);
+      sum.g.segment<6>(index[sp]) += 2.0 * w * r * J[sp];
+      for (int q = 0; q < blocks; ++q) {
+        const auto sq = static_cast<std::size_t>(q);
+        if (index[sq] <= index[sp]) sum.H.block<6, 6>(index[sp], index[sq]) += (2.0 * w) * J[sp] * J[sq].transpose();
+      }
+    }
+  }
+
+  const std::vector<PatchSurfels>& patches_;
+  const ParameterLayout& layout_;
+  const MultiviewOptions& options_;
+  std::vector<Placed> placed_;
+  std::vector<Vector3d> normals_;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace
+
+void align_surfels(const std::vector<PatchSurfels>& patches, const ParameterLayout& layout,
+                   const MultiviewOptions& options, RigState& state) {
+  if (layout.size() == 0) return;
+  Multiview multiview(patches, layout, options);
+  for (double tolerance = options.from_m;; tolerance *= options.shrink) {
+    const bool last = tolerance <= options.to_m;
+    if (last) tolerance = options.to_m;
+    for (int k = 0; k < options.steps_each; ++k) {
+      multiview.associate(state, tolerance);
+      multiview.step(state, tolerance);
+    }
+    if (last) break;
+  }
+}
+
+}  // namespace rigcal

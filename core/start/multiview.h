@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "core/planes/adjust.h"
+#include "core/start/surfels.h"
+
+namespace rigcal {
+
+struct MultiviewOptions {
+  double from_m = 0.3;  ///< Tolerance of the first association, of the plane distance; it shrinks ...
+  double to_m = 0.06;   ///< ... to this.
+  double shrink = 0.7;
+  int steps_each = 2;    ///< Steps at each tolerance.
+  double reach_m = 0.6;  ///< How far apart the middles of two surfels of one surface may be.
+  int max_partners = 4;  ///< Partners of a surfel, each of another patch.
+  AdjustOptions priors;  ///< Only the priors and step sigmas of these options are used.
+};
+
+/// Lays all surfels of all patches on each other at once (point to plane, both ways), by moving the free blocks of
+/// `layout`. For a start that is right to about `from_m`; leaves the state good to a centimetre or better.
+void align_surfels(const std::vector<PatchSurfels>& patches, const ParameterLayout& layout,
+                   const MultiviewOptions& options, RigState& state);
+
+}  // namespace rigcal

@@ -1,0 +1,144 @@
+#include "core/start/registration.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+
+namespace rigcal {
+namespace {
+
+struct Candidate {
+  SE3 X;
+  double score = 0.0;
+};
+
+std::vector<Candidate> candidates_around(const SE3& guess, const RegistrationOptions& o) {
+  std::vector<Candidate> out;
+  const int n = static_cast<int>(std::lround(o.rotation_reach_rad / o.rotation_step_rad));
+  std::vector<Vector3d> shifts{Vector3d::Zero()};
+  if (o.translation_reach_m > 0.0) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) shifts.push_back(sign * o.translation_reach_m * Vector3d::Unit(axis));
+  }
+  for (int a = -n; a <= n; ++a)
+    for (int b = -n; b <= n; ++b)
+      for (int c = -n; c <= n; ++c) {
+        const Vector3d phi = o.rotation_step_rad * Vector3d(a, b, c);
+        // The corners of the cube lie farther out than the reach along an axis: a ball will do.
+        if (phi.norm() > o.rotation_reach_rad * 1.2 + 1e-9) continue;
+        for (const Vector3d& shift : shifts) out.push_back({{guess.R * exp_so3(phi), guess.t + shift}, 0.0});
+      }
+  return out;
+}
+
+bool distinct(const SE3& a, const SE3& b) {
+  return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
+}
+
+bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
+  return rotation_distance(a.R, b.R) < 1.1 * o.rotation_step_rad && (a.t - b.t).norm() < 0.3;
+}
+
+}  // namespace
+
+MovingSurfels thinned(const MovingSurfels& moving, std::size_t count) {
+  if (moving.items.size() <= count) return moving;
+  MovingSurfels out{moving.places, {}};
+  const double step = static_cast<double>(moving.items.size()) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i)
+    out.items.push_back(moving.items[static_cast<std::size_t>(static_cast<double>(i) * step)]);
+  return out;
+}
+
+double match_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
+                   double max_plane_distance_m) {
+  if (moving.items.empty()) return 0.0;
+  std::size_t matched = 0;
+  for (const auto& item : moving.items) {
+    const SE3 T = moving.places[static_cast<std::size_t>(item.place)] * X;
+    if (index.find(T * item.mean, T.R * item.normal, min_cosine, max_plane_distance_m) >= 0) ++matched;
+  }
+  return static_cast<double>(matched) / static_cast<double>(moving.items.size());
+}
+
+SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m,
+                        double to_m) {
+  SE3 X = start;
+  double tolerance = from_m;
+  for (int iteration = 0; iteration < 24; ++iteration) {
+    // Normals may disagree by 26 degrees at a metre, by 10 at the end.
+    const double min_cosine = std::cos(to_rad(std::clamp(10.0 + 16.0 * tolerance, 10.0, 30.0)));
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d g = Vector6d::Zero();
+    for (const auto& item : moving.items) {
+      const SE3 A = moving.places[static_cast<std::size_t>(item.place)];
+      const SE3 T = A * X;
+      const Vector3d p = T * item.mean;
+      const int hit = index.find(p, T.R * item.normal, min_cosine, tolerance);
+      if (hit < 0) continue;
+      const PlacedSurfel& s = index[hit];
+      const double r = s.normal.dot(p - s.mean);
+      // d p / d xi of A X exp(xi) m: R [-[m]x, I].
+      const Vector3d n = T.R.transpose() * s.normal;
+      Vector6d J;
+      J << item.mean.cross(n), n;
+      const double w = 1.0 / (1.0 + 4.0 * r * r / (tolerance * tolerance));
+      H.noalias() += w * J * J.transpose();
+      g.noalias() += w * r * J;
+    }
+    H.diagonal().array() += 1e-6 * (1.0 + H.trace());
+    const Vector6d dx = -H.ldlt().solve(g);
+    X = X * SE3::exp(dx);
+    X.R = nearest_rotation(X.R);
+    if (tolerance <= to_m && dx.norm() < 1e-5) break;
+    tolerance = std::max(to_m, 0.8 * tolerance);
+  }
+  return X;
+}
+
+RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
+                                    const std::vector<SE3>& guesses, const RegistrationOptions& options) {
+  const MovingSurfels few = thinned(moving, 400);
+  const MovingSurfels many = thinned(moving, 3000);
+  std::vector<Candidate> candidates;
+  for (const SE3& guess : guesses) {
+    const auto more = candidates_around(guess, options);
+    candidates.insert(candidates.end(), more.begin(), more.end());
+  }
+  const double cosine = std::cos(to_rad(20.0));
+  parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      candidates[i].score = match_score(coarse, few, candidates[i].X, cosine, 0.3);
+  });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::vector<Candidate> best;
+  for (const Candidate& c : candidates) {
+    if (static_cast<int>(best.size()) >= options.refined) break;
+    if (std::none_of(best.begin(), best.end(), [&](const Candidate& b) { return is_near(b.X, c.X, options); }))
+      best.push_back(c);
+  }
+  parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);
+      best[i].X = refine_registration(fine, many, best[i].X, 0.3, 0.08);
+      best[i].score = match_score(fine, many, best[i].X, std::cos(to_rad(14.0)), 0.06);
+    }
+  });
+  std::stable_sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  RegistrationResult result;
+  if (best.empty()) return result;
+  result.X = best[0].X;
+  result.score = best[0].score;
+  for (const Candidate& c : best) {
+    if (!distinct(c.X, result.X)) continue;
+    result.runner_up = c.X;
+    result.runner_up_score = c.score;
+    break;
+  }
+  return result;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <vector>
+
+#include "core/start/surfel_index.h"
+#include "core/start/surfels.h"
+
+namespace rigcal {
+
+/// Surfels to be laid on an index by one unknown pose X: surfel k stands at place[group_k] * X * mean_k. For the
+/// extrinsics of a LiDAR the places are the rig's poses at its stops; for a pose of the rig there is one, the identity.
+struct MovingSurfels {
+  std::vector<SE3> places;
+  struct Item {
+    int place = 0;
+    Vector3d mean = Vector3d::Zero();
+    Vector3d normal = Vector3d::UnitZ();
+  };
+  std::vector<Item> items;
+};
+
+/// Every `count`-th of the items so that about `count` are left, evenly over the list.
+[[nodiscard]] MovingSurfels thinned(const MovingSurfels& moving, std::size_t count);
+
+struct RegistrationOptions {
+  double rotation_reach_rad = 0.28;  ///< The guess may be wrong by this much about each axis (16 degrees) ...
+  double rotation_step_rad = 0.07;   ///< ... searched in these steps (4 degrees).
+  double translation_reach_m = 0.4;  ///< Searched at 0 and +- this along each axis; the index reaches between.
+  int refined = 6;                   ///< The best so many are refined.
+};
+
+/// A pose X and how well it fits: the share of the surfels that lie within 6 cm of a surface facing the same way
+/// (within 14 degrees).
+struct RegistrationResult {
+  SE3 X;
+  double score = 0.0;
+  double runner_up_score = 0.0;  ///< Best score of a distinctly other pose (0.3 m or 3 degrees away); 0: none.
+  SE3 runner_up;
+};
+
+/// Score of one pose with given tolerances; `coarse` is an index of long reach.
+[[nodiscard]] double match_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
+                                 double max_plane_distance_m);
+
+/// Point-to-plane refinement from X with tolerances that shrink from `from_m` to `to_m`.
+[[nodiscard]] SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
+                                      double from_m, double to_m);
+
+/// Searches around each of `guesses` and refines the best. `coarse` has a reach of about a metre, `fine` of half a
+/// metre.
+[[nodiscard]] RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine,
+                                                  const MovingSurfels& moving, const std::vector<SE3>& guesses,
+                                                  const RegistrationOptions& options);
+
+}  // namespace rigcal

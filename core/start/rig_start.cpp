@@ -1,0 +1,169 @@
+#include "core/start/rig_start.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/start/multiview.h"
+#include "core/start/turning.h"
+
+namespace rigcal {
+namespace {
+
+// Fewer matched surfels than this are no overlap.
+constexpr std::size_t min_surfels = 20;
+constexpr double min_score = 0.15;
+
+std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
+  std::vector<PatchSurfels> out;
+  for (const PatchSurfels& p : patches) {
+    if (p.lidar == lidar && !p.surfels.empty()) out.push_back(p);
+  }
+  std::sort(out.begin(), out.end(), [](const PatchSurfels& a, const PatchSurfels& b) { return a.stop < b.stop; });
+  return out;
+}
+
+bool gyro_is_complete(const StartInput& input) {
+  if (static_cast<int>(input.R_previous_this.size()) != input.stops) return false;
+  return std::all_of(input.R_previous_this.begin() + 1, input.R_previous_this.end(),
+                     [](const auto& R) { return R.has_value(); });
+}
+
+void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
+  const auto stops = static_cast<std::size_t>(input.stops);
+  start.state.T_G_base.assign(stops, SE3{});
+  start.stop_known.assign(stops, 0);
+  for (const PatchSurfels& p : base_patches) start.stop_known[static_cast<std::size_t>(p.stop)] = 1;
+  if (!input.trajectory.empty()) {
+    // The world is the rig frame at the first stop.
+    SE3 T_first;
+    for (const auto& T : input.trajectory) {
+      if (T) {
+        T_first = *T;
+        break;
+      }
+    }
+    for (std::size_t j = 0; j < stops; ++j) {
+      if (!input.trajectory[j]) continue;
+      start.state.T_G_base[j] = T_first.inverse() * *input.trajectory[j];
+      start.stop_known[j] = 1;
+    }
+  } else if (stops > 1 && gyro_is_complete(input)) {
+    std::vector<Matrix3d> R{Matrix3d::Identity()};
+    for (std::size_t j = 1; j < stops; ++j) R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));
+    start.state.T_G_base = poses_from_rotations(base_patches, R);
+  } else if (stops > 1) {
+    std::vector<double> scores;
+    start.state.T_G_base = poses_from_search(base_patches, input.stops, input.axis, scores);
+    for (std::size_t j = 0; j < stops; ++j) {
+      if (scores[j] < min_score) start.stop_known[j] = 0;
+    }
+  }
+}
+
+// The base's own surfels laid on each other; the poses so far hold what the scene leaves open.
+void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
+  ParameterLayout layout(input.stops, input.lidars);
+  MultiviewOptions options;
+  options.priors.stop_priors.resize(static_cast<std::size_t>(input.stops));
+  for (const PatchSurfels& p : base_patches) {
+    if (p.stop == base_patches.front().stop) continue;
+    layout.free_stop(p.stop);
+    const auto j = static_cast<std::size_t>(p.stop);
+    options.priors.stop_priors[j] = PosePrior{start.state.T_G_base[j], to_rad(1.0), 0.1};
+  }
+  align_surfels(base_patches, layout, options, start.state);
+}
+
+RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchSurfels>& patches, int lidar,
+                               const SurfelIndex& coarse, const SurfelIndex& fine, const Start& start) {
+  MovingSurfels moving{start.state.T_G_base, {}};
+  for (const PatchSurfels& p : patches) {
+    if (p.lidar != lidar || !start.stop_known[static_cast<std::size_t>(p.stop)]) continue;
+    for (const Surfel& s : p.surfels) moving.items.push_back({p.stop, s.mean, s.normal});
+  }
+  if (moving.items.size() < min_surfels) return {};
+  const SE3 guess = *input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
+  return register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
+}
+
+void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
+  ParameterLayout layout(input.stops, input.lidars);
+  std::vector<PatchSurfels> used;
+  int first = -1;
+  for (const PatchSurfels& p : patches) {
+    if (start.lidar_known[static_cast<std::size_t>(p.lidar)] && start.stop_known[static_cast<std::size_t>(p.stop)])
+      used.push_back(p);
+  }
+  for (int j = 0; j < input.stops; ++j) {
+    const bool seen = std::any_of(used.begin(), used.end(), [&](const PatchSurfels& p) { return p.stop == j; });
+    if (!seen) continue;
+    if (first < 0)
+      first = j;
+    else
+      layout.free_stop(j);
+  }
+  MultiviewOptions options;
+  options.from_m = 0.12;
+  options.to_m = 0.05;
+  options.priors.lidar_priors.resize(static_cast<std::size_t>(input.lidars));
+  options.priors.stop_priors.resize(static_cast<std::size_t>(input.stops));
+  for (int j = 0; j < input.stops; ++j) {
+    const auto sj = static_cast<std::size_t>(j);
+    options.priors.stop_priors[sj] = PosePrior{start.state.T_G_base[sj], to_rad(1.0), 0.1};
+  }
+  for (int i = 0; i < input.lidars; ++i) {
+    const auto si = static_cast<std::size_t>(i);
+    if (i == input.base || !start.lidar_known[si]) continue;
+    layout.free_lidar(i);
+    options.priors.lidar_priors[si] = PosePrior{start.state.T_base_sensor[si], to_rad(3.0), 0.3};
+  }
+  align_surfels(used, layout, options, start.state);
+}
+
+}  // namespace
+
+Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                           const RunContext& context) {
+  Start start;
+  const auto lidars = static_cast<std::size_t>(input.lidars);
+  start.matches.resize(lidars);
+  start.lidar_known.assign(lidars, 0);
+  start.state.T_base_sensor.assign(lidars, SE3{});
+  start.lidar_known[static_cast<std::size_t>(input.base)] = 1;
+  for (std::size_t i = 0; i < lidars; ++i) {
+    if (input.guess_T_base_sensor[i]) start.state.T_base_sensor[i] = *input.guess_T_base_sensor[i];
+  }
+  const std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
+  context.reporter.progress("start: poses", -1.0);
+  place_stops(input, base_patches, start);
+  if (base_patches.size() > 1) refine_stops(input, base_patches, start);
+  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+
+  std::vector<PlacedSurfel> map;
+  for (const PatchSurfels& p : base_patches) {
+    const SE3& T = start.state.T_G_base[static_cast<std::size_t>(p.stop)];
+    for (const Surfel& s : p.surfels) map.push_back({T * s.mean, T.R * s.normal, p.stop});
+  }
+  if (map.size() < min_surfels) {
+    // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
+    for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
+    align_all(input, patches, start);
+    return start;
+  }
+  const SurfelIndex coarse(map, 1.0);
+  const SurfelIndex fine(map, 0.5);
+  for (int i = 0; i < input.lidars; ++i) {
+    const auto si = static_cast<std::size_t>(i);
+    if (i == input.base || !input.guess_T_base_sensor[si]) continue;
+    context.reporter.progress("start: extrinsics", static_cast<double>(i) / input.lidars);
+    start.matches[si] = place_lidar(input, patches, i, coarse, fine, start);
+    if (start.matches[si].score < min_score) continue;
+    start.lidar_known[si] = 1;
+    start.state.T_base_sensor[si] = start.matches[si].X;
+    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  }
+  align_all(input, patches, start);
+  return start;
+}
+
+}  // namespace rigcal

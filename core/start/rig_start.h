@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+#include "core/start/registration.h"
+#include "core/voxel/rig_state.h"
+
+namespace rigcal {
+
+/// What is known before the first look at the surfaces.
+struct StartInput {
+  int stops = 0;
+  int lidars = 0;
+  int base = 0;
+  std::vector<std::optional<SE3>> guess_T_base_sensor;   ///< One for each LiDAR.
+  std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro, one for each stop (the first: unused).
+  std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty or one for each stop.
+  Vector3d axis = Vector3d::UnitZ();                     ///< Of the table in the base frame, for a search without gyro.
+};
+
+/// A start good to a centimetre or two, and what was not found.
+struct Start {
+  RigState state;
+  std::vector<char> stop_known;  ///< The base LiDAR (or the trajectory) places the rig at this stop.
+  std::vector<char> lidar_known;
+  std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
+};
+
+/// Rough poses and extrinsics (architecture 3.4, with rough extrinsics given). Poses: from the trajectory, else from
+/// the gyro's rotations and a foot point found from the scene, else by a search about the axis; then each LiDAR is laid
+/// on the base's map around its guess; then all surfels on each other.
+[[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                                         const RunContext& context);
+
+}  // namespace rigcal

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/se3.h"
+
+namespace rigcal {
+
+/// A surfel placed in the frame of an index, with a group (for example its patch) that a query may leave out.
+struct PlacedSurfel {
+  Vector3d mean = Vector3d::Zero();
+  Vector3d normal = Vector3d::UnitZ();
+  int group = 0;
+};
+
+/// Finds the surfel nearest to a place among those that face the same way. Every surfel is entered in the voxels around
+/// it, so a query is one look-up.
+class SurfelIndex {
+ public:
+  /// `reach_m`: how far a surfel's mean may be from a query to be found surely; the voxels are that large.
+  SurfelIndex(std::vector<PlacedSurfel> surfels, double reach_m);
+
+  /// Index of the surfel whose mean is nearest to `p` among those with n.n' >= min_cosine, a distance of `p` from its
+  /// plane of at most `max_plane_distance_m`, and another group than `not_group` (-1: any); or -1.
+  [[nodiscard]] int find(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
+                         int not_group = -1) const;
+  /// The nearest of each other group, at most `most` of them, nearest first; like `find` else. Replaces `out`.
+  void find_all(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
+                int not_group, int most, std::vector<int>& out) const;
+  [[nodiscard]] const PlacedSurfel& operator[](int i) const { return surfels_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] std::size_t size() const { return surfels_.size(); }
+
+ private:
+  [[nodiscard]] std::size_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const;
+
+  std::vector<PlacedSurfel> surfels_;
+  double voxel_m_;
+  std::size_t mask_ = 0;
+  std::vector<std::uint32_t> bucket_start_;  // surfels entered in each bucket, one list after the other
+  std::vector<std::uint32_t> entries_;
+};
+
+}  // namespace rigcal

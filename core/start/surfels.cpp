@@ -1,0 +1,86 @@
+#include "core/start/surfels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/geometry/symmetric_eigen.h"
+
+namespace rigcal {
+namespace {
+
+using Handle = std::pair<std::uint64_t, std::uint32_t>;  // voxel, cell
+
+std::uint64_t voxel_of(const Vector3d& p, double size) {
+  const auto part = [&](double x) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / size)) + (1 << 20)) & 0x1FFFFF;
+  };
+  return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
+}
+
+enum class Shape { surfel, too_few, not_flat };
+
+Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle* last, const SurfelOptions& o,
+               Surfel& out) {
+  out = {};
+  for (const Handle* h = first; h != last; ++h) {
+    out.N += cells[h->second].N;
+    out.mean += cells[h->second].N * cells[h->second].mean;
+  }
+  if (out.N < o.min_points) return Shape::too_few;
+  out.mean /= out.N;
+  Matrix3d S = Matrix3d::Zero();
+  for (const Handle* h = first; h != last; ++h) {
+    const Vector3d d = cells[h->second].mean - out.mean;
+    S += cells[h->second].scatter_matrix() + cells[h->second].N * d * d.transpose();
+  }
+  const SymmetricEigen eigen = symmetric_eigen_fast(S / out.N);
+  const Vector3d& l = eigen.values;
+  // A line of points (one ring of a spinning LiDAR) may become a surface with its neighbours.
+  if (l[2] > o.max_elongation * l[1]) return Shape::too_few;
+  if (l[1] < o.min_flatness * l[0] || l[0] > o.max_thickness_m * o.max_thickness_m) return Shape::not_flat;
+  out.normal = eigen.vectors.col(0);
+  if (out.normal.dot(out.mean) > 0.0) out.normal = -out.normal;
+  out.variance = l[0] * out.N / (out.N - 3.0);
+  return Shape::surfel;
+}
+
+}  // namespace
+
+PatchSurfels extract_surfels(const PatchCells& patch, const SurfelOptions& options) {
+  PatchSurfels out{patch.lidar, patch.stop, {}};
+  std::vector<std::uint32_t> left(patch.cells.size());
+  for (std::uint32_t i = 0; i < left.size(); ++i) left[i] = i;
+  std::vector<Handle> handles;
+  double size = options.size_m;
+  for (int level = 0; level < 3; ++level, size *= 2.0) {
+    handles.clear();
+    for (const std::uint32_t i : left) handles.emplace_back(voxel_of(patch.cells[i].mean, size), i);
+    std::sort(handles.begin(), handles.end());
+    left.clear();
+    const Handle* begin = handles.data();
+    const Handle* const stop = handles.data() + handles.size();
+    while (begin != stop) {
+      const Handle* end = begin;
+      while (end != stop && end->first == begin->first) ++end;
+      Surfel surfel;
+      const Shape shape = shape_of(patch.cells, begin, end, options, surfel);
+      if (shape == Shape::surfel) out.surfels.push_back(surfel);
+      if (shape == Shape::too_few) {
+        for (const Handle* h = begin; h != end; ++h) left.push_back(h->second);
+      }
+      begin = end;
+    }
+  }
+  return out;
+}
+
+std::vector<PatchSurfels> extract_surfels(const std::vector<PatchCells>& patches, const SurfelOptions& options) {
+  std::vector<PatchSurfels> out(patches.size());
+  parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) out[i] = extract_surfels(patches[i], options);
+  });
+  return out;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,100 @@
+#include "core/start/turning.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <cstdlib>
+
+namespace rigcal {
+namespace {
+
+MovingSurfels as_moving(const PatchSurfels& patch) {
+  MovingSurfels moving{{SE3{}}, {}};
+  for (const Surfel& s : patch.surfels) moving.items.push_back({0, s.mean, s.normal});
+  return moving;
+}
+
+// One Gauss-Newton step for the foot f over all pairs of surfels of stops at most `max_steps` apart.
+Vector3d foot_step(const std::vector<PatchSurfels>& patches, const std::vector<Matrix3d>& R, const Vector3d& f,
+                   double tolerance, int max_steps) {
+  std::vector<PlacedSurfel> placed;
+  for (const PatchSurfels& patch : patches) {
+    const Matrix3d& Rj = R[static_cast<std::size_t>(patch.stop)];
+    for (const Surfel& s : patch.surfels) placed.push_back({Rj * s.mean + f - Rj * f, Rj * s.normal, patch.stop});
+  }
+  const SurfelIndex index(placed, std::max(0.6, tolerance));
+  const double min_cosine = std::cos(to_rad(12.0));
+  Matrix3d H = Matrix3d::Zero();
+  Vector3d g = Vector3d::Zero();
+  std::vector<int> partners;
+  for (const PlacedSurfel& a : placed) {
+    index.find_all(a.mean, a.normal, min_cosine, tolerance, a.group, 8, partners);
+    for (const int partner : partners) {
+      const PlacedSurfel& b = index[partner];
+      if (std::abs(a.group - b.group) > max_steps) continue;
+      const double r = b.normal.dot(a.mean - b.mean);
+      const Vector3d J =
+          (R[static_cast<std::size_t>(b.group)] - R[static_cast<std::size_t>(a.group)]).transpose() * b.normal;
+      const double w = 1.0 / (1.0 + 4.0 * r * r / (tolerance * tolerance));
+      H += w * J * J.transpose();
+      g += w * r * J;
+    }
+  }
+  H.diagonal().array() += 1e-3 * H.trace() + 1e-9;
+  return f - H.ldlt().solve(g);
+}
+
+}  // namespace
+
+std::vector<SE3> poses_from_rotations(const std::vector<PatchSurfels>& base_patches,
+                                      const std::vector<Matrix3d>& R_G_base) {
+  Vector3d f = Vector3d::Zero();
+  // First neighbours only, which the unknown foot displaces least; then all pairs, when it is nearly right.
+  struct Pass {
+    double tolerance;
+    int max_steps;
+    int repeats;
+  };
+  for (const Pass pass : {Pass{0.6, 1, 4}, Pass{0.4, 2, 4}, Pass{0.2, 1000, 4}, Pass{0.1, 1000, 3}}) {
+    for (int k = 0; k < pass.repeats; ++k) f = foot_step(base_patches, R_G_base, f, pass.tolerance, pass.max_steps);
+  }
+  std::vector<SE3> poses;
+  for (const Matrix3d& R : R_G_base) poses.push_back({R, f - R * f});
+  return poses;
+}
+
+std::vector<SE3> poses_from_search(const std::vector<PatchSurfels>& base_patches, int stops, const Vector3d& axis,
+                                   std::vector<double>& scores) {
+  std::vector<SE3> poses(static_cast<std::size_t>(stops));
+  scores.assign(static_cast<std::size_t>(stops), 1.0);
+  std::vector<PlacedSurfel> map;
+  RegistrationOptions options;
+  options.rotation_reach_rad = 0.0;
+  options.translation_reach_m = 0.3;
+  options.refined = 8;
+  SE3 before;
+  std::size_t next = 0;
+  for (int j = 0; j < stops; ++j) {
+    const auto sj = static_cast<std::size_t>(j);
+    poses[sj] = before;
+    if (next >= base_patches.size() || base_patches[next].stop != j) continue;
+    const PatchSurfels& patch = base_patches[next++];
+    if (!map.empty()) {
+      std::vector<SE3> guesses;
+      for (int deg = -180; deg < 180; deg += 3) {
+        guesses.push_back({before.R * exp_so3(to_rad(deg) * axis), before.t});
+      }
+      const SurfelIndex coarse(map, 1.0);
+      const SurfelIndex fine(map, 0.5);
+      const RegistrationResult result = register_surfels(coarse, fine, as_moving(patch), guesses, options);
+      poses[sj] = result.X;
+      scores[sj] = result.score;
+    }
+    before = poses[sj];
+    for (const Surfel& s : patch.surfels) {
+      map.push_back({poses[sj] * s.mean, poses[sj].R * s.normal, j});
+    }
+  }
+  return poses;
+}
+
+}  // namespace rigcal
