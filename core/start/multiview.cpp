@@ -1,6 +1,7 @@
 #include "core/start/multiview.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 

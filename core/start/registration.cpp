@@ -1,6 +1,7 @@
 #include "core/start/registration.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

@@ -1,0 +1,100 @@
+#include "core/planes/refine.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+// A tenth of what any rig could be calibrated to; below it passes only shuffle cells at the voxels' borders.
+constexpr double settled_m = 1e-4;
+constexpr double settled_rad = 1e-5;
+
+// Mean of the normals within ten degrees of the direction that most of them share, among those across `across`.
+Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<double>& weights, const Vector3d& across) {
+  const double near = std::cos(to_rad(10.0));
+  const auto eligible = [&](const Vector3d& n) { return std::abs(n.dot(across)) < 0.5; };
+  const std::size_t step = std::max<std::size_t>(1, normals.size() / 300);
+  Vector3d best = Vector3d::Zero();
+  double best_weight = 0.0;
+  for (std::size_t c = 0; c < normals.size(); c += step) {
+    if (!eligible(normals[c])) continue;
+    double weight = 0.0;
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+      const double dot = normals[i].dot(normals[c]);
+      if (std::abs(dot) < near || !eligible(normals[i])) continue;
+      weight += weights[i];
+      sum += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
+    }
+    if (weight > best_weight) {
+      best_weight = weight;
+      best = sum;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<RefinePass> standard_passes(int tight) {
+  std::vector<RefinePass> passes(static_cast<std::size_t>(2 + tight));
+  for (std::size_t i = 0; i < 2; ++i) {
+    passes[i].map.gate_slack_m = 0.01;
+    passes[i].map.offset_floor_m = 0.005;
+    passes[i].map.max_chi2 = 3.0;
+  }
+  return passes;
+}
+
+Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& layout,
+                               const std::vector<RefinePass>& passes, const RunContext& context, RigState& state) {
+  RefineSummary summary;
+  for (const RefinePass& pass : passes) {
+    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    summary.map = build_plane_map(input.patches, state, input.noise, input.T_grid_G, pass.map, input.use);
+    const RigState before = state;
+    AdjustOptions options = input.adjust;
+    options.max_iterations = pass.iterations;
+    const AdjustSummary adjusted = adjust(summary.map.features, layout, options, state);
+    summary.iterations += adjusted.iterations;
+    summary.cost_before = adjusted.cost_before;
+    summary.cost_after = adjusted.cost_after;
+    summary.last_rotation_rad = 0.0;
+    summary.last_translation_m = 0.0;
+    for (std::size_t i = 0; i < state.T_base_sensor.size(); ++i) {
+      const SE3 move = before.T_base_sensor[i].inverse() * state.T_base_sensor[i];
+      summary.last_rotation_rad = std::max(summary.last_rotation_rad, log_so3(move.R).norm());
+      summary.last_translation_m = std::max(summary.last_translation_m, move.t.norm());
+    }
+  }
+  summary.converged = summary.last_rotation_rad < settled_rad && summary.last_translation_m < settled_m;
+  return summary;
+}
+
+SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>& centers,
+               const std::vector<double>& weights) {
+  SE3 T_grid_G;
+  if (normals.empty()) return T_grid_G;
+  Vector3d z = strongest(normals, weights, Vector3d::Zero());
+  if (z.norm() < 1e-9) return T_grid_G;
+  z.normalize();
+  Vector3d x = strongest(normals, weights, z);
+  x -= z.dot(x) * z;
+  if (x.norm() < 1e-9) x = z.unitOrthogonal();
+  x.normalize();
+  Vector3d centroid = Vector3d::Zero();
+  double total = 0.0;
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    centroid += weights[i] * centers[i];
+    total += weights[i];
+  }
+  T_grid_G.R.row(0) = x;
+  T_grid_G.R.row(1) = z.cross(x);
+  T_grid_G.R.row(2) = z;
+  T_grid_G.t = -(T_grid_G.R * (centroid / total));
+  return T_grid_G;
+}
+
+}  // namespace rigcal

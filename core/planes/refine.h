@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+#include "core/planes/adjust.h"
+#include "core/voxel/plane_map.h"
+
+namespace rigcal {
+
+/// One round: the map is built at the present state, then the free blocks are moved.
+struct RefinePass {
+  PlaneMapOptions map;
+  int iterations = 6;
+};
+
+/// Two passes with loose gates for a start that is right to a few centimetres, then `tight` ones, each with a map built
+/// anew.
+[[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
+
+struct RefineSummary {
+  int iterations = 0;
+  double cost_before = 0.0;  ///< Of the last pass' map: sum of squared distances over noise.
+  double cost_after = 0.0;
+  bool converged = false;          ///< The last pass moved nothing by more than `settled` below.
+  double last_rotation_rad = 0.0;  ///< Largest move of an extrinsic in the last pass.
+  double last_translation_m = 0.0;
+  PlaneMap map;  ///< Of the last pass.
+};
+
+/// What stays the same over all passes.
+struct RefineInput {
+  const std::vector<PatchCells>& patches;
+  const std::vector<NoiseModel>& noise;  ///< One for each LiDAR.
+  SE3 T_grid_G;
+  std::vector<char> use;  ///< Patches that take part; empty: all.
+  AdjustOptions adjust;   ///< Form and priors.
+};
+
+/// Runs the passes from and into `state`.
+[[nodiscard]] Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& layout,
+                                             const std::vector<RefinePass>& passes, const RunContext& context,
+                                             RigState& state);
+
+/// Frame for the grid made from the planes themselves, so that it does not depend on which LiDAR is the base: z along
+/// the strongest normal, x along the strongest across it, origin at the centroid. `normals` and `centers` in G,
+/// `weights` > 0.
+[[nodiscard]] SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>& centers,
+                             const std::vector<double>& weights);
+
+}  // namespace rigcal
