@@ -59,7 +59,7 @@ double match_score(const SurfelIndex& index, const MovingSurfels& moving, const 
   std::size_t matched = 0;
   for (const auto& item : moving.items) {
     const SE3 T = moving.places[static_cast<std::size_t>(item.place)] * X;
-    if (index.find(T * item.mean, T.R * item.normal, min_cosine, max_plane_distance_m) >= 0) ++matched;
+    if (index.contains(T * item.mean, T.R * item.normal, min_cosine, max_plane_distance_m)) ++matched;
   }
   return static_cast<double>(matched) / static_cast<double>(moving.items.size());
 }

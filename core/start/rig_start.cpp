@@ -150,8 +150,8 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
     align_all(input, patches, start);
     return start;
   }
-  const SurfelIndex coarse(map, 1.0);
-  const SurfelIndex fine(map, 0.5);
+  const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
+  const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
   for (int i = 0; i < input.lidars; ++i) {
     const auto si = static_cast<std::size_t>(i);
     if (i == input.base || !input.guess_T_base_sensor[si]) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace rigcal {
 namespace {
@@ -68,6 +69,34 @@ int SurfelIndex::find(const Vector3d& p, const Vector3d& normal, double min_cosi
     }
   }
   return best;
+}
+
+bool SurfelIndex::contains(const Vector3d& p, const Vector3d& normal, double min_cosine,
+                           double max_plane_distance_m) const {
+  const Voxel v = voxel_of(p, voxel_m_);
+  const std::size_t b = bucket(v.x, v.y, v.z);
+  for (std::uint32_t e = bucket_start_[b]; e < bucket_start_[b + 1]; ++e) {
+    const PlacedSurfel& s = surfels_[entries_[e]];
+    if (s.normal.dot(normal) < min_cosine) continue;
+    const Vector3d d = p - s.mean;
+    if (std::abs(s.normal.dot(d)) <= max_plane_distance_m && d.squaredNorm() <= voxel_m_ * voxel_m_) return true;
+  }
+  return false;
+}
+
+std::vector<PlacedSurfel> without_repetitions(const std::vector<PlacedSurfel>& surfels, double size_m) {
+  std::map<std::array<std::int64_t, 3>, std::vector<Vector3d>> seen;
+  std::vector<PlacedSurfel> out;
+  const double same = std::cos(to_rad(15.0));
+  for (const PlacedSurfel& s : surfels) {
+    const Voxel v = voxel_of(s.mean, size_m);
+    std::vector<Vector3d>& normals = seen[{v.x, v.y, v.z}];
+    if (std::any_of(normals.begin(), normals.end(), [&](const Vector3d& n) { return n.dot(s.normal) > same; }))
+      continue;
+    normals.push_back(s.normal);
+    out.push_back(s);
+  }
+  return out;
 }
 
 void SurfelIndex::find_all(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,

@@ -25,6 +25,9 @@ class SurfelIndex {
   /// plane of at most `max_plane_distance_m`, and another group than `not_group` (-1: any); or -1.
   [[nodiscard]] int find(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                          int not_group = -1) const;
+  /// Whether `find` with any group would find one; stops at the first.
+  [[nodiscard]] bool contains(const Vector3d& p, const Vector3d& normal, double min_cosine,
+                              double max_plane_distance_m) const;
   /// The nearest of each other group, at most `most` of them, nearest first; like `find` else. Replaces `out`.
   void find_all(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                 int not_group, int most, std::vector<int>& out) const;
@@ -40,5 +43,8 @@ class SurfelIndex {
   std::vector<std::uint32_t> bucket_start_;  // surfels entered in each bucket, one list after the other
   std::vector<std::uint32_t> entries_;
 };
+
+/// One surfel for each surface in each cube of `size_m`, the first met: what many stops have seen alike is kept once.
+[[nodiscard]] std::vector<PlacedSurfel> without_repetitions(const std::vector<PlacedSurfel>& surfels, double size_m);
 
 }  // namespace rigcal

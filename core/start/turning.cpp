@@ -19,7 +19,12 @@ Vector3d foot_step(const std::vector<PatchSurfels>& patches, const std::vector<M
   std::vector<PlacedSurfel> placed;
   for (const PatchSurfels& patch : patches) {
     const Matrix3d& Rj = R[static_cast<std::size_t>(patch.stop)];
-    for (const Surfel& s : patch.surfels) placed.push_back({Rj * s.mean + f - Rj * f, Rj * s.normal, patch.stop});
+    // Three unknowns: some hundred surfels a stop are plenty.
+    const std::size_t step = std::max<std::size_t>(1, patch.surfels.size() / 400);
+    for (std::size_t i = 0; i < patch.surfels.size(); i += step) {
+      const Surfel& s = patch.surfels[i];
+      placed.push_back({Rj * s.mean + f - Rj * f, Rj * s.normal, patch.stop});
+    }
   }
   const SurfelIndex index(placed, std::max(0.6, tolerance));
   const double min_cosine = std::cos(to_rad(12.0));
@@ -83,8 +88,8 @@ std::vector<SE3> poses_from_search(const std::vector<PatchSurfels>& base_patches
       for (int deg = -180; deg < 180; deg += 3) {
         guesses.push_back({before.R * exp_so3(to_rad(deg) * axis), before.t});
       }
-      const SurfelIndex coarse(map, 1.0);
-      const SurfelIndex fine(map, 0.5);
+      const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
+      const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
       const RegistrationResult result = register_surfels(coarse, fine, as_moving(patch), guesses, options);
       poses[sj] = result.X;
       scores[sj] = result.score;
