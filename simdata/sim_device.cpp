@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/base/random.h"
 
@@ -51,16 +50,11 @@ std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
 
 Expected<std::array<std::uint8_t, 4>> host_address(const Rig& rig) {
   if (rig.network.host_ip != "auto") {
-    std::array<unsigned, 4> part{};
-    char tail = 0;
-    const int read =
-        std::sscanf(rig.network.host_ip.c_str(), "%3u.%3u.%3u.%3u%c", &part[0], &part[1], &part[2], &part[3], &tail);
-    if (read != 4 || *std::max_element(part.begin(), part.end()) > 255)
+    const auto ip = parse_ip(rig.network.host_ip);
+    if (!ip)
       return input_error("'" + rig.network.host_ip + "' is no address", "lidar.host_ip of the rig",
                          "write it as 192.168.1.5, or auto");
-    std::array<std::uint8_t, 4> ip{};
-    std::transform(part.begin(), part.end(), ip.begin(), [](unsigned p) { return static_cast<std::uint8_t>(p); });
-    return ip;
+    return *ip;
   }
   for (const Sensor& sensor : rig.sensors) {
     if (!sensor.is_lidar() || !sensor.lidar->ip) continue;

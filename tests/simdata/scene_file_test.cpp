@@ -14,5 +14,58 @@ TEST(SceneFile, ReadsEveryBuiltInScene) {
   }
 }
 
+const std::string frame = "rigcal: 1\nmaterials: {brick: 40}\nturntable: {position: [0, 0, 1]}\n";
+
+std::string error_of(const std::string& text) {
+  const auto scene = parse_scene(text, "s.yaml");
+  return scene ? "no error" : scene.error().message();
+}
+
+TEST(SceneFile, NamesTheLineOfAnUnknownKeyAndTheNearestKnownOne) {
+  const std::string message = error_of(frame + "objects:\n  - {shape: box, centre: [0, 0, 0], size: [1, 1, 1]}\n");
+  EXPECT_NE(std::string::npos, message.find("s.yaml:5")) << message;
+  EXPECT_NE(std::string::npos, message.find("'center'")) << message;
+}
+
+TEST(SceneFile, RefusesWhatMakesNoSense) {
+  const auto object = [](const std::string& text) { return error_of(frame + "objects:\n  - {" + text + "}\n"); };
+  EXPECT_NE(std::string::npos, object("shape: cone").find("cone"));
+  EXPECT_NE(std::string::npos,
+            object("shape: box, center: [0, 0, 0], size: [1, 1, 1], material: brik").find("did you mean 'brick'"));
+  EXPECT_NE(std::string::npos, object("shape: box, center: [0, 0, 0], size: [1, 0, 1], material: brick").find("size"));
+  EXPECT_NE(std::string::npos, object("shape: panel, corner: [0, 0, 0], edge_a: [1, 0, 0], edge_b: [2, 0, 0], "
+                                      "material: brick")
+                                   .find("parallel"));
+  EXPECT_NE(std::string::npos, error_of(frame + "people:\n  - {path: [0, 0, 0, 0], material: brick}\n").find("path"));
+  EXPECT_NE(std::string::npos, error_of("rigcal: 1\nmaterials: {brick: 400}\n").find("brick"));
+  EXPECT_NE(std::string::npos, error_of("rigcal: 1\nmaterials: {brick: 40}\n").find("turntable"));
+}
+
+TEST(SceneFile, RefusesCopiesThatWouldFillTheMemory) {
+  const std::string message = error_of(
+      frame +
+      "objects:\n  - {shape: foliage, center: [0, 0, 0], radii: [1, 1, 1], leaves: 50000, leaf_size: [0.1, 0.2], "
+      "material: brick, copies: {count: 50000, step: [1, 0, 0]}}\n");
+  EXPECT_NE(std::string::npos, message.find("too many copies")) << message;
+}
+
+TEST(SceneFile, ListsTheScenesWhereANameIsNotKnown) {
+  const auto scene = load_scene("courtyrad");
+  ASSERT_FALSE(scene.has_value());
+  EXPECT_NE(std::string::npos, scene.error().message().find("courtyard, room, sparse"));
+}
+
+TEST(SceneFile, CopiesAnObjectStepByStep) {
+  const auto scene =
+      parse_scene(frame +
+                      "objects:\n  - {shape: cylinder, base: [1, 0, 0], length: 2, radius: 0.1, material: "
+                      "brick, copies: {count: 3, step: [0, 2, 0]}}\n",
+                  "s.yaml");
+  ASSERT_TRUE(scene.has_value()) << scene.error().message();
+  ASSERT_EQ(3U, scene->cylinders.size());
+  EXPECT_EQ(6U, scene->flats.size());
+  EXPECT_NEAR(4.0, scene->cylinders[2].base.y(), 1e-12);
+}
+
 }  // namespace
 }  // namespace rigcal::sim
