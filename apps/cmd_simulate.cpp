@@ -1,0 +1,131 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/command.h"
+#include "apps/tolerance.h"
+#include "core/rig/rig.h"
+#include "simdata/scene_file.h"
+#include "simdata/session_writer.h"
+
+namespace rigcal {
+namespace {
+
+struct SimulateOptions {
+  std::string scene;
+  std::string rig;
+  std::string out;
+  bool patches = false;
+  std::uint64_t seed = 1;
+  int stops = 20;
+  double dwell_s = 2.0;
+  int points = 200000;
+  std::string mount_error = "200mm,10deg";
+  double packet_loss = 0.0;
+};
+
+Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
+                                       CommandContext& context) {
+  sim::TurntableOptions turntable;
+  turntable.stops = options.stops;
+  turntable.dwell_s = options.dwell_s;
+  const Expected<Tolerance> off = parse_tolerance(options.mount_error);
+  if (!off) return off.error();
+  const sim::MountError mount_error{off->translation_m, to_deg(off->rotation_rad)};
+  if (options.patches) {
+    sim::LightRigOptions light;
+    light.seed = options.seed;
+    light.turntable = turntable;
+    light.mount_error = mount_error;
+    light.shots_per_patch = options.points;
+    return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
+  }
+  sim::RunOptions run;
+  run.seed = options.seed;
+  run.turntable = turntable;
+  run.mount_error = mount_error;
+  run.path.loss_probability = options.packet_loss;
+  return sim::simulate_session(scene, rig, run, options.out, context.run_context());
+}
+
+std::string summary_text(const SimulateOptions& options, const sim::SessionSummary& summary) {
+  char text[256];
+  if (options.patches) {
+    std::snprintf(text, sizeof text, ": %d stops, %.1f million points\n", summary.stops,
+                  static_cast<double>(summary.points) * 1e-6);
+  } else {
+    std::snprintf(text, sizeof text, ": %d stops in %.1f s, %llu datagrams, %.0f MB\n", summary.stops, summary.seconds,
+                  static_cast<unsigned long long>(summary.datagrams), static_cast<double>(summary.bytes) * 1e-6);
+  }
+  return options.out + text;
+}
+
+std::string summary_json(const SimulateOptions& options, const sim::SessionSummary& summary) {
+  nlohmann::ordered_json json{
+      {"session", options.out}, {"scene", options.scene}, {"seed", options.seed}, {"stops", summary.stops}};
+  if (options.patches) {
+    json["points"] = summary.points;
+  } else {
+    json["seconds"] = summary.seconds;
+    json["datagrams"] = summary.datagrams;
+    json["bytes"] = summary.bytes;
+  }
+  return json.dump(2) + "\n";
+}
+
+Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& context) {
+  const Expected<sim::Scene> scene = sim::load_scene(options.scene);
+  if (!scene) return scene.error();
+  const Expected<Rig> rig = load_rig(options.rig);
+  if (!rig) return rig.error();
+  const Expected<sim::SessionSummary> summary = simulate(options, *rig, *scene, context);
+  if (!summary) return summary.error();
+  if (context.json) {
+    CommandContext::print(summary_json(options, *summary));
+  } else if (!context.quiet) {
+    CommandContext::print(summary_text(options, *summary));
+  }
+  return ExitCode::good;
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command = app.add_subcommand("simulate", "Simulate a turntable run of a rig, with ground truth");
+  command->add_option("SCENE", options->scene, "courtyard, room, sparse, or the path of a scene file")->required();
+  command->add_option("--rig", options->rig, "Rig file; its extrinsics are where the sensors nearly are")
+      ->required()
+      ->option_text("RIG");
+  command->add_option("--out", options->out, "Session to make; must not exist")->required()->option_text("SESSION");
+  CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
+  command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")->option_text("N");
+  command->add_option("--stops", options->stops, "Stops in a full turn (default 20)")
+      ->check(CLI::Range(1, 1000))
+      ->option_text("N");
+  command->add_option("--dwell", options->dwell_s, "Seconds of each stop (default 2)")
+      ->check(CLI::Range(0.1, 600.0))
+      ->option_text("S");
+  command
+      ->add_option("--points", options->points,
+                   "Shots of each patch (default 200000), at most what the sensor fires in a stop")
+      ->check(CLI::Range(1, 100'000'000))
+      ->needs(patches)
+      ->option_text("N");
+  command
+      ->add_option("--mount-error", options->mount_error,
+                   "How far the rig file's extrinsics are off (default 200mm,10deg)")
+      ->check(CLI::Validator(check_tolerance, ""))
+      ->option_text("MM,DEG");
+  command->add_option("--packet-loss", options->packet_loss, "Share of packets that get lost (default 0)")
+      ->check(CLI::Range(0.0, 0.999))
+      ->excludes(patches)
+      ->option_text("SHARE");
+  command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_simulate(*options, context); }; });
+}
+
+}  // namespace rigcal
