@@ -6,6 +6,7 @@
 
 #include "apps/command.h"
 #include "apps/tolerance.h"
+#include "core/base/version.h"
 #include "core/rig/rig.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
@@ -63,8 +64,8 @@ std::string summary_text(const SimulateOptions& options, const sim::SessionSumma
 }
 
 std::string summary_json(const SimulateOptions& options, const sim::SessionSummary& summary) {
-  nlohmann::ordered_json json{
-      {"session", options.out}, {"scene", options.scene}, {"seed", options.seed}, {"stops", summary.stops}};
+  nlohmann::ordered_json json{{"rigcal", format_version}, {"command", "simulate"}, {"session", options.out},
+                              {"scene", options.scene},   {"seed", options.seed},  {"stops", summary.stops}};
   if (options.patches) {
     json["points"] = summary.points;
   } else {
