@@ -1,0 +1,70 @@
+// `rigcal simulate` as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/io/session_folder.h"
+#include "tests/support/run_program.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+class Simulate : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = std::filesystem::path(testing::TempDir()) /
+              (std::string("rigcal_simulate_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(scratch);
+    std::filesystem::create_directories(scratch);
+  }
+  void TearDown() override { std::filesystem::remove_all(scratch); }
+
+  [[nodiscard]] ProgramRun simulate(const std::string& arguments) const {
+    return run_program(std::string("'") + RIGCAL_PROGRAM + "' simulate " + arguments, scratch);
+  }
+  [[nodiscard]] std::string rig() const {
+    return std::string("--rig '") + RIGCAL_SOURCE_DIR + "/config/rigs/turntable.yaml'";
+  }
+  [[nodiscard]] std::string out(const std::string& name) const { return " --out '" + (scratch / name).string() + "'"; }
+
+  std::filesystem::path scratch;
+};
+
+TEST_F(Simulate, MakesASessionOfPackets) {
+  const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 1 --dwell 0.2 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto summary = nlohmann::json::parse(run.out);
+  EXPECT_EQ(summary["stops"], 1);
+  EXPECT_GT(summary["datagrams"], 5000);  // 1.7 s of 5700 a second
+  const auto session = open_session((scratch / "s").string());
+  ASSERT_TRUE(session.has_value());
+  EXPECT_FALSE(session->packets.empty());
+  EXPECT_FALSE(session->ground_truth.empty());
+}
+
+TEST_F(Simulate, MakesASessionOfPatches) {
+  const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 2 --patches --points 300");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2 stops"));
+  const auto session = open_session((scratch / "s").string());
+  ASSERT_TRUE(session.has_value());
+  EXPECT_FALSE(session->patches.empty());
+}
+
+TEST_F(Simulate, SaysWhatIsWrongAndLeavesNothingBehind) {
+  const ProgramRun scene = simulate("moon " + rig() + out("s"));
+  EXPECT_EQ(scene.code, 3);
+  EXPECT_THAT(scene.err, HasSubstr("courtyard, room, sparse"));
+  EXPECT_EQ(simulate("room --rig missing.yaml" + out("s")).code, 3);
+  EXPECT_EQ(simulate("room " + rig() + out("s") + " --points 5").code, 2);
+  EXPECT_EQ(simulate("room " + rig() + out("s") + " --mount-error 5").code, 2);
+  EXPECT_FALSE(std::filesystem::exists(scratch / "s"));
+}
+
+}  // namespace
+}  // namespace rigcal
