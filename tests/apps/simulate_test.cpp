@@ -8,11 +8,13 @@
 
 #include "core/io/session_folder.h"
 #include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
 
 namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 class Simulate : public testing::Test {
  protected:
@@ -39,6 +41,7 @@ TEST_F(Simulate, MakesASessionOfPackets) {
   const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 1 --dwell 0.2 --json");
   ASSERT_EQ(run.code, 0) << run.err;
   const auto summary = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("simulate.json").violations(summary), IsEmpty());
   EXPECT_EQ(summary["stops"], 1);
   EXPECT_GT(summary["datagrams"], 5000);  // 1.7 s of 5700 a second
   const auto session = open_session((scratch / "s").string());
