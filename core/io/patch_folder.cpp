@@ -145,6 +145,7 @@ Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, c
   Expected<StagedFolder> folder = StagedFolder::create(path);
   if (!folder) return folder.error();
   std::vector<std::string> names;
+  names.reserve(rig.sensors.size());
   for (const Sensor& sensor : rig.sensors) names.push_back(folder_of(sensor));
   return PatchFolderWriter(std::move(*folder), std::move(names));
 }
@@ -159,6 +160,7 @@ Expected<void> PatchFolderWriter::write(const Patch& patch) {
 
 Expected<void> PatchFolderWriter::write_trajectory(const std::map<int, SE3>& poses) {
   std::vector<TumPose> lines;
+  lines.reserve(poses.size());
   for (const auto& [stop, pose] : poses) lines.push_back({stop * ns_per_s, pose, 0});
   return write_tum((fs::path(folder_.path()) / "trajectory.tum").string(), lines, "stop tx ty tz qx qy qz qw");
 }

@@ -27,6 +27,8 @@ class PcapReader {
 
   PcapReader(PcapReader&&) noexcept;
   PcapReader& operator=(PcapReader&&) noexcept;
+  PcapReader(const PcapReader&) = delete;
+  PcapReader& operator=(const PcapReader&) = delete;
   ~PcapReader();
 
   /// The next datagram; false at the end. `datagram.bytes` lives until the next call. A dump that is cut or damaged in

@@ -80,7 +80,8 @@ template <class Whole>
 Whole rounded(double value) {
   constexpr Whole most = std::numeric_limits<Whole>::max();
   if (!(value > 0.0)) return 0;
-  return value < static_cast<double>(most) ? static_cast<Whole>(value + 0.5) : most;
+  const double raised = value + 0.5;  // then cut off: values are positive, and no call as std::lround would be
+  return value < static_cast<double>(most) ? static_cast<Whole>(raised) : most;
 }
 
 /// A double may be too large for a float; then the point is as good as infinite.

@@ -19,6 +19,8 @@ class StagedFolder {
 
   StagedFolder(StagedFolder&& other) noexcept;
   StagedFolder& operator=(StagedFolder&&) = delete;
+  StagedFolder(const StagedFolder&) = delete;
+  StagedFolder& operator=(const StagedFolder&) = delete;
   ~StagedFolder();
 
   /// Where to write.

@@ -32,7 +32,7 @@ TEST(PlyFile, HasTheVerticesItsHeaderPromises) {
   EXPECT_EQ(header.find('\0'), std::string::npos);
   ASSERT_EQ(text.size() - body, 70'001U * 17U);
   float z = 0.0F;
-  std::memcpy(&z, bytes.data() + body + 17 * 70'000 + 8, sizeof(z));
+  std::memcpy(&z, bytes.data() + body + std::size_t{17} * 70'000 + 8, sizeof(z));
   EXPECT_EQ(z, 3.0F);
   const Bytes rest(bytes.end() - 5, bytes.end());
   EXPECT_THAT(rest, testing::ElementsAre(7, 8, 9, 40, 1));
