@@ -53,6 +53,17 @@ int finish(CommandContext& context, ExitCode code) {
   return static_cast<int>(code);
 }
 
+// CLI11 only says that a subcommand is missing, also where there is one that it does not know.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  if (app.get_subcommands().empty()) {
+    for (const std::string& word : app.remaining()) {
+      if (word.empty() || word[0] != '-') return "there is no command '" + word + "'; see rigcal --help";
+    }
+    return std::string(error.what()) + "; see rigcal --help";
+  }
+  return std::string(error.what()) + "; see rigcal " + app.get_subcommands().front()->get_name() + " --help";
+}
+
 int run_program(int argc, char** argv, ConsoleReporter& reporter) {
   const StopSignal stop_signal;
   CommandContext context{reporter, stop_signal.token(), false, false, {}};
@@ -72,7 +83,7 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
       app.exit(error);
       return finish(context, ExitCode::good);
     }
-    reporter.error(std::string(error.what()) + "; see rigcal --help");
+    reporter.error(usage_error(app, error));
     return static_cast<int>(ExitCode::usage);
   }
 

@@ -63,6 +63,11 @@ TEST_F(CommandLine, EndsWithTwoAndOneLineWhenItIsWrong) {
   }
 }
 
+TEST_F(CommandLine, NamesACommandThatItDoesNotKnow) {
+  EXPECT_THAT(rigcal("calibarte run.pcap").err, HasSubstr("there is no command 'calibarte'"));
+  EXPECT_THAT(rigcal("evaluate result").err, HasSubstr("see rigcal evaluate --help"));
+}
+
 TEST_F(CommandLine, TakesTheGlobalOptionsBehindTheCommandToo) {
   const ProgramRun run = rigcal("evaluate missing --truth missing --quiet --json --threads 1 --log-level debug");
   EXPECT_EQ(run.code, 3);
