@@ -1,5 +1,6 @@
 #include "core/voxel/cells.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 

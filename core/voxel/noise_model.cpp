@@ -1,5 +1,7 @@
 #include "core/voxel/noise_model.h"
 
+#include <algorithm>
+
 namespace rigcal {
 
 Matrix3d NoiseModel::point_covariance(const Vector3d& p_sensor) const {
