@@ -16,9 +16,28 @@ namespace rigcal {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A fresh file or folder name below the tests' folder; nothing stands there.
+/// A folder of this process, removed at its end.
+class ScratchFolder {
+ public:
+  ScratchFolder() : path_(testing::TempDir() + "/rigcal_io_" + std::to_string(::getpid())) {
+    std::filesystem::create_directory(path_);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// A fresh file or folder name; nothing stands there.
 inline std::string fresh_path(const std::string& name) {
-  const std::string path = testing::TempDir() + "/rigcal_io_" + std::to_string(::getpid()) + "_" + name;
+  static const ScratchFolder folder;
+  std::string path = folder.path() + "/" + name;
   std::filesystem::remove_all(path);
   return path;
 }
