@@ -31,7 +31,7 @@ struct PlaneMapCounts {
   std::size_t cells = 0;
   std::size_t cells_used = 0;
   std::size_t cells_gated = 0;     ///< In a plane's voxel, but off the plane (people, foliage, edges).
-  std::size_t leaves_dropped = 0;  ///< Smallest voxels that are no plane.
+  std::size_t leaves_dropped = 0;  ///< Voxels of one patch only or too few points; smallest ones that are no plane.
 };
 
 struct PlaneMap {

@@ -1,0 +1,315 @@
+#include "core/voxel/plane_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "tests/core/voxel/naive_plane_map.h"
+#include "tests/support/make_cells.h"
+#include "tests/support/make_planes.h"
+
+namespace rigcal {
+namespace {
+
+const std::vector<NoiseModel> two_lidars(2);
+
+// Two stops half a metre apart, one LiDAR.
+RigState two_stops() {
+  RigState state;
+  state.T_G_base = {SE3{}, {exp_so3(Vector3d(0.02, -0.01, 0.3)), Vector3d(0.1, 0.5, 0.05)}};
+  state.T_base_sensor = {SE3{}};
+  return state;
+}
+
+// Points given in the world, as the exact patch of a stop.
+PatchCells patch_of(const std::vector<Vector3d>& points_G, const RigState& state, int stop) {
+  std::vector<Point> points;
+  const SE3 T = state.T_G_sensor(stop, 0).inverse();
+  for (const Vector3d& p_G : points_G) {
+    const Vector3d p = T * p_G;
+    Point point;
+    point.x = static_cast<float>(p.x());
+    point.y = static_cast<float>(p.y());
+    point.z = static_cast<float>(p.z());
+    points.push_back(point);
+  }
+  return cells_of(points, 0, stop);
+}
+
+// A box of points: uniform within +- half, with normal noise on top.
+std::vector<Vector3d> box_of_points(const Vector3d& center, const Vector3d& half, double noise, int count,
+                                    Random& random) {
+  std::vector<Vector3d> points;
+  for (int i = 0; i < count; ++i) {
+    Vector3d p = center;
+    for (int k = 0; k < 3; ++k) {
+      const double place = random.uniform(-1.0, 1.0);
+      p[k] += half[k] * place + noise * random.normal();
+    }
+    points.push_back(p);
+  }
+  return points;
+}
+
+PlaneMap map_of(const std::vector<PatchCells>& patches, const RigState& state, const PlaneMapOptions& options = {},
+                const SE3& T_grid_G = {}) {
+  return build_plane_map(patches, state, two_lidars, T_grid_G, options);
+}
+
+double points_in(const PlaneMap& map) {
+  double sum = 0.0;
+  for (const PlaneFeature& f : map.features)
+    for (const PlaneObservation& o : f.observations) sum += o.N;
+  return sum;
+}
+
+TEST(PlaneMap, HasTheLeavesOfANaiveMapOnRandomScenes) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Random random(seed);
+    const RigState state = turning_rig(3, Vector3d(0.2, 0.1, 0.0));
+    std::vector<Wall> walls;
+    for (int k = 0; k < 8; ++k) {
+      const SE3 T = random_pose(random, 1.0, 3.0);
+      walls.push_back({T.t, T.R.col(0) * random.uniform(0.2, 2.0), T.R.col(1) * random.uniform(0.2, 2.0)});
+    }
+    const auto patches = make_patches(walls, state, View{}, random);
+    const SE3 T_grid_G = random_pose(random, 1.0, 1.0);
+    const PlaneMap map = build_plane_map(patches, state, two_lidars, T_grid_G, PlaneMapOptions{});
+    const NaivePlaneMap naive(patches, state, two_lidars, T_grid_G, PlaneMapOptions{});
+    ASSERT_EQ(naive.features().size(), map.features.size()) << "seed " << seed;
+    ASSERT_GT(map.features.size(), 10U);
+    for (const PlaneFeature& f : map.features) {
+      const PlaneFeature* twin = naive.nearest(f.center_G);
+      EXPECT_EQ(twin->size_m, f.size_m);
+      // The same sums in another order.
+      EXPECT_LT((twin->center_G - f.center_G).norm(), 1e-9);
+      EXPECT_GT(std::abs(twin->normal_G.dot(f.normal_G)), 1.0 - 1e-9);
+      ASSERT_EQ(twin->observations.size(), f.observations.size());
+      for (std::size_t a = 0; a < f.observations.size(); ++a) {
+        EXPECT_EQ(twin->observations[a].stop, f.observations[a].stop);
+        EXPECT_EQ(twin->observations[a].lidar, f.observations[a].lidar);
+        EXPECT_EQ(twin->observations[a].N, f.observations[a].N);
+      }
+    }
+    EXPECT_EQ(naive.leaves_dropped(), map.counts.leaves_dropped);
+  }
+}
+
+TEST(PlaneMap, FindsThePlaneThatTwoPatchesSaw) {
+  Random random(11);
+  const RigState state = two_stops();
+  // Inside the root voxel [4, 6) x [-2, 0) x [0, 2), leaning.
+  const Wall wall{Vector3d(5.0, -1.0, 1.0), Vector3d(0.1, 0.6, 0.0), Vector3d(-0.2, 0.0, 0.6)};
+  const auto patches = make_patches({wall}, state, View{2000.0, pi, {}}, random);
+  const PlaneMap map = map_of(patches, state);
+  ASSERT_EQ(1U, map.features.size());
+  const PlaneFeature& f = map.features[0];
+  EXPECT_EQ(2.0, f.size_m);
+  ASSERT_EQ(2U, f.observations.size());
+  // 2 cm over the root of some 5900 points, and a plane 0.7 m wide (1 sigma 0.35 m): five sigma.
+  const double sigma = 0.02 / std::sqrt(points_in(map));
+  EXPECT_NEAR(0.0, wall.normal().dot(f.center_G - wall.center), 5.0 * sigma);
+  EXPECT_LT(f.normal_G.cross(wall.normal()).norm(), 5.0 * sigma / 0.35);
+  EXPECT_EQ(map.counts.cells, patches[0].cells.size() + patches[1].cells.size());
+  // Left out may be what the sensor's grid slices off the wall's face, where it falls into a column of its own.
+  EXPECT_GT(static_cast<double>(map.counts.cells_used), 0.93 * static_cast<double>(map.counts.cells));
+  EXPECT_EQ(map.counts.cells, map.counts.cells_used + map.counts.cells_gated);
+  EXPECT_EQ(0U, map.counts.leaves_dropped);
+}
+
+TEST(PlaneMap, ObservationsAreTheSumsOfTheirPoints) {
+  Random random(12);
+  const RigState state = two_stops();
+  const Wall wall{Vector3d(5.0, -1.0, 1.0), Vector3d(0.1, 0.6, 0.0), Vector3d(-0.2, 0.0, 0.6)};
+  View view{3000.0, pi, {}};
+  view.noise.range_m = 0.01;  // half of what the map is told, so that its gates keep all
+  const auto points = see({wall}, state.T_G_sensor(1, 0), view, random);
+  const std::vector<PatchCells> patches{cells_of(see({wall}, state.T_G_sensor(0, 0), view, random), 0, 0),
+                                        cells_of(points, 0, 1)};
+  const PlaneMap map = map_of(patches, state);
+  ASSERT_EQ(1U, map.features.size());
+  ASSERT_EQ(0U, map.counts.cells_gated);
+  const PlaneObservation& o = map.features[0].observations.at(1);
+  EXPECT_EQ(1, o.stop);
+  EXPECT_EQ(static_cast<double>(points.size()), o.N);
+  Vector3d mean = Vector3d::Zero();
+  Matrix3d scatter = Matrix3d::Zero();
+  Matrix3d share = Matrix3d::Zero();
+  for (const Point& p : points) mean += Vector3d(p.x, p.y, p.z) / o.N;
+  for (const Point& p : points) {
+    const Vector3d d = Vector3d(p.x, p.y, p.z) - mean;
+    scatter += d * d.transpose();
+    share += NoiseModel{}.point_covariance(Vector3d(p.x, p.y, p.z));
+  }
+  EXPECT_LT((o.mean - mean).norm(), 1e-12);
+  // The share is taken at the middle of each cell of 0.2 m, which 5 m away is right to a few per mille.
+  EXPECT_LT((o.scatter + share - scatter).norm(), 0.005 * share.norm());
+  // What a plane is not (1 mm) is added to the mean's noise and caps the weight.
+  const double variance = NoiseModel{}.variance_along(mean, state.T_G_sensor(1, 0).R.transpose() * wall.normal());
+  EXPECT_NEAR(variance / o.N + 1e-6, o.offset_variance, 0.01 * o.offset_variance);
+  EXPECT_NEAR(1.0 / (variance + o.N * 1e-6), o.weight, 0.01 * o.weight);
+}
+
+TEST(PlaneMap, TakesTheNoiseOutOfTheScatterThatWouldTurnAnObliquePlane) {
+  Random random(13);
+  RigState state;
+  state.T_G_base = {SE3{}, {Matrix3d::Identity(), Vector3d(0.0, 0.02, 0.01)}};
+  state.T_base_sensor = {SE3{}};
+  // Met at 60 degrees in the horizontal plane, in the middle of the root voxel [4, 6) x [-1, 1)^2 of a shifted grid.
+  const Vector3d normal(0.5, std::sqrt(0.75), 0.0);
+  const Vector3d along(std::sqrt(0.75), -0.5, 0.0);
+  const Wall wall{Vector3d(5.0, 0.0, 0.0), 0.6 * along, 0.6 * Vector3d::UnitZ()};
+  const auto patches = make_patches({wall}, state, View{70000.0, pi, {}}, random);
+  const PlaneMap map = map_of(patches, state, {}, {Matrix3d::Identity(), Vector3d(0.0, 1.0, 1.0)});
+  ASSERT_EQ(1U, map.features.size());
+  ASSERT_EQ(2U, map.features[0].observations.size());
+  for (std::size_t k = 0; k < 2; ++k) {
+    const PlaneObservation& o = map.features[0].observations[k];
+    ASSERT_GT(o.N, 0.98 * static_cast<double>(patches[k].points));
+    const double cross = normal.dot(o.scatter * along);
+    // The noise's torque is N sigma^2 sin i cos i; the cross term's own error is that of N products of a distance
+    // off the plane (sigma cos i) and a place in it (0.6 m / sqrt 3).
+    const double torque = o.N * 0.02 * 0.02 * 0.5 * std::sqrt(0.75);
+    const double error = std::sqrt(o.N) * 0.02 * 0.5 * 0.6 / std::sqrt(3.0);
+    ASSERT_GT(torque, 10.0 * error);
+    EXPECT_NEAR(0.0, cross, 4.0 * error);
+    // Across the plane nothing is left either: sigma^2 cos^2 i of each point, known to sqrt(2 / N) and to the floor.
+    EXPECT_NEAR(0.0, normal.dot(o.scatter * normal), 0.02 * o.N * 0.02 * 0.02 * 0.25);
+  }
+}
+
+TEST(PlaneMap, RejectsWhatOnlyOnePatchSaw) {
+  Random random(14);
+  const RigState state = two_stops();
+  const Wall wall{Vector3d(5.0, -1.0, 1.0), Vector3d(0.1, 0.6, 0.0), Vector3d(-0.2, 0.0, 0.6)};
+  auto patches = make_patches({wall}, state, View{2000.0, pi, {}}, random);
+  const PlaneMap left_out = build_plane_map(patches, state, two_lidars, {}, {}, {1, 0});
+  EXPECT_TRUE(left_out.features.empty());
+  EXPECT_EQ(patches[0].cells.size(), left_out.counts.cells);
+  EXPECT_EQ(0U, left_out.counts.cells_used);
+  EXPECT_EQ(1U, left_out.counts.leaves_dropped);
+  patches[1].cells.clear();
+  EXPECT_TRUE(map_of(patches, state).features.empty());
+}
+
+TEST(PlaneMap, RejectsALine) {
+  Random random(15);
+  RigState state = two_stops();
+  state.T_G_base[1].R.setIdentity();
+  // A lath 2 m long and 3 cm wide, flat to 2 mm: but for its narrowness a plane.
+  std::vector<PatchCells> patches;
+  for (int j = 0; j < 2; ++j) {
+    const auto points = box_of_points(Vector3d(5.1, -1.0, 1.1), Vector3d(0.0, 0.9, 0.015), 0.002, 2000, random);
+    patches.push_back(patch_of(points, state, j));
+  }
+  EXPECT_TRUE(map_of(patches, state).features.empty());
+  PlaneMapOptions lines_too;
+  lines_too.max_elongation = 1e9;
+  EXPECT_FALSE(map_of(patches, state, lines_too).features.empty());
+}
+
+TEST(PlaneMap, RejectsABlob) {
+  Random random(16);
+  const RigState state = two_stops();
+  std::vector<PatchCells> patches;
+  for (int j = 0; j < 2; ++j) {
+    patches.push_back(patch_of(box_of_points(Vector3d(5.0, -1.0, 1.0), Vector3d::Zero(), 0.3, 5000, random), state, j));
+  }
+  const PlaneMap map = map_of(patches, state);
+  EXPECT_TRUE(map.features.empty());
+  EXPECT_EQ(0U, map.counts.cells_used);
+  EXPECT_GT(map.counts.leaves_dropped, 10U);
+}
+
+struct Walker {
+  const char* name;
+  double before_wall_m;  // middle of the body
+  double half_height_m;  // four times the half width
+  bool gated;            // near enough for the wall's voxel to pass as a plane with the person in it
+};
+
+class PersonBeforeAWall : public ::testing::TestWithParam<Walker> {};
+
+TEST_P(PersonBeforeAWall, IsLeftOutWhileTheWallStays) {
+  Random random(17);
+  const RigState state = two_stops();
+  constexpr double wall_x = 5.3;  // not in a face of the grid
+  const Wall wall{Vector3d(wall_x, -1.0, 1.0), Vector3d(0.0, 0.95, 0.0), Vector3d(0.0, 0.0, 0.95)};
+  std::vector<PatchCells> patches;
+  std::size_t cells_of_person = 0;
+  for (int j = 0; j < 2; ++j) {
+    auto points = see({wall}, state.T_G_sensor(j, 0), View{2000.0, pi, {}}, random);
+    if (j == 1) {
+      // As dense as the wall behind.
+      const double h = GetParam().half_height_m;
+      const auto body = box_of_points(Vector3d(wall_x - GetParam().before_wall_m, -1.0, 1.0),
+                                      Vector3d(0.04, 0.25 * h, h), 0.01, static_cast<int>(2000.0 * h * h), random);
+      const SE3 T = state.T_G_sensor(1, 0).inverse();
+      std::vector<Point> seen;
+      for (const Vector3d& p_G : body) seen.push_back(measured(T * p_G, NoiseModel{}, random));
+      cells_of_person = cells_of(seen, 0, 1).cells.size();
+      points.insert(points.end(), seen.begin(), seen.end());
+    }
+    patches.push_back(cells_of(points, 0, j));
+  }
+  const PlaneMap map = map_of(patches, state);
+  ASSERT_FALSE(map.features.empty());
+  for (const PlaneFeature& f : map.features) {
+    // The smallest pieces of wall have 30 points of 2 cm on 0.25 m: good to 2 cm / sqrt(30) / 0.07 m = 3 degrees.
+    EXPECT_GT(std::abs(f.normal_G.x()), std::cos(to_rad(6.0)));
+    for (const PlaneObservation& o : f.observations) {
+      const SE3 T = state.T_G_sensor(o.stop, o.lidar);
+      EXPECT_NEAR(wall_x, (T * o.mean).x(), 0.005 + 4.0 * 0.02 / std::sqrt(o.N));
+    }
+  }
+  if (GetParam().gated) {
+    EXPECT_GT(map.counts.cells_gated, cells_of_person / 2);
+  }
+  const std::size_t cells_of_wall = map.counts.cells - cells_of_person;
+  EXPECT_GT(static_cast<double>(map.counts.cells_used), 0.85 * static_cast<double>(cells_of_wall));
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, PersonBeforeAWall,
+                         ::testing::Values(Walker{"leaning_child", 0.25, 0.4, true},
+                                           Walker{"passing", 0.8, 0.8, false}),
+                         [](const auto& param) { return param.param.name; });
+
+TEST(PlaneMap, UsesAsMuchWhereverTheGridStands) {
+  Random random(18);
+  const RigState state = turning_rig(4, Vector3d(0.2, 0.1, 0.0));
+  const auto patches = make_patches(make_room(), state, View{}, random);
+  const auto used = static_cast<double>(map_of(patches, state).counts.cells_used);
+  EXPECT_GT(used, 0.85 * static_cast<double>(map_of(patches, state).counts.cells));
+  for (int k = 0; k < 5; ++k) {
+    const SE3 T_grid_G = random_pose(random, 1.0, 1.0);
+    EXPECT_NEAR(used, static_cast<double>(map_of(patches, state, {}, T_grid_G).counts.cells_used), 0.05 * used);
+  }
+}
+
+TEST(PlaneMap, IsTheSameToTheBitForOneAndTwoThreads) {
+  Random random(19);
+  const RigState state = turning_rig(4, Vector3d(0.2, 0.1, 0.0));
+  const auto patches = make_patches(make_room(), state, View{}, random);
+  set_thread_count(1);
+  const PlaneMap one = map_of(patches, state);
+  set_thread_count(2);
+  const PlaneMap two = map_of(patches, state);
+  ASSERT_EQ(one.features.size(), two.features.size());
+  for (std::size_t l = 0; l < one.features.size(); ++l) {
+    EXPECT_EQ(one.features[l].center_G, two.features[l].center_G);
+    EXPECT_EQ(one.features[l].normal_G, two.features[l].normal_G);
+    ASSERT_EQ(one.features[l].observations.size(), two.features[l].observations.size());
+    for (std::size_t a = 0; a < one.features[l].observations.size(); ++a) {
+      EXPECT_EQ(one.features[l].observations[a].mean, two.features[l].observations[a].mean);
+      EXPECT_EQ(one.features[l].observations[a].scatter, two.features[l].observations[a].scatter);
+      EXPECT_EQ(one.features[l].observations[a].weight, two.features[l].observations[a].weight);
+    }
+  }
+  EXPECT_EQ(one.counts.cells_used, two.counts.cells_used);
+  EXPECT_EQ(one.counts.cells_gated, two.counts.cells_gated);
+  EXPECT_EQ(one.counts.leaves_dropped, two.counts.leaves_dropped);
+}
+
+}  // namespace
+}  // namespace rigcal
