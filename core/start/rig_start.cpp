@@ -47,6 +47,7 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
       start.state.T_G_base[j] = T_first.inverse() * *input.trajectory[j];
       start.stop_known[j] = 1;
     }
+    start.given_T_G_base = start.state.T_G_base;
   } else if (stops > 1 && gyro_is_complete(input)) {
     std::vector<Matrix3d> R{Matrix3d::Identity()};
     for (std::size_t j = 1; j < stops; ++j) R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));

@@ -25,7 +25,8 @@ struct StartInput {
 /// A start good to a centimetre or two, and what was not found.
 struct Start {
   RigState state;
-  std::vector<char> stop_known;  ///< The base LiDAR (or the trajectory) places the rig at this stop.
+  std::vector<SE3> given_T_G_base;  ///< The trajectory with its first pose made the world; empty without one.
+  std::vector<char> stop_known;     ///< The base LiDAR (or the trajectory) places the rig at this stop.
   std::vector<char> lidar_known;
   std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
 };

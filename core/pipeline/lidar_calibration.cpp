@@ -1,0 +1,222 @@
+#include "core/pipeline/lidar_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/pipeline/fused_map.h"
+#include "core/pipeline/lidar_result.h"
+#include "core/pipeline/stage_clock.h"
+#include "core/start/noise_estimate.h"
+
+namespace rigcal {
+namespace {
+
+Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
+
+// What carries through the stages.
+class Calibration {
+ public:
+  Calibration(const Rig& rig, const LidarRecording& recording, const std::vector<std::optional<SE3>>& guess,
+              const LidarCalibrationOptions& options, const RunContext& context)
+      : rig_(rig),
+        recording_(recording),
+        guess_(guess),
+        options_(options),
+        context_(context),
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}} {}
+
+  Expected<CalibrationResult> run() {
+    const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
+    if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
+    base_ = static_cast<int>(base - recording_.lidar_sensors.begin());
+    if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
+    if (const auto done = find_rough(); !done) return done.error();
+    choose_patches();
+    if (const auto done = solve(); !done) return done.error();
+    return conclude();
+  }
+
+ private:
+  [[nodiscard]] int stops() const { return static_cast<int>(recording_.stops.size()); }
+  [[nodiscard]] int lidars() const { return static_cast<int>(recording_.lidar_sensors.size()); }
+
+  Expected<void> find_rough() {
+    StageReport& stage = clock_.begin("start");
+    const std::vector<PatchSurfels> surfels = extract_surfels(recording_.patches, SurfelOptions{});
+    std::size_t count = 0;
+    for (const PatchSurfels& p : surfels) count += p.surfels.size();
+    stage.counts.emplace_back("surfels", static_cast<double>(count));
+    for (int i = 0; i < lidars(); ++i) solution_.noise.push_back(estimate_noise(surfels, i, NoiseModel{}));
+    StartInput input;
+    input.stops = stops();
+    input.lidars = lidars();
+    input.base = base_;
+    input.guess_T_base_sensor = guess_;
+    input.R_previous_this = recording_.R_previous_this;
+    input.trajectory = recording_.trajectory;
+    if (rig_.turntable && rig_.turntable->axis) input.axis = *rig_.turntable->axis;
+    Expected<Start> start = find_start(input, surfels, context_);
+    if (!start) return start.error();
+    solution_.start = std::move(*start);
+    solution_.state = solution_.start.state;
+    T_grid_G_ = frame_of(surfels);
+    return {};
+  }
+
+  // The grid's frame from everything that was seen, whichever sensor is the base.
+  SE3 frame_of(const std::vector<PatchSurfels>& surfels) const {
+    std::vector<Vector3d> normals;
+    std::vector<Vector3d> centers;
+    std::vector<double> weights;
+    for (const PatchSurfels& p : surfels) {
+      if (!solution_.start.lidar_known[static_cast<std::size_t>(p.lidar)]) continue;
+      const SE3 T = solution_.state.T_G_sensor(p.stop, p.lidar);
+      for (const Surfel& s : p.surfels) {
+        normals.push_back(T.R * s.normal);
+        centers.push_back(T * s.mean);
+        weights.push_back(s.N);
+      }
+    }
+    return grid_frame(normals, centers, weights);
+  }
+
+  void choose_patches() {
+    solution_.use.assign(recording_.patches.size(), 0);
+    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
+      const PatchCells& p = recording_.patches[k];
+      solution_.use[k] = solution_.start.lidar_known[static_cast<std::size_t>(p.lidar)] &&
+                         solution_.start.stop_known[static_cast<std::size_t>(p.stop)] && !p.cells.empty();
+    }
+    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
+      if (solution_.start.stop_known[j]) continue;
+      context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
+                             " is left out: its pose was not found from the base's surfaces");
+    }
+  }
+
+  // Priors only where the user gave poses: their sigmas, and twice the basin for the extrinsics that hang on them.
+  void set_priors() {
+    solution_.adjust = {};
+    if (!recording_.trajectory_is_prior) return;
+    solution_.adjust.stop_priors.resize(recording_.stops.size());
+    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
+      if (!recording_.trajectory[j]) continue;
+      solution_.adjust.stop_priors[j] =
+          PosePrior{solution_.start.given_T_G_base[j], options_.pose_prior_rad, options_.pose_prior_m};
+    }
+    solution_.adjust.lidar_priors.resize(recording_.lidar_sensors.size());
+    for (std::size_t i = 0; i < guess_.size(); ++i) {
+      if (guess_[i]) solution_.adjust.lidar_priors[i] = PosePrior{*guess_[i], to_rad(10.0), 0.2};
+    }
+  }
+
+  ParameterLayout layout_of(bool free_stops, bool free_lidars) const {
+    ParameterLayout layout(stops(), lidars());
+    std::vector<char> stop_used(recording_.stops.size(), 0);
+    std::vector<char> lidar_used(recording_.lidar_sensors.size(), 0);
+    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
+      if (!solution_.use[k]) continue;
+      stop_used[static_cast<std::size_t>(recording_.patches[k].stop)] = 1;
+      lidar_used[static_cast<std::size_t>(recording_.patches[k].lidar)] = 1;
+    }
+    // The world is the rig frame at the first stop that is used.
+    const auto first = std::find(stop_used.begin(), stop_used.end(), 1) - stop_used.begin();
+    for (int j = 0; j < stops() && free_stops; ++j) {
+      if (j != first && stop_used[static_cast<std::size_t>(j)]) layout.free_stop(j);
+    }
+    for (int i = 0; i < lidars() && free_lidars; ++i) {
+      if (i != base_ && lidar_used[static_cast<std::size_t>(i)]) layout.free_lidar(i);
+    }
+    return layout;
+  }
+
+  Expected<void> run_stage(const std::string& name, const ParameterLayout& layout, const std::vector<char>& use,
+                           const std::vector<RefinePass>& passes) {
+    StageReport& stage = clock_.begin(name);
+    const RefineInput input{recording_.patches, solution_.noise, T_grid_G_, use, solution_.adjust};
+    double done = 0.0;
+    for (const RefinePass& pass : passes) {
+      context_.reporter.progress(name, done / static_cast<double>(passes.size()));
+      Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
+      if (!refined) return refined.error();
+      done += 1.0;
+      stage.iterations += refined->iterations;
+      solution_.refined = std::move(*refined);
+      if (pass.map.gate_slack_m == 0.0 && solution_.refined.converged) break;
+    }
+    const RefineSummary& last = solution_.refined;
+    if (context_.cancelled()) return cancelled();
+    stage.cost_before = last.cost_before;
+    stage.cost_after = last.cost_after;
+    std::size_t observations = 0;
+    for (const PlaneFeature& f : last.map.features) observations += f.observations.size();
+    stage.counts = {{"cells", static_cast<double>(last.map.counts.cells)},
+                    {"cells_used", static_cast<double>(last.map.counts.cells_used)},
+                    {"cells_gated", static_cast<double>(last.map.counts.cells_gated)},
+                    {"planes", static_cast<double>(last.map.features.size())},
+                    {"observations", static_cast<double>(observations)},
+                    {"passes", done}};
+    context_.reporter.progress(name, 1.0);
+    return {};
+  }
+
+  Expected<void> solve() {
+    set_priors();
+    const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
+    const std::vector<RefinePass> loose(passes.begin(), passes.begin() + 2);
+    std::vector<char> base_only = solution_.use;
+    bool has_base = false;
+    for (std::size_t k = 0; k < base_only.size(); ++k) {
+      base_only[k] = base_only[k] && recording_.patches[k].lidar == base_;
+      has_base |= base_only[k] != 0;
+    }
+    if (has_base) {
+      if (const auto done = run_stage("poses", layout_of(true, false), base_only, {loose[0]}); !done) return done;
+    }
+    if (options_.last_stage == LastStage::poses) return {};
+    if (has_base) {
+      if (const auto done = run_stage("extrinsics", layout_of(false, true), solution_.use, {loose[0]}); !done) {
+        return done;
+      }
+    }
+    if (options_.last_stage == LastStage::extrinsics) {
+      solution_.layout = layout_of(false, true);
+      return {};
+    }
+    solution_.layout = layout_of(true, true);
+    return run_stage("joint", solution_.layout, solution_.use,
+                     has_base ? std::vector<RefinePass>(passes.begin() + 1, passes.end()) : passes);
+  }
+
+  CalibrationResult conclude() {
+    clock_.begin("verdict");
+    context_.reporter.progress("verdict", -1.0);
+    CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
+    StageReport& stage = clock_.begin("map");
+    result.map =
+        fuse_map(recording_.patches, solution_.state, solution_.use, recording_.lidar_sensors, options_.map_size_m);
+    stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
+    result.stages = clock_.take();
+    return result;
+  }
+
+  const Rig& rig_;
+  const LidarRecording& recording_;
+  const std::vector<std::optional<SE3>>& guess_;
+  const LidarCalibrationOptions& options_;
+  const RunContext& context_;
+  int base_ = 0;
+  SE3 T_grid_G_;
+  LidarSolution solution_;
+  StageClock clock_;
+};
+
+}  // namespace
+
+Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
+                                             const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                             const LidarCalibrationOptions& options, const RunContext& context) {
+  return Calibration(rig, recording, guess_T_base_sensor, options, context).run();
+}
+
+}  // namespace rigcal

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/run_context.h"
+#include "core/quality/lidar_quality.h"
+#include "core/rig/rig.h"
+#include "core/voxel/cells.h"
+
+namespace rigcal {
+
+/// A recording boiled down to what the LiDAR calibration needs. LiDARs are numbered in the order of `lidar_sensors`,
+/// stops in the order of `stops`.
+struct LidarRecording {
+  std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR.
+  std::vector<Stop> stops;         ///< `index` is the number users see.
+  std::vector<PatchCells> patches;
+  std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro; empty: no gyro.
+  std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty: none.
+  bool trajectory_is_prior = false;                      ///< It comes from the user: see `pose_prior`.
+};
+
+enum class LastStage { poses, extrinsics, joint };
+
+struct LidarCalibrationOptions {
+  Requirement require;
+  LastStage last_stage = LastStage::joint;
+  /// Sigmas of a given trajectory: directions in which pose and extrinsic cannot be told apart stay near it.
+  double pose_prior_m = 0.05;
+  double pose_prior_rad = to_rad(2.0);
+  double map_size_m = 0.02;  ///< Of the fused map; 0: all points that were kept.
+  int max_tight_passes = 8;  ///< A bound only; passes end when nothing moves any more.
+};
+
+/// The targetless method for LiDARs: start, base poses, extrinsics, joint adjustment, verdict. `guess_T_base_sensor`
+/// has an entry for each LiDAR. Errors: no stop, no base in the recording and no way round it, cancelled. A sensor that
+/// cannot be solved is no error but `failed` in the result.
+[[nodiscard]] Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
+                                                           const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                                           const LidarCalibrationOptions& options,
+                                                           const RunContext& context);
+
+}  // namespace rigcal

@@ -1,0 +1,105 @@
+#include "core/pipeline/lidar_result.h"
+
+#include <algorithm>
+
+#include "core/quality/verdict.h"
+
+namespace rigcal {
+namespace {
+
+// Share of each LiDAR's cells that lie on planes; few: it hangs on false matches.
+std::vector<double> used_shares(const LidarRecording& recording, const LidarSolution& s) {
+  std::vector<double> points(recording.lidar_sensors.size(), 0.0);
+  std::vector<double> used(recording.lidar_sensors.size(), 0.0);
+  for (std::size_t k = 0; k < recording.patches.size(); ++k) {
+    if (!s.use[k]) continue;
+    const PatchCells& patch = recording.patches[k];
+    for (const Cell& cell : patch.cells) points[static_cast<std::size_t>(patch.lidar)] += cell.N;
+  }
+  for (const PlaneFeature& feature : s.refined.map.features) {
+    for (const PlaneObservation& o : feature.observations) used[static_cast<std::size_t>(o.lidar)] += o.N;
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) used[i] = points[i] > 0.0 ? used[i] / points[i] : 0.0;
+  return used;
+}
+
+bool has_points(const LidarRecording& recording, int lidar) {
+  return std::any_of(recording.patches.begin(), recording.patches.end(),
+                     [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
+}
+
+struct Findings {
+  LidarCovariances covariances;
+  HoldOut held_out;
+  std::vector<double> used;
+};
+
+SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base, const LidarRecording& recording,
+                       const std::optional<SE3>& guess, const LidarCalibrationOptions& options, const LidarSolution& s,
+                       const Findings& findings) {
+  const auto i = static_cast<std::size_t>(lidar);
+  LidarEvidence e;
+  e.name = sensor.name;
+  e.base_name = rig.base_sensor().name;
+  e.has_points = has_points(recording, lidar);
+  e.has_guess = guess.has_value();
+  e.found = s.start.lidar_known[i] != 0;
+  e.converged = s.refined.converged;
+  e.match_score = s.start.matches[i].score;
+  e.runner_up_score = s.start.matches[i].runner_up_score;
+  const double base_share = findings.used[static_cast<std::size_t>(base)];
+  e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
+  e.observable = findings.covariances.observable && !findings.covariances.with_priors.empty();
+  if (e.observable) {
+    e.covariance = findings.covariances.with_priors[i];
+    e.covariance_data_only = findings.covariances.data_only[i];
+  }
+  e.T_base_sensor = s.state.T_base_sensor[i];
+  e.hold_out = findings.held_out.normalised[i];
+  e.hold_out_rms_m = findings.held_out.rms_m[i];
+  e.hold_out_start_rms_m = findings.held_out.start_rms_m[i];
+  const Verdict verdict = judge_lidar(e, options.require);
+  SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
+  if (verdict.status != Status::failed) {
+    result.T_base_sensor = e.T_base_sensor;
+    result.covariance = e.covariance;
+  }
+  return result;
+}
+
+}  // namespace
+
+CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
+                                 const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
+                                 const LidarSolution& s) {
+  const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust};
+  std::vector<SE3> start_extrinsics(guess.size());
+  for (std::size_t i = 0; i < guess.size(); ++i) start_extrinsics[i] = guess[i].value_or(SE3{});
+  const Findings findings{lidar_covariances(solved), hold_out(solved, base_lidar, start_extrinsics),
+                          used_shares(recording, s)};
+  CalibrationResult result;
+  result.base = rig.base_sensor().name;
+  result.method = "targetless";
+  result.status = Status::good;
+  for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
+    const Sensor& sensor = rig.sensors[k];
+    if (!sensor.is_lidar()) continue;
+    const auto at = std::find(recording.lidar_sensors.begin(), recording.lidar_sensors.end(), static_cast<int>(k));
+    const int lidar = static_cast<int>(at - recording.lidar_sensors.begin());
+    SensorResult one;
+    if (lidar == base_lidar) {
+      one = {sensor.name, Status::good, {}, SE3{}, Matrix6d::Zero()};
+    } else {
+      one = judge_one(sensor, rig, lidar, base_lidar, recording, guess[static_cast<std::size_t>(lidar)], options, s,
+                      findings);
+    }
+    result.status = std::max(result.status, one.status);
+    result.sensors.push_back(std::move(one));
+  }
+  for (std::size_t j = 0; j < recording.stops.size(); ++j) {
+    result.trajectory.push_back({recording.stops[j], s.state.T_G_base[j], s.start.stop_known[j] != 0});
+  }
+  return result;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,151 @@
+#include "core/quality/lidar_quality.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace rigcal {
+namespace {
+
+// 95 % of the chi-square distribution with three degrees of freedom.
+constexpr double chi2_95_3 = 7.815;
+
+double largest(const Matrix3d& C) { return Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2]; }
+
+// Squared offset of every observation from its plane over what is expected of it.
+template <class F>
+void for_each_offset(const PlaneFeature& feature, const RigState& state, const F& f) {
+  PlaneDerivatives derivatives;
+  plane_derivatives(feature, state, HessianForm::gauss_newton, derivatives);
+  for (const PlaneObservation& o : feature.observations) {
+    f(o, derivatives.normal.dot(state.T_G_sensor(o.stop, o.lidar) * o.mean - derivatives.centroid));
+  }
+}
+
+std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const ParameterLayout& layout) {
+  std::vector<Matrix6d> out(static_cast<std::size_t>(layout.lidars()), Matrix6d::Zero());
+  for (int i = 0; i < layout.lidars(); ++i) {
+    const int index = layout.lidar_index(i);
+    if (index >= 0) out[static_cast<std::size_t>(i)] = covariance.block<6, 6>(index, index);
+  }
+  return out;
+}
+
+// The inverse of H with directions of (almost) no information held at a variance that nobody takes for knowledge.
+Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
+  const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * H * scale.asDiagonal());
+  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
+  const Eigen::MatrixXd inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
+  return scale.asDiagonal() * inverse * scale.asDiagonal();
+}
+
+bool is_held_out(std::size_t feature, const PlaneObservation& o, int base, bool by_stops) {
+  if (o.lidar == base) return false;
+  return by_stops ? o.stop % 4 == 2 : feature % 5 == 2;
+}
+
+struct OffsetSums {
+  std::vector<double> squares, normalised, count;
+  explicit OffsetSums(std::size_t lidars) : squares(lidars), normalised(lidars), count(lidars) {}
+};
+
+}  // namespace
+
+LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
+  LidarCovariances out;
+  const int n = solved.layout.size();
+  if (n == 0 || solved.features.empty()) return out;
+  NormalEquations sum = build_normal_equations(solved.features, solved.state, solved.layout, HessianForm::gauss_newton);
+  double squares = 0.0;
+  double degrees = 0.0;
+  for (const PlaneFeature& feature : solved.features) {
+    for_each_offset(feature, solved.state,
+                    [&](const PlaneObservation& o, double e) { squares += e * e / o.offset_variance; });
+    // The plane itself takes three of its observations' freedoms.
+    degrees += std::max(0.0, static_cast<double>(feature.observations.size()) - 3.0);
+  }
+  out.chi2 = degrees > 0.0 ? squares / degrees : 0.0;
+  const double factor = 2.0 * std::max(1.0, out.chi2);
+  out.data_only = blocks_of(factor * inverse_information(sum.H), solved.layout);
+  add_priors(solved.layout, solved.adjust, solved.state, sum);
+  const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
+  out.observable = llt.info() == Eigen::Success;
+  out.with_priors = blocks_of(factor * inverse_information(sum.H), solved.layout);
+  return out;
+}
+
+HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess) {
+  const auto lidars = static_cast<std::size_t>(solved.layout.lidars());
+  HoldOut out;
+  out.normalised.assign(lidars, 0.0);
+  out.rms_m.assign(lidars, 0.0);
+  out.start_rms_m.assign(lidars, 0.0);
+  const bool by_stops = solved.layout.stops() >= 4;
+  std::vector<PlaneFeature> kept;
+  for (std::size_t k = 0; k < solved.features.size(); ++k) {
+    PlaneFeature feature = solved.features[k];
+    std::erase_if(feature.observations, [&](const PlaneObservation& o) { return is_held_out(k, o, base, by_stops); });
+    if (feature.observations.size() >= 2) kept.push_back(std::move(feature));
+  }
+  RigState state = solved.state;
+  adjust(kept, solved.layout, solved.adjust, state);
+  out.T_base_sensor = state.T_base_sensor;
+  RigState at_guess = state;
+  for (std::size_t i = 0; i < std::min(lidars, guess.size()); ++i) at_guess.T_base_sensor[i] = guess[i];
+
+  OffsetSums sums(lidars);
+  OffsetSums start(lidars);
+  PlaneDerivatives derivatives;
+  for (std::size_t k = 0; k < solved.features.size(); ++k) {
+    PlaneFeature rest = solved.features[k];
+    std::erase_if(rest.observations, [&](const PlaneObservation& o) { return is_held_out(k, o, base, by_stops); });
+    // A plane of one patch is too short a lever to predict another's place.
+    if (rest.observations.size() < 2 || rest.observations.size() == solved.features[k].observations.size()) continue;
+    plane_derivatives(rest, state, HessianForm::gauss_newton, derivatives);
+    for (const PlaneObservation& o : solved.features[k].observations) {
+      if (!is_held_out(k, o, base, by_stops)) continue;
+      const auto i = static_cast<std::size_t>(o.lidar);
+      const Vector3d p = state.T_G_sensor(o.stop, o.lidar) * o.mean;
+      const double e = derivatives.normal.dot(p - derivatives.centroid);
+      // The plane's own uncertainty where it is met: its offset and its tilt times the distance from its middle.
+      const double m1 = (p - derivatives.centroid - e * derivatives.normal).squaredNorm();
+      const double plane = 1.0 / derivatives.N + m1 / (derivatives.N * std::max(derivatives.eigenvalues[1], 1e-6));
+      sums.squares[i] += e * e;
+      sums.normalised[i] += e * e / (o.offset_variance + plane);
+      sums.count[i] += 1.0;
+      const Vector3d p0 = at_guess.T_G_sensor(o.stop, o.lidar) * o.mean;
+      start.squares[i] += std::pow(derivatives.normal.dot(p0 - derivatives.centroid), 2);
+    }
+  }
+  for (std::size_t i = 0; i < lidars; ++i) {
+    if (sums.count[i] < 6.0) continue;
+    out.normalised[i] = std::sqrt(sums.normalised[i] / sums.count[i]);
+    out.rms_m[i] = std::sqrt(sums.squares[i] / sums.count[i]);
+    out.start_rms_m[i] = std::sqrt(start.squares[i] / sums.count[i]);
+  }
+  return out;
+}
+
+std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor) {
+  const Matrix3d C = covariance.bottomRightCorner<3, 3>();
+  Vector3d d = T_base_sensor.R * Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2);
+  int axis = 0;
+  d.cwiseAbs().maxCoeff(&axis);
+  if (d[axis] < 0.0) d = -d;
+  char text[160];
+  std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f) of the base frame", d.x(), d.y(), d.z());
+  return text;
+}
+
+double translation_bound(const Matrix6d& covariance) {
+  return std::sqrt(chi2_95_3 * std::max(0.0, largest(covariance.bottomRightCorner<3, 3>())));
+}
+
+double rotation_bound(const Matrix6d& covariance) {
+  return std::sqrt(chi2_95_3 * std::max(0.0, largest(covariance.topLeftCorner<3, 3>())));
+}
+
+}  // namespace rigcal

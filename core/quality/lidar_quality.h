@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/planes/adjust.h"
+#include "core/quality/result.h"
+
+namespace rigcal {
+
+/// What `good` asks for (95 % bounds), `--require`.
+struct Requirement {
+  double translation_m = 0.010;
+  double rotation_rad = to_rad(0.1);
+};
+
+/// The final planes and where they were solved.
+struct SolvedPlanes {
+  const std::vector<PlaneFeature>& features;
+  const RigState& state;
+  const ParameterLayout& layout;
+  const AdjustOptions& adjust;  ///< With its priors.
+};
+
+/// How sure the planes are of each LiDAR: marginal covariances of the extrinsics, stops marginalised.
+struct LidarCovariances {
+  bool observable = false;            ///< The normal equations could be inverted at all.
+  double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
+  std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero where it is fixed.
+  std::vector<Matrix6d> data_only;    ///< As if only the planes were known: where it is much larger, a prior decided.
+};
+
+/// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
+/// capped by the floor of the map), times chi2 where that is above one.
+[[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved);
+
+/// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the
+/// other stops: 1 is what noise alone gives.
+struct HoldOut {
+  std::vector<double> normalised;   ///< One for each LiDAR; 0 where nothing could be held out.
+  std::vector<double> rms_m;        ///< The same in metres.
+  std::vector<double> start_rms_m;  ///< The same held-out observations at the guess' extrinsics (0: no guess).
+  std::vector<SE3> T_base_sensor;   ///< Extrinsics without the held-out stops.
+};
+
+/// Every fourth stop is held out for all LiDARs but `base` (with fewer than four stops: every fifth plane). The planes
+/// and who is on them stay as they are. `guess`: extrinsics before the calibration.
+[[nodiscard]] HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess);
+
+/// The direction of the largest uncertainty of a translation covariance in words, for a reason.
+[[nodiscard]] std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor);
+
+/// 95 % bound of the length of the translation (m) and rotation (rad) error, from the largest axis of the ellipsoids.
+[[nodiscard]] double translation_bound(const Matrix6d& covariance);
+[[nodiscard]] double rotation_bound(const Matrix6d& covariance);
+
+}  // namespace rigcal

@@ -1,0 +1,107 @@
+#include "core/quality/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace rigcal {
+namespace {
+
+// Wider than this nothing is known: half a metre, thirty degrees.
+constexpr double unknown_m = 0.5;
+constexpr double unknown_rad = 0.52;
+
+std::string number(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
+std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }
+
+void fail(Verdict& verdict, std::string reason) {
+  verdict.status = Status::failed;
+  verdict.reasons.push_back(std::move(reason));
+}
+
+void weaken(Verdict& verdict, std::string reason) {
+  if (verdict.status == Status::good) verdict.status = Status::weak;
+  verdict.reasons.push_back(std::move(reason));
+}
+
+void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
+  const double t = translation_bound(e.covariance);
+  const double r = rotation_bound(e.covariance);
+  const std::string direction = weak_translation_words(e.covariance, e.T_base_sensor);
+  if (t > unknown_m || r > unknown_rad) {
+    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave its place along " +
+                      direction + " or its rotation open; add stops that face surfaces of other directions");
+    return;
+  }
+  if (t > require.translation_m) {
+    weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
+                        "), worst along " + direction + "; add stops that see a surface facing that way");
+  }
+  if (r > require.rotation_rad) {
+    weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
+                        "); add stops with larger or farther surfaces");
+  }
+  const double t_data = translation_bound(e.covariance_data_only);
+  const double r_data = rotation_bound(e.covariance_data_only);
+  if (t_data > std::max(2.0 * t, require.translation_m) || r_data > std::max(2.0 * r, require.rotation_rad)) {
+    weaken(verdict, "part of it comes from the given poses and guesses, not from the data (data alone: " + mm(t_data) +
+                        ", " + deg(r_data) + "); record stops in which it and " + e.base_name +
+                        " see the same surfaces");
+  }
+}
+
+}  // namespace
+
+Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
+  Verdict verdict;
+  if (!e.has_points) {
+    fail(verdict, "it has no points in any stop; check its cable, its address and its entry in the rig file");
+    return verdict;
+  }
+  if (!e.has_guess) {
+    fail(verdict, "the rig file has no initial_extrinsics for it; give a rough one (10 degrees, 0.2 m)");
+    return verdict;
+  }
+  if (!e.found) {
+    fail(verdict, "no pose near its initial extrinsics lays its surfaces on those of " + e.base_name + " (best match " +
+                      number(100.0 * e.match_score, 0) +
+                      " %); check initial_extrinsics (direction p_base = R p_sensor + t), or add stops in which both "
+                      "see the same surfaces");
+    return verdict;
+  }
+  if (!e.observable) {
+    fail(verdict, "the planes do not fix it; add stops, or surfaces of other directions");
+    return verdict;
+  }
+  judge_bounds(e, require, verdict);
+  if (verdict.status == Status::failed) return verdict;
+  if (!e.converged)
+    weaken(verdict, "the last iterations still moved it; the scene changes between stops, or is too poor");
+  if (e.runner_up_score > 0.9 * e.match_score) {
+    weaken(verdict, "another pose fits its surfaces nearly as well (" + number(100.0 * e.runner_up_score, 0) +
+                        " % against " + number(100.0 * e.match_score, 0) +
+                        " %); the scene is symmetric: give a closer guess or add stops");
+  }
+  if (e.used_share < 0.4) {
+    weaken(verdict,
+           "only " + number(100.0 * e.used_share, 0) +
+               " % as much of what it saw as of the base's lies on common planes; its pose may be a false match");
+  }
+  if (e.hold_out > 2.0) {
+    weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
+                        " times what noise explains; was something moved or bumped during the recording?");
+  }
+  if (e.hold_out_start_rms_m > 0.0 && e.hold_out_rms_m > std::max(e.hold_out_start_rms_m, 1e-3)) {
+    fail(verdict, "it fits held-out stops worse (" + mm(e.hold_out_rms_m) + ") than its start did (" +
+                      mm(e.hold_out_start_rms_m) + ")");
+  }
+  return verdict;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/quality/lidar_quality.h"
+
+namespace rigcal {
+
+/// All that speaks for or against one LiDAR's extrinsics.
+struct LidarEvidence {
+  std::string name;
+  std::string base_name;
+  bool has_points = true;
+  bool has_guess = true;
+  bool found = true;  ///< The start laid it on the base's surfaces.
+  bool observable = true;
+  bool converged = true;
+  double match_score = 1.0;  ///< Share of its surfels on the base's map; runner-up: the best other pose's.
+  double runner_up_score = 0.0;
+  double used_share = 1.0;  ///< Of its cells on planes, over the same share of the base.
+  Matrix6d covariance = Matrix6d::Zero();
+  Matrix6d covariance_data_only = Matrix6d::Zero();
+  SE3 T_base_sensor;
+  double hold_out = 0.0;  ///< Normalised; 0: none.
+  double hold_out_rms_m = 0.0;
+  double hold_out_start_rms_m = 0.0;
+};
+
+struct Verdict {
+  Status status = Status::good;
+  std::vector<std::string> reasons;
+};
+
+/// The contract's rule: good needs the 95 % bounds inside the requirement, no direction that only a prior fixes, a
+/// hold-out within twice the expected noise and not worse than the start, and the runner-up minimum rejected; failed is
+/// what cannot be observed or does not converge. Reasons are sentences a user can act on.
+[[nodiscard]] Verdict judge_lidar(const LidarEvidence& evidence, const Requirement& require);
+
+}  // namespace rigcal
