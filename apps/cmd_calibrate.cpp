@@ -1,0 +1,132 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/calibration_text.h"
+#include "apps/command.h"
+#include "apps/recording.h"
+#include "apps/tolerance.h"
+#include "core/io/extrinsics_file.h"
+#include "core/report/result_folder.h"
+
+namespace rigcal {
+namespace {
+
+struct CalibrateOptions {
+  std::string input;
+  std::string out;
+  std::string rig;
+  std::string method = "targetless";
+  std::string stages = "joint";
+  std::string initial;
+  std::string require = "10mm,0.1deg";
+  std::vector<double> pose_prior{0.05, 2.0};
+  bool full_map = false;
+};
+
+// The guess of each LiDAR: from --initial where given, else from the rig file.
+Expected<std::vector<std::optional<SE3>>> guesses(const Recording& recording, const std::string& initial) {
+  std::vector<std::optional<SE3>> out;
+  std::optional<ExtrinsicsFile> file;
+  if (!initial.empty()) {
+    Expected<ExtrinsicsFile> loaded = load_extrinsics(initial);
+    if (!loaded) return loaded.error();
+    if (loaded->base != recording.rig.base_sensor().name) {
+      return input_error("its base is " + loaded->base + ", the rig's is " + recording.rig.base_sensor().name, initial,
+                         "give extrinsics with the rig's base");
+    }
+    file = std::move(*loaded);
+  }
+  for (const int sensor : recording.lidar.lidar_sensors) {
+    const Sensor& s = recording.rig.sensors[static_cast<std::size_t>(sensor)];
+    if (sensor == recording.rig.base) {
+      out.emplace_back(SE3{});
+    } else if (file && file->T_base_sensor.count(s.name) > 0) {
+      out.emplace_back(file->T_base_sensor.at(s.name));
+    } else {
+      out.push_back(s.initial_T_base_sensor);
+    }
+  }
+  return out;
+}
+
+LastStage last_stage(const std::string& name) {
+  if (name == "poses") return LastStage::poses;
+  return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
+}
+
+Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
+  if (const auto target = check_result_target(options.out); !target) return target.error();
+  const Expected<Tolerance> require = parse_tolerance(options.require);
+  if (!require) return require.error();
+  CellOptions cells;
+  cells.keep_thinned = true;
+  StageClock clock;
+  StageReport& reading = clock.begin("reading");
+  const Expected<Recording> recording = read_recording(options.input, options.rig, cells, context.run_context());
+  if (!recording) return recording.error();
+  reading.counts = {{"points", static_cast<double>(recording->points)},
+                    {"stops", static_cast<double>(recording->lidar.stops.size())}};
+  const auto guess = guesses(*recording, options.initial);
+  if (!guess) return guess.error();
+
+  LidarCalibrationOptions calibration;
+  calibration.require = {require->translation_m, require->rotation_rad};
+  calibration.last_stage = last_stage(options.stages);
+  calibration.pose_prior_m = options.pose_prior[0];
+  calibration.pose_prior_rad = to_rad(options.pose_prior[1]);
+  if (options.full_map) calibration.map_size_m = 0.0;
+  std::vector<StageReport> stages = clock.take();
+  Expected<CalibrationResult> result =
+      calibrate_lidars(recording->rig, recording->lidar, *guess, calibration, context.run_context());
+  if (!result) return result.error();
+  result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
+  result->warnings = context.reporter.warnings();
+  if (context.stop.stop_requested()) {
+    return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
+  }
+  if (const auto written = write_result_folder(*result, options.out); !written) return written.error();
+  if (context.json) {
+    CommandContext::print(calibration_json(*result, options.out));
+  } else if (!context.quiet) {
+    CommandContext::print(calibration_text(*result, options.out));
+  }
+  return exit_code_of(result->status);
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<CalibrateOptions>();
+  CLI::App* command = app.add_subcommand("calibrate", "Find the extrinsics of a rig from a recording: the main job");
+  command->add_option("INPUT", options->input, "A packet dump, a session or a patch folder")->required();
+  command->add_option("--out", options->out, "The result folder; an older result there is replaced as a whole")
+      ->required()
+      ->option_text("RESULT");
+  command->add_option("--rig", options->rig, "The rig file (a session brings its own)")->option_text("RIG");
+  command->add_option("--method", options->method, "targetless (default)")
+      ->check(CLI::IsMember({"targetless"}))
+      ->option_text("METHOD");
+  command->add_option("--stages", options->stages, "Stop after poses, extrinsics or joint (default)")
+      ->check(CLI::IsMember({"poses", "extrinsics", "joint"}))
+      ->option_text("STAGE");
+  command
+      ->add_option("--initial", options->initial,
+                   "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's)")
+      ->option_text("FILE");
+  command->add_option("--require", options->require, "What good means: 95 % bounds (default 10mm,0.1deg)")
+      ->check(CLI::Validator(check_tolerance, ""))
+      ->option_text("MM,DEG");
+  command
+      ->add_option("--pose-prior", options->pose_prior,
+                   "How far a given trajectory may be off: metres, degrees (default 0.05,2)")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::PositiveNumber)
+      ->option_text("M,DEG");
+  command->add_flag("--full-map", options->full_map, "map.ply with all points kept, not one for each 2 cm");
+  command->footer("Example:\n  rigcal calibrate run.pcap --rig rig.yaml --out result");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_calibrate(*options, context); }; });
+}
+
+}  // namespace rigcal

@@ -1,0 +1,168 @@
+#include "apps/recording.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "apps/packet_recording.h"
+#include "core/base/parallel.h"
+#include "core/io/pcd_file.h"
+#include "core/io/session_folder.h"
+
+namespace rigcal {
+namespace {
+
+std::vector<int> lidar_sensors(const Rig& rig) {
+  std::vector<int> out;
+  for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
+    if (rig.sensors[k].is_lidar()) out.push_back(static_cast<int>(k));
+  }
+  return out;
+}
+
+struct PatchJob {
+  int lidar = 0;
+  int stop = 0;
+  std::string path;
+  double min_range_m = 0.0;
+  double max_range_m = 0.0;
+};
+
+struct PatchOutcome {
+  PatchCells cells;
+  PcdSummary summary;
+  std::optional<Error> error;
+};
+
+PatchOutcome read_patch(const PatchJob& job, const CellOptions& options) {
+  PatchOutcome out;
+  CellOptions cells = options;
+  cells.max_range_m = std::min(cells.max_range_m, job.max_range_m);
+  CellBuilder builder(job.lidar, job.stop, cells);
+  std::vector<Point> kept;
+  const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
+  const Expected<PcdSummary> summary = read_pcd(job.path, [&](std::span<const Point> points) {
+    if (near2 <= 0.0F) {
+      builder.add(points);
+      return;
+    }
+    kept.clear();
+    for (const Point& p : points) {
+      if (p.x * p.x + p.y * p.y + p.z * p.z >= near2) kept.push_back(p);
+    }
+    builder.add(kept);
+  });
+  if (!summary) {
+    out.error = summary.error();
+    return out;
+  }
+  out.summary = *summary;
+  out.cells = builder.finish();
+  return out;
+}
+
+void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
+             Reporter& reporter) {
+  if (!folder.unknown.empty()) {
+    std::string names;
+    for (const std::string& name : folder.unknown) names += (names.empty() ? "" : ", ") + name;
+    reporter.warn(folder.path + ": not used, since no sensor of the rig has that name or folder: " + names);
+  }
+  std::uint64_t not_finite = 0;
+  bool size_missing = false;
+  for (const PatchOutcome& o : outcomes) {
+    not_finite += o.summary.not_finite;
+    size_missing |= o.summary.size_missing;
+  }
+  if (size_missing) reporter.warn(folder.path + ": PCD headers say WIDTH or HEIGHT 0; POINTS was believed");
+  if (not_finite > 0) {
+    reporter.warn(folder.path + ": " + std::to_string(not_finite) +
+                  " points with NaN or infinite coordinates left out");
+  }
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    if (outcomes[k].cells.points == 0) reporter.warn(jobs[k].path + ": no usable point");
+  }
+}
+
+Expected<Recording> read_patches(Rig rig, const std::string& path, const std::string& trajectory_path,
+                                 const CellOptions& options, const RunContext& context) {
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig, trajectory_path);
+  if (!folder) return folder.error();
+  Recording out;
+  out.lidar.lidar_sensors = lidar_sensors(rig);
+  std::map<int, int> position;
+  for (const int stop : folder->stops) {
+    position[stop] = static_cast<int>(out.lidar.stops.size());
+    out.lidar.stops.push_back({stop, 0, 0});
+  }
+  std::vector<PatchJob> jobs;
+  for (std::size_t i = 0; i < out.lidar.lidar_sensors.size(); ++i) {
+    const auto sensor = static_cast<std::size_t>(out.lidar.lidar_sensors[i]);
+    const auto& range = rig.sensors[sensor].lidar->range_m;
+    for (const PatchFile& file : folder->patches[sensor]) {
+      jobs.push_back({static_cast<int>(i), position.at(file.stop), file.path, range ? (*range)[0] : 0.0,
+                      range ? (*range)[1] : 1e9});
+    }
+  }
+  std::vector<PatchOutcome> outcomes(jobs.size());
+  parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end && !context.cancelled(); ++k) outcomes[k] = read_patch(jobs[k], options);
+  });
+  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped while reading, nothing was written", {}, {}};
+  for (const PatchOutcome& o : outcomes) {
+    if (o.error) return *o.error;
+  }
+  warn_of(*folder, outcomes, jobs, context.reporter);
+  for (PatchOutcome& o : outcomes) {
+    out.points += o.cells.points;
+    out.lidar.patches.push_back(std::move(o.cells));
+  }
+  if (out.points == 0)
+    return input_error("no usable point in any patch", path, "check that the files hold x, y, z in metres");
+  if (folder->trajectory) {
+    out.lidar.trajectory.resize(out.lidar.stops.size());
+    for (const auto& [stop, T] : *folder->trajectory) {
+      const auto at = position.find(stop);
+      if (at != position.end()) out.lidar.trajectory[static_cast<std::size_t>(at->second)] = T;
+    }
+    for (std::size_t j = 0; j < out.lidar.stops.size(); ++j) {
+      if (out.lidar.trajectory[j]) continue;
+      return input_error("the trajectory has no pose for stop " + std::to_string(out.lidar.stops[j].index), path,
+                         "give a pose for every stop that has a patch, or leave the trajectory out");
+    }
+    out.lidar.trajectory_is_prior = true;
+  }
+  out.rig = std::move(rig);
+  return out;
+}
+
+}  // namespace
+
+Expected<Recording> read_recording(const std::string& path, const std::string& rig_path, const CellOptions& cells,
+                                   const RunContext& context) {
+  namespace fs = std::filesystem;
+  std::error_code ec;
+  if (!fs::exists(path, ec)) return input_error("no such file or folder", path, "check the path");
+  const bool session = is_session_folder(path);
+  if (session) {
+    Expected<SessionFolder> folder = open_session(path);
+    if (!folder) return folder.error();
+    Rig rig = folder->rig;
+    if (!rig_path.empty()) {
+      Expected<Rig> other = load_rig(rig_path);
+      if (!other) return other.error();
+      rig = std::move(*other);
+    }
+    if (!folder->packets.empty()) return read_packets(std::move(rig), folder->packets, cells, context);
+    return read_patches(std::move(rig), folder->patches, folder->trajectory, cells, context);
+  }
+  if (rig_path.empty()) {
+    return input_error("a dump or a patch folder needs a rig file", path, "add --rig RIG.yaml");
+  }
+  Expected<Rig> rig = load_rig(rig_path);
+  if (!rig) return rig.error();
+  if (fs::is_directory(path, ec)) return read_patches(std::move(*rig), path, {}, cells, context);
+  return read_packets(std::move(*rig), path, cells, context);
+}
+
+}  // namespace rigcal

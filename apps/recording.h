@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "core/base/run_context.h"
+#include "core/io/patch_folder.h"
+#include "core/pipeline/lidar_calibration.h"
+#include "core/rig/rig.h"
+
+namespace rigcal {
+
+/// A recording as `calibrate` takes it, whatever it was: packets already cut into patches, points already in cells.
+struct Recording {
+  Rig rig;
+  LidarRecording lidar;
+  std::uint64_t points = 0;  ///< In the patches.
+};
+
+/// Reads a packet dump, a session or a patch folder. `rig_path` may be empty for a session, which has its own. What is
+/// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit
+/// code 3 wants them: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never stands
+/// still.
+[[nodiscard]] Expected<Recording> read_recording(const std::string& path, const std::string& rig_path,
+                                                 const CellOptions& cells, const RunContext& context);
+
+}  // namespace rigcal
