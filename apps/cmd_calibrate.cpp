@@ -6,6 +6,7 @@
 #include "apps/recording.h"
 #include "apps/tolerance.h"
 #include "core/io/extrinsics_file.h"
+#include "core/pipeline/stage_clock.h"
 #include "core/report/result_folder.h"
 
 namespace rigcal {

@@ -41,6 +41,7 @@ void add_global_options(CLI::App& app, CommandContext& context, GlobalOptions& o
 // The commands in the order in which --help lists them.
 void add_commands(CLI::App& app, CommandContext& context) {
   add_simulate_command(app, context);
+  add_calibrate_command(app, context);
   add_evaluate_command(app, context);
 }
 
