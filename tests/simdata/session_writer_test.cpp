@@ -57,7 +57,7 @@ TEST(SessionWriter, WritesASessionThatOpensWithAllItsPacketsAndItsTruth) {
   ASSERT_EQ(2U, truth->stops.size());
   EXPECT_EQ("avia", truth->base);
   EXPECT_LT(truth->T_base_sensor[0].second.log().norm(), 1e-12);
-  const SE3& nominal = *nominal_rig().sensors[2].initial_T_base_sensor;
+  const SE3 nominal = *nominal_rig().sensors[2].initial_T_base_sensor;
   EXPECT_NEAR(0.2, (truth->T_base_sensor[2].second.t - nominal.t).norm(), 1e-9);
   EXPECT_LT(std::abs(truth->clocks.at("avia").drift_ppm), 50.0);
   std::filesystem::remove_all(path);
