@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
@@ -60,6 +61,7 @@ class Calibration {
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
     T_grid_G_ = frame_of(surfels);
+    tell("start");
     return {};
   }
 
@@ -157,7 +159,27 @@ class Calibration {
                     {"observations", static_cast<double>(observations)},
                     {"passes", done}};
     context_.reporter.progress(name, 1.0);
+    tell(name);
     return {};
+  }
+
+  // Where every LiDAR stands after a stage, for --log-level debug.
+  void tell(const std::string& stage) const {
+    for (int i = 0; i < lidars(); ++i) {
+      const auto si = static_cast<std::size_t>(i);
+      const SE3& T = solution_.state.T_base_sensor[si];
+      const Vector3d phi = log_so3(T.R);
+      char text[240];
+      std::snprintf(
+          text, sizeof text,
+          "%s: LiDAR %d t [%.4f %.4f %.4f] m, rotation vector [%.4f %.4f %.4f] deg, match %.2f (next %.2f), noise "
+          "%.1f mm + %.2f mm/m, %.3f deg",
+          stage.c_str(), i, T.t.x(), T.t.y(), T.t.z(), to_deg(phi.x()), to_deg(phi.y()), to_deg(phi.z()),
+          solution_.start.matches[si].score, solution_.start.matches[si].runner_up_score,
+          1e3 * solution_.noise[si].range_m, 1e3 * solution_.noise[si].range_per_m,
+          to_deg(solution_.noise[si].angle_rad));
+      context_.reporter.debug(text);
+    }
   }
 
   Expected<void> solve() {
