@@ -14,7 +14,7 @@ struct MultiviewOptions {
   int steps_each = 2;    ///< Steps at each tolerance.
   double reach_m = 0.6;  ///< How far apart the middles of two surfels of one surface may be.
   int max_partners = 4;  ///< Partners of a surfel, each of another patch.
-  AdjustOptions priors;  ///< Only the priors and step sigmas of these options are used.
+  AdjustOptions priors;  ///< Only the priors of these options are used.
 };
 
 /// Lays all surfels of all patches on each other at once (point to plane, both ways), by moving the free blocks of

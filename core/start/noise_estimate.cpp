@@ -15,7 +15,7 @@ struct Bin {
   double r2 = 0.0;
 };
 
-// The median of each bin of range (a third of an octave) and incidence (five steps of cos^2).
+// The surfels of one LiDAR by range (thirds of an octave) and incidence (five steps of cos^2).
 std::map<std::pair<int, int>, Bin> binned(const std::vector<PatchSurfels>& patches, int lidar) {
   std::map<std::pair<int, int>, Bin> bins;
   for (const PatchSurfels& patch : patches) {

@@ -7,8 +7,9 @@
 
 namespace rigcal {
 
-/// The noise law of one LiDAR from the thickness of its own surfels at many ranges and incidences. Medians in bins, so
-/// that rough surfaces do not count; `fallback` where fewer than 60 surfels were seen.
+/// The noise law of one LiDAR from the thickness of its own surfels at many ranges and incidences. The lower third of
+/// each bin stands for it, so that rough surfaces do not count; `fallback` where fewer than 60 surfels or three bins
+/// were seen.
 [[nodiscard]] NoiseModel estimate_noise(const std::vector<PatchSurfels>& patches, int lidar,
                                         const NoiseModel& fallback);
 

@@ -19,7 +19,7 @@ struct MovingSurfels {
   std::vector<Item> items;
 };
 
-/// Every `count`-th of the items so that about `count` are left, evenly over the list.
+/// `count` of the items, evenly over the list; all where there are no more.
 [[nodiscard]] MovingSurfels thinned(const MovingSurfels& moving, std::size_t count);
 
 struct RegistrationOptions {
@@ -38,7 +38,7 @@ struct RegistrationResult {
   SE3 runner_up;
 };
 
-/// Score of one pose with given tolerances; `coarse` is an index of long reach.
+/// Share of the surfels that meet one of the index at pose X, with given tolerances; 0 where there are none.
 [[nodiscard]] double match_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
                                  double max_plane_distance_m);
 

@@ -9,7 +9,7 @@
 namespace rigcal {
 namespace {
 
-// Fewer matched surfels than this are no overlap.
+// Fewer surfels than this, or a smaller share of them matched, are no overlap.
 constexpr std::size_t min_surfels = 20;
 constexpr double min_score = 0.15;
 

@@ -111,6 +111,8 @@ void SurfelIndex::find_all(const Vector3d& p, const Vector3d& normal, double min
   std::array<Hit, 16> hits{};
   const int limit = std::min(most, static_cast<int>(hits.size()));
   int count = 0;
+  out.clear();
+  if (limit <= 0) return;
   for (std::uint32_t e = bucket_start_[b]; e < bucket_start_[b + 1]; ++e) {
     const PlacedSurfel& s = surfels_[entries_[e]];
     if (s.group == not_group || s.normal.dot(normal) < min_cosine) continue;
@@ -135,7 +137,6 @@ void SurfelIndex::find_all(const Vector3d& p, const Vector3d& normal, double min
          --at)
       std::swap(hits[static_cast<std::size_t>(at)], hits[static_cast<std::size_t>(at - 1)]);
   }
-  out.clear();
   for (int i = 0; i < count; ++i) out.push_back(hits[static_cast<std::size_t>(i)].surfel);
 }
 

@@ -28,7 +28,7 @@ class SurfelIndex {
   /// Whether `find` with any group would find one; stops at the first.
   [[nodiscard]] bool contains(const Vector3d& p, const Vector3d& normal, double min_cosine,
                               double max_plane_distance_m) const;
-  /// The nearest of each other group, at most `most` of them, nearest first; like `find` else. Replaces `out`.
+  /// The nearest of each other group, at most `most` (and 16) of them, nearest first; like `find` else. Replaces `out`.
   void find_all(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                 int not_group, int most, std::vector<int>& out) const;
   [[nodiscard]] const PlacedSurfel& operator[](int i) const { return surfels_[static_cast<std::size_t>(i)]; }
@@ -44,7 +44,8 @@ class SurfelIndex {
   std::vector<std::uint32_t> entries_;
 };
 
-/// One surfel for each surface in each cube of `size_m`, the first met: what many stops have seen alike is kept once.
+/// One surfel for each direction (within 15 degrees) in each cube of `size_m`, the first met: what many stops have seen
+/// alike is kept once.
 [[nodiscard]] std::vector<PlacedSurfel> without_repetitions(const std::vector<PlacedSurfel>& surfels, double size_m);
 
 }  // namespace rigcal
