@@ -143,26 +143,24 @@ Expected<Recording> read_recording(const std::string& path, const std::string& r
   namespace fs = std::filesystem;
   std::error_code ec;
   if (!fs::exists(path, ec)) return input_error("no such file or folder", path, "check the path");
-  const bool session = is_session_folder(path);
-  if (session) {
-    Expected<SessionFolder> folder = open_session(path);
-    if (!folder) return folder.error();
-    Rig rig = folder->rig;
-    if (!rig_path.empty()) {
-      Expected<Rig> other = load_rig(rig_path);
-      if (!other) return other.error();
-      rig = std::move(*other);
+  const bool folder = fs::is_directory(path, ec);
+  if (folder && is_session_folder(path)) {
+    Expected<SessionFolder> session = open_session(path);
+    if (!session) return session.error();
+    if (session->packets.empty()) {
+      Expected<Rig> rig = rig_path.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(rig_path);
+      if (!rig) return rig.error();
+      return read_patches(std::move(*rig), session->patches, session->trajectory, cells, context);
     }
-    if (!folder->packets.empty()) return read_packets(std::move(rig), folder->packets, cells, context);
-    return read_patches(std::move(rig), folder->patches, folder->trajectory, cells, context);
+  } else if (folder) {
+    if (rig_path.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
+    Expected<Rig> rig = load_rig(rig_path);
+    if (!rig) return rig.error();
+    return read_patches(std::move(*rig), path, {}, cells, context);
   }
-  if (rig_path.empty()) {
-    return input_error("a dump or a patch folder needs a rig file", path, "add --rig RIG.yaml");
-  }
-  Expected<Rig> rig = load_rig(rig_path);
-  if (!rig) return rig.error();
-  if (fs::is_directory(path, ec)) return read_patches(std::move(*rig), path, {}, cells, context);
-  return read_packets(std::move(*rig), path, cells, context);
+  const Expected<PacketSource> source = open_packets(path, rig_path);
+  if (!source) return source.error();
+  return read_packets(*source, cells, context);
 }
 
 }  // namespace rigcal

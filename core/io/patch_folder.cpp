@@ -106,7 +106,7 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
   PatchFolder folder;
   folder.path = path;
   folder.patches.resize(rig.sensors.size());
-  std::set<std::string> known{"image", "trajectory.tum"};
+  std::set<std::string> known{"image", "trajectory.tum", "rig.yaml"};
   std::set<int> stops;
   bool any_folder = false;
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
@@ -150,12 +150,27 @@ Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, c
   return PatchFolderWriter(std::move(*folder), std::move(names));
 }
 
-Expected<void> PatchFolderWriter::write(const Patch& patch) {
-  const fs::path folder = fs::path(folder_.path()) / names_.at(static_cast<std::size_t>(patch.sensor));
+Expected<PcdWriter> PatchFolderWriter::open(int sensor, int stop) const {
+  const fs::path folder = fs::path(folder_.path()) / names_.at(static_cast<std::size_t>(sensor));
   std::error_code error;
   fs::create_directory(folder, error);
   if (error) return cannot_write(folder.string(), error.value());
-  return write_pcd((folder / (std::to_string(patch.stop) + ".pcd")).string(), patch.points);
+  return PcdWriter::create((folder / (std::to_string(stop) + ".pcd")).string());
+}
+
+Expected<void> PatchFolderWriter::write(const Patch& patch) {
+  Expected<PcdWriter> writer = open(patch.sensor, patch.stop);
+  if (!writer) return writer.error();
+  writer->write(patch.points);
+  return writer->finish();
+}
+
+Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
+  std::error_code error;
+  const fs::path copy = fs::path(folder_.path()) / "rig.yaml";
+  fs::copy_file(path, copy, error);
+  if (error) return cannot_write(copy.string(), error.value());
+  return {};
 }
 
 Expected<void> PatchFolderWriter::write_trajectory(const std::map<int, SE3>& poses) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/pcd_file.h"
 #include "core/io/staged_folder.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
@@ -41,6 +42,10 @@ class PatchFolderWriter {
   [[nodiscard]] static Expected<PatchFolderWriter> create(const std::string& path, const Rig& rig);
 
   Expected<void> write(const Patch& patch);
+  /// The file of a patch that comes in parts; to be finished before the folder is.
+  [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop) const;
+  /// A copy of the rig file goes beside the patches: rig.yaml.
+  Expected<void> copy_rig_file(const std::string& path) const;
   /// T_G_base by stop number.
   Expected<void> write_trajectory(const std::map<int, SE3>& poses);
   Expected<void> finish() { return folder_.commit(); }

@@ -268,6 +268,15 @@ class PcdReader {
   bool too_long_ = false;
 };
 
+/// As long for every number of points, so that it can be written again over itself.
+std::string binary_header(std::uint64_t points) {
+  std::string count = std::to_string(points);
+  count.resize(20, ' ');
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag\nSIZE 4 4 4 4 1\n"
+         "TYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH " +
+         count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
+}
+
 }  // namespace
 
 Expected<PcdSummary> read_pcd(const std::string& path, const std::function<void(std::span<const Point>)>& take) {
@@ -291,21 +300,34 @@ Expected<PcdCloud> read_pcd(const std::string& path) {
   return cloud;
 }
 
-Expected<void> write_pcd(const std::string& path, std::span<const Point> points) {
+Expected<PcdWriter> PcdWriter::create(const std::string& path) {
   Expected<OutputFile> file = OutputFile::create(path);
   if (!file) return file.error();
-  const std::string count = std::to_string(points.size());
-  file->write(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag\nSIZE 4 4 4 4 1\n"
-      "TYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH " +
-      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n");
+  PcdWriter writer(std::move(*file));
+  writer.file_.write(binary_header(0));
+  return writer;
+}
+
+void PcdWriter::write(std::span<const Point> points) {
   for (const Point& point : points) {
     const std::array<float, 4> values{point.x, point.y, point.z, static_cast<float>(point.reflectivity)};
-    std::uint8_t* room = file->reserve(sizeof(values) + 1);
+    std::uint8_t* room = file_.reserve(sizeof(values) + 1);
     std::memcpy(room, values.data(), sizeof(values));
     room[sizeof(values)] = point.tag;
   }
-  return file->close();
+  points_ += points.size();
+}
+
+Expected<void> PcdWriter::finish() {
+  file_.overwrite(0, binary_header(points_));
+  return file_.close();
+}
+
+Expected<void> write_pcd(const std::string& path, std::span<const Point> points) {
+  Expected<PcdWriter> writer = PcdWriter::create(path);
+  if (!writer) return writer.error();
+  writer->write(points);
+  return writer->finish();
 }
 
 }  // namespace rigcal

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/output_file.h"
 #include "core/records/records.h"
 
 namespace rigcal {
@@ -35,8 +36,26 @@ struct PcdCloud {
 };
 [[nodiscard]] Expected<PcdCloud> read_pcd(const std::string& path);
 
-/// Writes a binary PCD file: x y z and intensity as floats, tag as a byte. These read back to the bit; Point::shot,
-/// which means something only in its batch, is not written.
+/// Writes a binary PCD file part by part: x y z and intensity as floats, tag as a byte. These read back to the bit;
+/// Point::shot, which means something only in its batch, is not written. The number of points is filled in at the end,
+/// so it need not be known before.
+class PcdWriter {
+ public:
+  /// Makes the file, or empties an existing one.
+  [[nodiscard]] static Expected<PcdWriter> create(const std::string& path);
+
+  void write(std::span<const Point> points);
+  /// Completes the file. The first error of any write is reported here.
+  Expected<void> finish();
+
+ private:
+  explicit PcdWriter(OutputFile file) : file_(std::move(file)) {}
+
+  OutputFile file_;
+  std::uint64_t points_ = 0;
+};
+
+/// The whole of a cloud at once.
 Expected<void> write_pcd(const std::string& path, std::span<const Point> points);
 
 }  // namespace rigcal

@@ -125,7 +125,12 @@ Expected<SessionRecord> read_record(const std::string& path) {
 
 std::string session_packets_path(const std::string& path) { return below(path, "lidar.pcapng"); }
 
-bool is_session_folder(const std::string& path) { return !existing(path, "rig.yaml").empty(); }
+bool is_session_folder(const std::string& path) {
+  if (existing(path, "rig.yaml").empty()) return false;
+  // A patch folder may bring its rig file along.
+  return !existing(path, "session.json").empty() || !existing(path, "lidar.pcapng").empty() ||
+         !existing(path, "patches").empty();
+}
 
 Expected<SessionFolder> open_session(const std::string& path) {
   std::error_code error;
@@ -134,7 +139,7 @@ Expected<SessionFolder> open_session(const std::string& path) {
     return input_error("is no session folder", path, "name the folder that holds rig.yaml");
   }
   if (!is_session_folder(path)) {
-    return input_error("is no session folder: it has no rig.yaml", path,
+    return input_error("is no session folder: it has no rig.yaml, or neither lidar.pcapng nor patches", path,
                        "give a session, or a patch folder together with --rig");
   }
   SessionFolder session;

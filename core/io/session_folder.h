@@ -40,7 +40,7 @@ struct SessionFolder {
   std::string ground_truth;             ///< ground_truth.yaml
 };
 
-/// Whether a path is a session folder: one that holds a rig.yaml.
+/// Whether a path is a session folder: one that holds a rig.yaml and a session.json, packets or patches.
 [[nodiscard]] bool is_session_folder(const std::string& path);
 
 /// Reads rig.yaml and session.json and finds the rest. Errors: no session, a newer format, damaged files, a session

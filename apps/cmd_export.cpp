@@ -1,0 +1,75 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "apps/command.h"
+#include "apps/patch_export.h"
+#include "core/base/version.h"
+
+namespace rigcal {
+namespace {
+
+struct ExportOptions {
+  std::string path;
+  std::string format;
+  std::string out;
+  std::string rig;
+};
+
+std::string summary_text(const ExportOptions& options, const PatchExport& done) {
+  char text[120];
+  std::snprintf(text, sizeof text, ": %zu stops, %.1f million points in %llu files\n", done.reading.stops.size(),
+                1e-6 * static_cast<double>(done.reading.points.in_stops), static_cast<unsigned long long>(done.files));
+  return options.out + text;
+}
+
+std::string summary_json(const ExportOptions& options, const PatchExport& done) {
+  const nlohmann::ordered_json json{{"rigcal", format_version},
+                                    {"command", "export"},
+                                    {"format", options.format},
+                                    {"out", options.out},
+                                    {"stops", done.reading.stops.size()},
+                                    {"points", done.reading.points.in_stops},
+                                    {"files", done.files}};
+  return json.dump(2) + "\n";
+}
+
+Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& context) {
+  const Expected<PacketSource> source = open_packets(options.path, options.rig);
+  if (!source) return source.error();
+  const PatchLayout layout = options.format == "pcd" ? PatchLayout::clouds : PatchLayout::patches;
+  const Expected<PatchExport> done = export_patches(*source, layout, options.out, context.run_context());
+  if (!done) return done.error();
+  if (context.json) {
+    CommandContext::print(summary_json(options, *done));
+  } else if (!context.quiet) {
+    CommandContext::print(summary_text(options, *done));
+  }
+  const bool whole = source->complete && done->reading.truncation.empty();
+  return whole ? ExitCode::good : ExitCode::not_trustworthy;
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<ExportOptions>();
+  CLI::App* command = app.add_subcommand("export", "Write the stops of a dump or session as patches or clouds");
+  command->add_option("PATH", options->path, "A dump or a session")->required();
+  command
+      ->add_option("--format", options->format,
+                   "patches: a patch folder for calibrate; pcd: one cloud a sensor and stop, side by side")
+      ->required()
+      ->check(CLI::IsMember({"patches", "pcd"}))
+      ->option_text("FORMAT");
+  command->add_option("--out", options->out, "Folder to make; must not exist")->required()->option_text("PATH");
+  command->add_option("--rig", options->rig, "Rig file; needed for a dump")->option_text("RIG");
+  command->footer("Example:\n  rigcal export run.pcap --rig rig.yaml --format patches --out patches");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_export(*options, context); }; });
+}
+
+}  // namespace rigcal

@@ -1,0 +1,68 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "apps/command.h"
+#include "apps/inspection.h"
+#include "core/io/session_folder.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct InspectOptions {
+  std::string path;
+  std::string rig;
+};
+
+Expected<Inspection> inspect(const InspectOptions& options, const RunContext& context) {
+  std::error_code error;
+  if (fs::is_directory(options.path, error)) {
+    if (fs::exists(fs::path(options.path) / "extrinsics.yaml", error)) return inspect_result(options.path);
+    if (!is_session_folder(options.path)) {
+      const std::string own = (fs::path(options.path) / "rig.yaml").string();
+      return inspect_patches(options.path, options.rig.empty() && fs::exists(own, error) ? own : options.rig, context);
+    }
+    const Expected<SessionFolder> session = open_session(options.path);
+    if (!session) return session.error();
+    if (session->packets.empty()) {
+      const std::string own = (fs::path(options.path) / "rig.yaml").string();
+      return inspect_patches(session->patches, options.rig.empty() ? own : options.rig, context);
+    }
+  } else {
+    const std::string ending = fs::path(options.path).extension().string();
+    if (ending == ".yaml" || ending == ".yml") return inspect_result(options.path);
+    if (options.rig.empty()) return inspect_packets(options.path, context);
+  }
+  const Expected<PacketSource> source = open_packets(options.path, options.rig);
+  if (!source) return source.error();
+  return inspect_recording(*source, context);
+}
+
+Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& context) {
+  const Expected<Inspection> inspection = inspect(options, context.run_context());
+  if (!inspection) return inspection.error();
+  for (const auto& warning : inspection->at("warnings")) context.reporter.warn(warning.get<std::string>());
+  if (context.json) {
+    CommandContext::print(inspection->dump(2) + "\n");
+  } else if (!context.quiet) {
+    CommandContext::print(inspection_text(*inspection));
+  }
+  return inspection->value("complete", true) ? ExitCode::good : ExitCode::not_trustworthy;
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<InspectOptions>();
+  CLI::App* command = app.add_subcommand("inspect", "Show what is in a dump, session, patch folder or result");
+  command->add_option("PATH", options->path, "A dump, session, patch folder or result")->required();
+  command->add_option("--rig", options->rig, "Rig file: then the stops of a dump are shown too")->option_text("RIG");
+  command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_inspect(*options, context); }; });
+}
+
+}  // namespace rigcal

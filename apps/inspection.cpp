@@ -1,0 +1,226 @@
+#include "apps/inspection.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/base/version.h"
+#include "core/io/extrinsics_file.h"
+#include "core/io/patch_folder.h"
+#include "core/io/pcd_file.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Only counts.
+class CountingSink final : public StopSink {
+ public:
+  Expected<void> restart() override { return {}; }
+  [[nodiscard]] Expected<void> status() const override { return {}; }
+  void points(int, int, std::span<const Point>) override {}
+  void stop_done(const StopRecord&) override {}
+};
+
+Inspection begin(const char* kind, const std::string& path) {
+  return {{"rigcal", format_version}, {"command", "inspect"}, {"kind", kind}, {"path", path}};
+}
+
+Inspection stream_json(const StreamCounters& stream, double seconds) {
+  const double expected = static_cast<double>(std::max<std::uint64_t>(stream.expected(), 1));
+  return {{"packets", stream.received},
+          {"packets_per_s", seconds > 0.0 ? static_cast<double>(stream.received) / seconds : 0.0},
+          {"lost", stream.lost},
+          {"lost_share", static_cast<double>(stream.lost) / expected},
+          {"duplicates", stream.duplicated},
+          {"out_of_order", stream.out_of_order},
+          {"restarts", stream.restarts},
+          {"gaps", stream.gaps}};
+}
+
+Inspection device_json(const Rig& rig, const DeviceIngest& device) {
+  const double seconds = 1e-9 * static_cast<double>(device.last_ns - device.first_ns);
+  Inspection json;
+  if (device.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
+  json["ip"] = to_string(device.ip);
+  if (!device.broadcast_code.empty()) json["broadcast_code"] = device.broadcast_code;
+  json["seconds"] = seconds;
+  json["malformed"] = device.malformed;
+  json["shots"] = device.shots;
+  json["points"] = device.points;
+  json["noise"] = device.noise;
+  json["out_of_range"] = device.out_of_range;
+  json["imu_samples"] = device.imu_samples;
+  json["point_packets"] = stream_json(device.point_stream, seconds);
+  json["imu_packets"] = stream_json(device.imu_stream, seconds);
+  json["clock"] = {{"drift_ppm", device.clock.drift_ppm},
+                   {"jitter_us", 1e-3 * device.clock.jitter_ns},
+                   {"max_delay_us", 1e-3 * device.clock.max_delay_ns},
+                   {"jumps", device.clock.jumps},
+                   {"strays", device.clock.strays}};
+  return json;
+}
+
+Inspection devices_json(const Rig& rig, const IngestSummary& ingest) {
+  Inspection devices = Inspection::array();
+  for (const DeviceIngest& device : ingest.devices) devices.push_back(device_json(rig, device));
+  return devices;
+}
+
+Inspection stop_json(const Rig& rig, const StopRecord& stop) {
+  Inspection points = Inspection::object();
+  for (const auto& [sensor, count] : stop.points) points[rig.sensors[static_cast<std::size_t>(sensor)].name] = count;
+  return {{"stop", stop.stop.index},
+          {"start_ns", stop.stop.start_ns},
+          {"end_ns", stop.stop.end_ns},
+          {"seconds", 1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns)},
+          {"turned_deg", to_deg(log_so3(stop.R_previous_this).norm())},
+          {"turn_known", stop.rotation_known},
+          {"points", points}};
+}
+
+Inspection gyro_json(const Rig& rig, const StopReading& summary) {
+  Inspection json{{"samples", summary.still.imu_samples},
+                  {"noise_deg_s", to_deg(summary.still.gyro_noise_rad_s)},
+                  {"longest_rest_s", summary.still.longest_still_s}};
+  if (!summary.stops.empty()) {
+    const StopRecord& last = summary.stops.back();
+    json["sensor"] = rig.sensors[static_cast<std::size_t>(last.imu_sensor)].name;
+    json["bias_deg_s"] = {to_deg(last.gyro_bias_rad_s.x()), to_deg(last.gyro_bias_rad_s.y()),
+                          to_deg(last.gyro_bias_rad_s.z())};
+  }
+  return json;
+}
+
+Expected<Rig> rig_of_folders(const std::string& path) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (fs::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
+    if (!entry->is_directory(error)) continue;
+    const bool has_clouds =
+        std::any_of(fs::directory_iterator(entry->path(), error), fs::directory_iterator(),
+                    [](const fs::directory_entry& file) { return file.path().extension() == ".pcd"; });
+    if (has_clouds) names.push_back(entry->path().filename().string());
+  }
+  if (names.empty()) {
+    return input_error("holds neither a session, a result nor patches", path,
+                       "a patch folder has one folder of .pcd files a sensor");
+  }
+  std::sort(names.begin(), names.end());
+  Rig rig;
+  for (const std::string& name : names) {
+    Sensor sensor;
+    sensor.name = name;
+    sensor.lidar.emplace();
+    rig.sensors.push_back(std::move(sensor));
+  }
+  return rig;
+}
+
+}  // namespace
+
+Expected<Inspection> inspect_packets(const std::string& path, const RunContext& context) {
+  PacketSource source;
+  source.path = path;
+  source.packets = path;
+  CountingSink sink;
+  const Expected<StopReading> summary = read_stops(source, {}, sink, context);
+  if (!summary) return summary.error();
+  if (summary->ingest.devices.empty()) {
+    return input_error("holds no Livox packet", path, "record the UDP traffic of the LiDARs, ports 55000 to 65000");
+  }
+  Inspection json = begin("dump", path);
+  json["complete"] = summary->truncation.empty();
+  json["datagrams"] = summary->ingest.datagrams;
+  json["not_livox"] = summary->ingest.not_livox;
+  json["devices"] = devices_json(source.rig, summary->ingest);
+  json["warnings"] = reading_warnings(source, *summary);
+  return json;
+}
+
+Expected<Inspection> inspect_recording(const PacketSource& source, const RunContext& context) {
+  CountingSink sink;
+  const StopOptions options;
+  const Expected<StopReading> summary = read_stops(source, options, sink, context);
+  if (!summary) return summary.error();
+  if (summary->ingest.devices.empty()) return *reading_error(source, options, *summary);
+  Inspection json = begin(source.path == source.packets ? "dump" : "session", source.path);
+  json["complete"] = source.complete && summary->truncation.empty();
+  json["datagrams"] = summary->ingest.datagrams;
+  json["not_livox"] = summary->ingest.not_livox;
+  json["devices"] = devices_json(source.rig, summary->ingest);
+  json["gyro"] = gyro_json(source.rig, *summary);
+  json["stops"] = Inspection::array();
+  for (const StopRecord& stop : summary->stops) json["stops"].push_back(stop_json(source.rig, stop));
+  Inspection dropped = Inspection::object();
+  for (std::size_t i = 0; i < drop_reasons; ++i) {
+    dropped[to_string(static_cast<DropReason>(i))] = summary->points.dropped[i];
+  }
+  json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
+  std::vector<std::string> warnings = reading_warnings(source, *summary);
+  if (const std::optional<Error> error = reading_error(source, options, *summary)) {
+    warnings.push_back("not fit for calibrate: " + error->what);
+  }
+  json["warnings"] = warnings;
+  return json;
+}
+
+Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path, const RunContext& context) {
+  const Expected<Rig> rig = rig_path.empty() ? rig_of_folders(path) : load_rig(rig_path);
+  if (!rig) return rig.error();
+  const Expected<PatchFolder> folder = list_patch_folder(path, *rig);
+  if (!folder) return folder.error();
+  std::vector<std::string> warnings;
+  std::map<int, Inspection> stops;
+  for (const int stop : folder->stops) stops[stop] = {{"stop", stop}, {"points", Inspection::object()}};
+  double done = 0.0;
+  for (std::size_t i = 0; i < folder->patches.size(); ++i) {
+    for (const PatchFile& file : folder->patches[i]) {
+      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", path, {}};
+      const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
+      if (!cloud) return cloud.error();
+      stops[file.stop]["points"][rig->sensors[i].name] = cloud->points;
+      if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig->sensors[i].name);
+    }
+    context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
+  }
+  warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
+  for (const std::string& name : folder->unknown) warnings.push_back(name + " belongs to no sensor");
+  Inspection json = begin("patches", path);
+  json["trajectory"] = folder->trajectory.has_value();
+  json["stops"] = Inspection::array();
+  for (auto& [stop, entry] : stops) json["stops"].push_back(std::move(entry));
+  json["warnings"] = warnings;
+  return json;
+}
+
+Expected<Inspection> inspect_result(const std::string& path) {
+  std::error_code error;
+  const std::string file = fs::is_directory(path, error) ? (fs::path(path) / "extrinsics.yaml").string() : path;
+  const Expected<ExtrinsicsFile> result = load_extrinsics(file);
+  if (!result) return result.error();
+  Inspection json = begin("result", path);
+  json["base"] = result->base;
+  json["sensors"] = Inspection::array();
+  std::map<std::string, std::string> status = result->status;
+  for (const auto& [name, pose] : result->T_base_sensor) status.try_emplace(name, "");
+  for (const auto& [name, verdict] : status) {
+    Inspection sensor{{"name", name}};
+    if (!verdict.empty()) sensor["status"] = verdict;
+    if (const auto pose = result->T_base_sensor.find(name); pose != result->T_base_sensor.end()) {
+      const Eigen::Vector4d q = xyzw_from_rotation(pose->second.R);
+      sensor["translation"] = {pose->second.t.x(), pose->second.t.y(), pose->second.t.z()};
+      sensor["rotation_xyzw"] = {q[0], q[1], q[2], q[3]};
+    }
+    if (const auto c = result->covariance.find(name); c != result->covariance.end()) {
+      const Vector6d sigma = c->second.diagonal().cwiseMax(0.0).cwiseSqrt();
+      sensor["stddev_deg"] = {to_deg(sigma[0]), to_deg(sigma[1]), to_deg(sigma[2])};
+      sensor["stddev_mm"] = {1e3 * sigma[3], 1e3 * sigma[4], 1e3 * sigma[5]};
+    }
+    json["sensors"].push_back(std::move(sensor));
+  }
+  json["warnings"] = Inspection::array();
+  return json;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/stop_reader.h"
+
+namespace rigcal {
+
+/// What `inspect` shows, as JSON by docs/schema/inspect.json; the text is made from it, so that both say the same.
+using Inspection = nlohmann::ordered_json;
+
+/// Devices of a dump without a rig file: nothing is known of sensors and stops then.
+[[nodiscard]] Expected<Inspection> inspect_packets(const std::string& path, const RunContext& context);
+[[nodiscard]] Expected<Inspection> inspect_recording(const PacketSource& source, const RunContext& context);
+/// A patch folder; its sensors are those of the rig file, or, where `rig_path` is empty, its folders.
+[[nodiscard]] Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path,
+                                                   const RunContext& context);
+/// A result folder or an extrinsics.yaml.
+[[nodiscard]] Expected<Inspection> inspect_result(const std::string& path);
+
+[[nodiscard]] std::string inspection_text(const Inspection& inspection);
+
+}  // namespace rigcal

@@ -1,0 +1,106 @@
+#include <cstdarg>
+#include <cstdio>
+
+#include "apps/inspection.h"
+
+namespace rigcal {
+namespace {
+
+[[gnu::format(printf, 2, 3)]] void append(std::string& text, const char* format, ...) {
+  char line[400];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(line, sizeof line, format, arguments);
+  va_end(arguments);
+  text += line;
+}
+
+double number(const Inspection& json, const char* key) { return json.at(key).get<double>(); }
+
+void append_devices(std::string& text, const Inspection& devices) {
+  append(text, "%-16s %-15s %9s %10s %9s %8s %7s %9s %9s\n", "device", "address", "seconds", "packets/s", "points",
+         "lost", "gaps", "drift ppm", "jitter us");
+  for (const Inspection& device : devices) {
+    const Inspection& packets = device["point_packets"];
+    append(text, "%-16s %-15s %9.1f %10.1f %8.2fM %7.3f%% %7.0f %9.1f %9.1f\n",
+           device.value("sensor", device.value("broadcast_code", "-")).c_str(), device["ip"].get<std::string>().c_str(),
+           number(device, "seconds"), number(packets, "packets_per_s"), 1e-6 * number(device, "points"),
+           100.0 * number(packets, "lost_share"), number(packets, "gaps"), number(device["clock"], "drift_ppm"),
+           number(device["clock"], "jitter_us"));
+  }
+}
+
+void append_points(std::string& text, const Inspection& points) {
+  for (const auto& [sensor, count] : points.items()) append(text, "  %s %.0f", sensor.c_str(), count.get<double>());
+  text += "\n";
+}
+
+void append_stops(std::string& text, const Inspection& stops) {
+  if (stops.empty()) {
+    text += "no stops\n";
+    return;
+  }
+  const bool timed = stops[0].contains("start_ns");
+  const std::int64_t first_ns = timed ? stops[0]["start_ns"].get<std::int64_t>() : 0;
+  text += timed ? "stop  start s  length s  turned deg  points\n" : "stop  points\n";
+  for (const Inspection& stop : stops) {
+    append(text, "%4d", stop["stop"].get<int>());
+    if (timed) {
+      append(text, " %8.2f %9.2f", 1e-9 * static_cast<double>(stop["start_ns"].get<std::int64_t>() - first_ns),
+             number(stop, "seconds"));
+      if (stop["turn_known"].get<bool>()) {
+        append(text, " %11.2f", number(stop, "turned_deg"));
+      } else {
+        append(text, " %11s", "unknown");
+      }
+    }
+    append_points(text, stop["points"]);
+  }
+}
+
+void append_gyro(std::string& text, const Inspection& gyro) {
+  append(text, "gyro: %.0f readings, noise %.3f deg/s, longest rest %.2f s\n", number(gyro, "samples"),
+         number(gyro, "noise_deg_s"), number(gyro, "longest_rest_s"));
+}
+
+void append_kept(std::string& text, const Inspection& points) {
+  append(text, "points in stops: %.0f; dropped:", number(points, "in_stops"));
+  for (const auto& [reason, count] : points["dropped"].items()) {
+    if (count.get<std::uint64_t>() > 0) append(text, " %s %.0f", reason.c_str(), count.get<double>());
+  }
+  text += "\n";
+}
+
+void append_sensors(std::string& text, const Inspection& sensors) {
+  for (const Inspection& sensor : sensors) {
+    append(text, "%-16s %-7s", sensor["name"].get<std::string>().c_str(), sensor.value("status", "").c_str());
+    if (sensor.contains("translation")) {
+      const auto t = sensor["translation"].get<std::vector<double>>();
+      const auto q = sensor["rotation_xyzw"].get<std::vector<double>>();
+      append(text, " t [%.4f, %.4f, %.4f] m, q [%.5f, %.5f, %.5f, %.5f]", t[0], t[1], t[2], q[0], q[1], q[2], q[3]);
+    }
+    if (sensor.contains("stddev_mm")) {
+      const auto mm = sensor["stddev_mm"].get<std::vector<double>>();
+      const auto deg = sensor["stddev_deg"].get<std::vector<double>>();
+      append(text, ", sigma [%.2f, %.2f, %.2f] mm, [%.4f, %.4f, %.4f] deg", mm[0], mm[1], mm[2], deg[0], deg[1],
+             deg[2]);
+    }
+    text += "\n";
+  }
+}
+
+}  // namespace
+
+std::string inspection_text(const Inspection& inspection) {
+  std::string text = inspection["path"].get<std::string>() + ": a " + inspection["kind"].get<std::string>() + "\n";
+  if (inspection["kind"] == "patches") text.replace(text.rfind("a patches"), 9, "a patch folder");
+  if (inspection.contains("base")) text += "base: " + inspection["base"].get<std::string>() + "\n";
+  if (inspection.contains("devices")) append_devices(text, inspection["devices"]);
+  if (inspection.contains("gyro")) append_gyro(text, inspection["gyro"]);
+  if (inspection.contains("stops")) append_stops(text, inspection["stops"]);
+  if (inspection.contains("points")) append_kept(text, inspection["points"]);
+  if (inspection.contains("sensors")) append_sensors(text, inspection["sensors"]);
+  return text;
+}
+
+}  // namespace rigcal

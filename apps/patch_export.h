@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "apps/stop_reader.h"
+
+namespace rigcal {
+
+enum class PatchLayout {
+  patches,  ///< A patch folder (contract section 4) with rig.yaml and trajectory.tum.
+  clouds,   ///< <sensor>_<stop>.pcd side by side, for viewers.
+};
+
+struct PatchExport {
+  StopReading reading;
+  std::uint64_t files = 0;
+};
+
+/// T_G_base of the stops as the gyro tells it: rotations chained, translations zero, up to the first stop to which the
+/// rotation is not known. Empty where the inertial unit sits in another sensor than the base and the rig file does not
+/// say how that is mounted.
+[[nodiscard]] std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops);
+
+/// Writes the points of a recording's stops, float metres exactly as decoded. The folder appears as a whole at the end;
+/// an existing path is never touched. The points go straight to the disk: memory does not grow with a stop's length.
+/// Errors: those of `read_stops` and `reading_error`, the disk.
+[[nodiscard]] Expected<PatchExport> export_patches(const PacketSource& source, PatchLayout layout,
+                                                   const std::string& out, const RunContext& context);
+
+}  // namespace rigcal
