@@ -1,0 +1,142 @@
+#include "core/start/registration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "tests/support/make_cells.h"
+#include "tests/support/make_planes.h"
+#include "tests/support/se3_matchers.h"
+
+namespace rigcal {
+namespace {
+
+constexpr int stops = 6;
+
+// The base's map of a room at the true poses, and the other LiDAR's surfels.
+struct Room {
+  RigState truth = turning_rig(stops, Vector3d(0.25, 0.1, 0.0));
+  std::vector<PlacedSurfel> map;
+  MovingSurfels moving;
+
+  explicit Room(std::uint64_t seed) {
+    Random random(seed);
+    const auto patches = make_patches(make_room(), truth, View{80.0, to_rad(50.0), {0.02, 0.0, 0.0005}}, random);
+    moving.places = truth.T_G_base;
+    for (const PatchSurfels& p : extract_surfels(patches, SurfelOptions{})) {
+      const SE3 T = truth.T_G_sensor(p.stop, p.lidar);
+      for (const Surfel& s : p.surfels) {
+        if (p.lidar == 0)
+          map.push_back({T * s.mean, T.R * s.normal, p.stop});
+        else
+          moving.items.push_back({p.stop, s.mean, s.normal});
+      }
+    }
+  }
+  [[nodiscard]] SurfelIndex coarse() const { return {without_repetitions(map, 1.0), 1.0}; }
+  [[nodiscard]] SurfelIndex fine() const { return {without_repetitions(map, 0.25), 0.5}; }
+};
+
+SE3 off_by(const SE3& T, double rotation_deg, double translation_m, Random& random) {
+  const SE3 direction = random_pose(random, 1.0, 1.0);
+  return {T.R * exp_so3(to_rad(rotation_deg) * log_so3(direction.R).normalized()),
+          T.t + translation_m * direction.t.normalized()};
+}
+
+TEST(Registration, FindsTheExtrinsicFromTenDegreesAndTwentyCentimetres) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Room room(seed);
+    Random random(100 + seed);
+    const SE3 guess = off_by(room.truth.T_base_sensor[1], 10.0, 0.2, random);
+    const RegistrationResult result = register_surfels(room.coarse(), room.fine(), room.moving, {guess}, {});
+    // Some thousand surfels, each a few millimetres off: 1 cm and 0.2 degrees are the tolerance of the last step.
+    EXPECT_THAT(result.X, SE3Near(room.truth.T_base_sensor[1], 0.2, 10.0)) << "seed " << seed;
+    EXPECT_GT(result.score, 0.8);
+    EXPECT_LT(result.runner_up_score, 0.8 * result.score);
+  }
+}
+
+TEST(Registration, TakesTheBestOfSeveralGuesses) {
+  const Room room(5);
+  Random random(6);
+  std::vector<SE3> guesses;
+  for (int k = 0; k < 6; ++k)
+    guesses.push_back(off_by(room.truth.T_base_sensor[1], 0.0, 0.0, random) *
+                      SE3{exp_so3((1.0 * k - 3.0) * Vector3d::UnitZ()), Vector3d::Zero()});
+  RegistrationOptions options;
+  options.rotation_reach_rad = 0.0;
+  const RegistrationResult result = register_surfels(room.coarse(), room.fine(), room.moving, guesses, options);
+  EXPECT_THAT(result.X, SE3Near(room.truth.T_base_sensor[1], 0.2, 10.0));
+}
+
+TEST(Registration, IsTheSameToTheBitForOneAndTwoThreads) {
+  const Room room(7);
+  Random random(8);
+  const SE3 guess = off_by(room.truth.T_base_sensor[1], 5.0, 0.1, random);
+  set_thread_count(1);
+  const RegistrationResult one = register_surfels(room.coarse(), room.fine(), room.moving, {guess}, {});
+  set_thread_count(2);
+  const RegistrationResult two = register_surfels(room.coarse(), room.fine(), room.moving, {guess}, {});
+  EXPECT_EQ(one.X.R, two.X.R);
+  EXPECT_EQ(one.X.t, two.X.t);
+  EXPECT_EQ(one.score, two.score);
+  EXPECT_EQ(one.runner_up_score, two.runner_up_score);
+}
+
+TEST(Registration, ScoresLowWhereTheSurfacesAreOthers) {
+  const Room room(9);
+  MovingSurfels elsewhere = room.moving;
+  Random random(10);
+  for (auto& item : elsewhere.items) {
+    item.mean = random_pose(random, 0.0, 2.0).t;
+    item.normal = -item.mean.normalized();
+  }
+  const RegistrationResult result = register_surfels(room.coarse(), room.fine(), elsewhere, {SE3{}}, {});
+  EXPECT_LT(result.score, 0.15);
+}
+
+TEST(Registration, OfNothingScoresNothing) {
+  const Room room(11);
+  MovingSurfels nothing = room.moving;
+  nothing.items.clear();
+  EXPECT_EQ(0.0, register_surfels(room.coarse(), room.fine(), nothing, {SE3{}}, {}).score);
+  EXPECT_EQ(0.0, register_surfels(room.coarse(), room.fine(), room.moving, {}, {}).score);
+  const SurfelIndex empty({}, 1.0);
+  EXPECT_EQ(0.0, register_surfels(empty, empty, room.moving, {SE3{}}, {}).score);
+}
+
+TEST(MatchScore, IsTheShareOfSurfelsThatMeetOneWithinTheTolerances) {
+  const SurfelIndex index({{Vector3d(1, 0, 0), Vector3d::UnitZ(), 0}, {Vector3d(5, 0, 0), Vector3d::UnitX(), 0}}, 1.0);
+  const SE3 up{Matrix3d::Identity(), Vector3d(0, 0, 2)};
+  MovingSurfels moving{{SE3{}, up.inverse()}, {}};
+  moving.items.push_back({0, Vector3d(1.1, 0.1, 0.05), Vector3d::UnitZ()});   // near, on the plane
+  moving.items.push_back({0, Vector3d(1.1, 0.1, 0.15), Vector3d::UnitZ()});   // too far off the plane
+  moving.items.push_back({0, Vector3d(1.1, 0.1, 0.05), -Vector3d::UnitZ()});  // faces the other way
+  moving.items.push_back({1, Vector3d(5.05, 0.0, 2.1), Vector3d::UnitX()});   // near, by its place
+  EXPECT_EQ(0.5, match_score(index, moving, SE3{}, 0.9, 0.1));
+  EXPECT_EQ(0.0, match_score(index, moving, up, 0.9, 0.1));
+}
+
+TEST(RefineRegistration, EndsWithinTheSurfelsOwnNoise) {
+  const Room room(12);
+  Random random(13);
+  const SE3 start = off_by(room.truth.T_base_sensor[1], 3.0, 0.1, random);
+  const SE3 coarse = refine_registration(room.coarse(), room.moving, start, 0.8, 0.3);
+  const SE3 X = refine_registration(room.fine(), room.moving, coarse, 0.3, 0.08);
+  EXPECT_THAT(X, SE3Near(room.truth.T_base_sensor[1], 0.2, 10.0));
+  EXPECT_NEAR(1.0, X.R.determinant(), 1e-12);
+}
+
+TEST(Thinned, KeepsTheNumberAskedForEvenlyAndInOrder) {
+  MovingSurfels moving;
+  for (int i = 0; i < 1000; ++i) moving.items.push_back({i, Vector3d::Zero(), Vector3d::UnitZ()});
+  const MovingSurfels few = thinned(moving, 300);
+  ASSERT_EQ(300U, few.items.size());
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(i * 10 / 3, few.items[static_cast<std::size_t>(i)].place);
+  EXPECT_EQ(1000U, thinned(moving, 1000).items.size());
+  EXPECT_EQ(1000U, thinned(moving, 5000).items.size());
+}
+
+}  // namespace
+}  // namespace rigcal

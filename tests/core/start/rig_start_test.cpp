@@ -1,0 +1,138 @@
+#include "core/start/rig_start.h"
+
+#include <gtest/gtest.h>
+
+#include <stop_token>
+
+#include "core/base/parallel.h"
+#include "core/voxel/cells.h"
+#include "simdata/light_rig.h"
+#include "simdata/scene_file.h"
+#include "tests/support/make_planes.h"
+#include "tests/support/se3_matchers.h"
+
+namespace rigcal {
+namespace {
+
+// A courtyard with walking people, seen by an AVIA and three MID-40 from a table turned by hand; every guess is off by
+// 10 degrees and 0.2 m.
+struct Courtyard {
+  sim::LightRig truth;
+  std::vector<PatchSurfels> surfels;
+  StartInput input;
+
+  explicit Courtyard(std::uint64_t seed, int stops = 20) {
+    const auto scene = sim::load_scene("courtyard");
+    EXPECT_TRUE(scene.has_value());
+    sim::LightRigOptions options;
+    options.seed = seed;
+    options.turntable.stops = stops;
+    options.shots_per_patch = 6000;
+    auto light = sim::make_light_rig(*scene, options);
+    EXPECT_TRUE(light.has_value());
+    truth = *std::move(light);
+    std::vector<PatchCells> cells;
+    for (const Patch& patch : truth.patches) {
+      CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
+      builder.add(patch.points);
+      cells.push_back(builder.finish());
+    }
+    surfels = extract_surfels(cells, SurfelOptions{});
+    input.stops = stops;
+    input.lidars = static_cast<int>(truth.T_base_sensor.size());
+    for (const Sensor& sensor : truth.rig.sensors) input.guess_T_base_sensor.push_back(sensor.initial_T_base_sensor);
+    input.axis = truth.axis;
+  }
+
+  void give_gyro() {
+    input.R_previous_this.emplace_back();
+    for (const Vector3d& step : truth.step_rotations) input.R_previous_this.emplace_back(exp_so3(step));
+  }
+};
+
+Start found(const Courtyard& run) {
+  SilentReporter reporter;
+  const auto start = find_start(run.input, run.surfels, RunContext{reporter});
+  EXPECT_TRUE(start.has_value());
+  return *start;
+}
+
+void expect_all_found(const Courtyard& run, const Start& start) {
+  // What the refinement starts from must be right to a few centimetres.
+  for (std::size_t j = 0; j < run.truth.T_G_base.size(); ++j) {
+    EXPECT_TRUE(start.stop_known[j]);
+    EXPECT_THAT(start.state.T_G_base[j], SE3Near(run.truth.T_G_base[j], 0.3, 30.0)) << "stop " << j;
+  }
+  for (std::size_t i = 0; i < run.truth.T_base_sensor.size(); ++i) {
+    EXPECT_TRUE(start.lidar_known[i]);
+    EXPECT_THAT(start.state.T_base_sensor[i], SE3Near(run.truth.T_base_sensor[i], 0.3, 30.0)) << "lidar " << i;
+  }
+}
+
+class FindStartIn : public ::testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(FindStartIn, IsRightToThreeCentimetresWithAGyro) {
+  Courtyard run(GetParam());
+  run.give_gyro();
+  expect_all_found(run, found(run));
+}
+
+INSTANTIATE_TEST_SUITE_P(Courtyards, FindStartIn, ::testing::Values(1, 2));
+
+TEST(FindStart, TakesARoughTrajectoryInsteadOfAGyro) {
+  Courtyard run(4);
+  // Given in a frame of its own, some centimetres and half a degree off.
+  Random random(40);
+  const SE3 T_other_G = random_pose(random, 1.0, 10.0);
+  for (const SE3& T : run.truth.T_G_base)
+    run.input.trajectory.emplace_back(T_other_G * T * random_pose(random, to_rad(0.2), 0.02));
+  const Start start = found(run);
+  ASSERT_EQ(20U, start.given_T_G_base.size());
+  EXPECT_THAT(start.given_T_G_base[0], SE3Near(SE3{}, 1e-9, 1e-9));
+  expect_all_found(run, start);
+}
+
+TEST(FindStart, LeavesOutALidarWithoutAGuessAndOneThatSawNothing) {
+  Courtyard run(5, 12);
+  run.give_gyro();
+  run.input.guess_T_base_sensor[1].reset();
+  for (PatchSurfels& p : run.surfels) {
+    if (p.lidar == 2) p.surfels.clear();
+  }
+  const Start start = found(run);
+  EXPECT_TRUE(start.lidar_known[0]);
+  EXPECT_FALSE(start.lidar_known[1]);
+  EXPECT_FALSE(start.lidar_known[2]);
+  EXPECT_TRUE(start.lidar_known[3]);
+  EXPECT_THAT(start.state.T_base_sensor[3], SE3Near(run.truth.T_base_sensor[3], 0.3, 30.0));
+}
+
+TEST(FindStart, IsTheSameToTheBitForOneAndTwoThreads) {
+  Courtyard run(6, 8);
+  run.give_gyro();
+  set_thread_count(1);
+  const Start one = found(run);
+  set_thread_count(2);
+  const Start two = found(run);
+  for (std::size_t j = 0; j < 8; ++j) EXPECT_EQ(one.state.T_G_base[j].matrix(), two.state.T_G_base[j].matrix());
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(one.state.T_base_sensor[i].matrix(), two.state.T_base_sensor[i].matrix());
+    EXPECT_EQ(one.matches[i].score, two.matches[i].score);
+  }
+}
+
+TEST(FindStart, StopsWhenToldTo) {
+  StartInput input;
+  input.stops = 2;
+  input.lidars = 1;
+  input.guess_T_base_sensor = {SE3{}};
+  SilentReporter reporter;
+  std::stop_source stop;
+  stop.request_stop();
+  const auto start = find_start(input, {}, RunContext{reporter, stop.get_token()});
+  ASSERT_FALSE(start.has_value());
+  EXPECT_EQ(ErrorKind::cancelled, start.error().kind);
+}
+
+}  // namespace
+}  // namespace rigcal
