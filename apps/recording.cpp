@@ -84,6 +84,37 @@ void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcome
   }
 }
 
+// A trajectory without any translation, as `export` writes it, holds the gyro's rotations between the stops and says
+// nothing of where the base was.
+Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::map<int, int>& position,
+                               const std::string& path, LidarRecording& out) {
+  std::vector<std::optional<SE3>> poses(out.stops.size());
+  for (const auto& [stop, T] : trajectory) {
+    const auto at = position.find(stop);
+    if (at != position.end()) poses[static_cast<std::size_t>(at->second)] = T;
+  }
+  const bool rotations_only =
+      trajectory.size() > 1 &&
+      std::all_of(trajectory.begin(), trajectory.end(), [](const auto& p) { return p.second.t.isZero(0.0); });
+  if (rotations_only) {
+    out.R_previous_this.resize(poses.size());
+    for (std::size_t j = 1; j < poses.size(); ++j) {
+      if (poses[j - 1] && poses[j]) out.R_previous_this[j] = poses[j - 1]->R.transpose() * poses[j]->R;
+    }
+    return {};
+  }
+  out.trajectory.resize(poses.size());
+  for (std::size_t j = 0; j < poses.size(); ++j) {
+    if (!poses[j]) {
+      return input_error("the trajectory has no pose for stop " + std::to_string(out.stops[j].index), path,
+                         "give a pose for every stop that has a patch, or leave the trajectory out");
+    }
+    out.trajectory[j] = poses[j];
+  }
+  out.trajectory_is_prior = true;
+  return {};
+}
+
 Expected<Recording> read_patches(Rig rig, const std::string& path, const std::string& trajectory_path,
                                  const CellOptions& options, const RunContext& context) {
   const Expected<PatchFolder> folder = list_patch_folder(path, rig, trajectory_path);
@@ -104,6 +135,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
                       range ? (*range)[1] : 1e9});
     }
   }
+  // Stop by stop, as packets give them: the same patches in the same order give the same result.
+  std::stable_sort(jobs.begin(), jobs.end(), [](const PatchJob& a, const PatchJob& b) { return a.stop < b.stop; });
   std::vector<PatchOutcome> outcomes(jobs.size());
   parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end && !context.cancelled(); ++k) outcomes[k] = read_patch(jobs[k], options);
@@ -120,17 +153,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   if (out.points == 0)
     return input_error("no usable point in any patch", path, "check that the files hold x, y, z in metres");
   if (folder->trajectory) {
-    out.lidar.trajectory.resize(out.lidar.stops.size());
-    for (const auto& [stop, T] : *folder->trajectory) {
-      const auto at = position.find(stop);
-      if (at != position.end()) out.lidar.trajectory[static_cast<std::size_t>(at->second)] = T;
-    }
-    for (std::size_t j = 0; j < out.lidar.stops.size(); ++j) {
-      if (out.lidar.trajectory[j]) continue;
-      return input_error("the trajectory has no pose for stop " + std::to_string(out.lidar.stops[j].index), path,
-                         "give a pose for every stop that has a patch, or leave the trajectory out");
-    }
-    out.lidar.trajectory_is_prior = true;
+    const Expected<void> taken = take_trajectory(*folder->trajectory, position, path, out.lidar);
+    if (!taken) return taken.error();
   }
   out.rig = std::move(rig);
   return out;

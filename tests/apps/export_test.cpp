@@ -1,0 +1,130 @@
+// `rigcal export` and `rigcal inspect` as a user runs them, on a simulated run.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/io/ground_truth.h"
+#include "core/io/patch_folder.h"
+#include "core/io/pcd_file.h"
+#include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Export : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = fs::path(testing::TempDir()) /
+              (std::string("rigcal_export_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(scratch);
+    fs::create_directories(scratch);
+  }
+  void TearDown() override { fs::remove_all(scratch); }
+
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+  void simulate(const std::string& options) const {
+    const ProgramRun run = rigcal("simulate room --rig '" + rig_file + "' --out s --quiet " + options);
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  static nlohmann::json parse(const ProgramRun& run) {
+    EXPECT_EQ(run.code, 0) << run.err;
+    return nlohmann::json::parse(run.out);
+  }
+
+  const std::string rig_file = std::string(RIGCAL_SOURCE_DIR) + "/config/rigs/turntable.yaml";
+  fs::path scratch;
+};
+
+TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
+  simulate("--stops 3 --dwell 1.5");
+  const auto session = parse(rigcal("inspect s --json"));
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(session), IsEmpty());
+  EXPECT_EQ(session["kind"], "session");
+  ASSERT_EQ(session["stops"].size(), 3U);
+  ASSERT_EQ(session["devices"].size(), 4U);
+
+  const auto summary = parse(rigcal("export s --format patches --out p --json"));
+  EXPECT_THAT(SchemaCheck("export.json").violations(summary), IsEmpty());
+  EXPECT_EQ(summary["points"], session["points"]["in_stops"]);
+  EXPECT_EQ(summary["files"], 12);
+
+  const auto patches = parse(rigcal("inspect p --json"));
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(patches), IsEmpty());
+  EXPECT_THAT(patches["warnings"], IsEmpty());
+  ASSERT_EQ(patches["stops"].size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(patches["stops"][k]["points"], session["stops"][k]["points"]);
+
+  // The rotations between the stops, against the truth: the gyro's scale is off by 5e-4, 120 degrees by 0.06.
+  const auto rig = load_rig((scratch / "p/rig.yaml").string());
+  ASSERT_TRUE(rig.has_value());
+  const auto folder = list_patch_folder((scratch / "p").string(), *rig);
+  ASSERT_TRUE(folder.has_value() && folder->trajectory.has_value());
+  const auto truth = load_ground_truth((scratch / "s/ground_truth.yaml").string());
+  ASSERT_TRUE(truth.has_value());
+  ASSERT_EQ(truth->stops.size(), 3U);
+  for (const StopTruth& stop : truth->stops) {
+    const SE3& pose = folder->trajectory->at(stop.stop.index);
+    EXPECT_LT(to_deg(rotation_distance(pose.R, stop.T_G_base.R)), 0.25);
+    EXPECT_EQ(pose.t, Vector3d::Zero());
+  }
+
+  const ProgramRun clouds = rigcal("export s/lidar.pcapng --rig '" + rig_file + "' --format pcd --out c");
+  EXPECT_EQ(clouds.code, 0) << clouds.err;
+  const auto cloud = read_pcd((scratch / "c/avia_2.pcd").string());
+  const auto patch = read_pcd((scratch / "p/avia/2.pcd").string());
+  ASSERT_TRUE(cloud.has_value() && patch.has_value());
+  EXPECT_EQ(cloud->points.size(), patch->points.size());
+
+  const auto dump = parse(rigcal("inspect s/lidar.pcapng --json"));
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(dump), IsEmpty());
+  EXPECT_EQ(dump["kind"], "dump");
+  EXPECT_FALSE(dump.contains("stops"));
+  EXPECT_EQ(rigcal("export s --format patches --out p").code, 3) << "never over what is there";
+}
+
+TEST_F(Export, SaysWhatIsWrongAndLeavesNothingBehind) {
+  simulate("--stops 1 --dwell 0.1");
+  const std::string packets = (scratch / "s/lidar.pcapng").string();
+  EXPECT_EQ(rigcal("export s/lidar.pcapng --format patches --out p").code, 3);
+  EXPECT_EQ(rigcal("export nothing --rig '" + rig_file + "' --format patches --out p").code, 3);
+  EXPECT_EQ(rigcal("export s --format kml --out p").code, 2);
+  std::ofstream(scratch / "noise.pcap") << "this is no dump, but it is long enough to be looked at";
+  for (const char* command : {"inspect noise.pcap", "inspect missing", "inspect ."}) {
+    const ProgramRun run = rigcal(command);
+    EXPECT_EQ(run.code, 3) << command;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+  // A dump that is cut in the middle of a packet: what is whole is shown, and the exit code says so.
+  fs::resize_file(packets, fs::file_size(packets) - 100);
+  const ProgramRun cut = rigcal("inspect s --json");
+  EXPECT_EQ(cut.code, 1) << cut.err;
+  EXPECT_EQ(nlohmann::json::parse(cut.out)["complete"], false);
+  EXPECT_FALSE(fs::exists(scratch / "p"));
+}
+
+TEST_F(Export, InspectShowsAResult) {
+  std::ofstream(scratch / "extrinsics.yaml")
+      << "rigcal: 1\nbase: a\nsensors:\n  a: {status: good, translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n"
+         "  b: {status: weak, translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n  c: {status: failed}\n";
+  const auto result = parse(rigcal("inspect . --json"));
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(result), IsEmpty());
+  ASSERT_EQ(result["sensors"].size(), 3U);
+  EXPECT_EQ(result["sensors"][1]["translation"][2], 3.0);
+  EXPECT_FALSE(result["sensors"][2].contains("translation"));
+  EXPECT_THAT(rigcal("inspect extrinsics.yaml").out, HasSubstr("weak"));
+}
+
+}  // namespace
+}  // namespace rigcal
