@@ -17,6 +17,7 @@ std::vector<double> used_shares(const LidarRecording& recording, const LidarSolu
     for (const Cell& cell : patch.cells) points[static_cast<std::size_t>(patch.lidar)] += cell.N;
   }
   for (const PlaneFeature& feature : s.refined.map.features) {
+    if (feature.merged) continue;
     for (const PlaneObservation& o : feature.observations) used[static_cast<std::size_t>(o.lidar)] += o.N;
   }
   for (std::size_t i = 0; i < used.size(); ++i) used[i] = points[i] > 0.0 ? used[i] / points[i] : 0.0;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/planes/merge_planes.h"
+
 namespace rigcal {
 namespace {
 
@@ -44,6 +46,7 @@ std::vector<RefinePass> standard_passes(int tight) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;
     passes[i].map.max_chi2 = 3.0;
+    passes[i].merge_tolerance_m = i == 0 ? 0.02 : 0.012;
   }
   return passes;
 }
@@ -54,6 +57,12 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
   for (const RefinePass& pass : passes) {
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
     summary.map = build_plane_map(input.patches, state, input.noise, input.T_grid_G, pass.map, input.use);
+    if (pass.merge_tolerance_m > 0.0) {
+      MergeOptions merge;
+      merge.tolerance_m = pass.merge_tolerance_m;
+      std::vector<PlaneFeature> merged = merge_coplanar(summary.map.features, merge);
+      std::move(merged.begin(), merged.end(), std::back_inserter(summary.map.features));
+    }
     const RigState before = state;
     AdjustOptions options = input.adjust;
     options.max_iterations = pass.iterations;

@@ -13,6 +13,7 @@ namespace rigcal {
 /// One round: the map is built at the present state, then the free blocks are moved.
 struct RefinePass {
   PlaneMapOptions map;
+  double merge_tolerance_m = 0.005;  ///< Leaves this near to one plane hold each other; 0: none does.
   int iterations = 6;
 };
 

@@ -62,6 +62,7 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   double squares = 0.0;
   double degrees = 0.0;
   for (const PlaneFeature& feature : solved.features) {
+    if (feature.merged) continue;
     for_each_offset(feature, solved.state,
                     [&](const PlaneObservation& o, double e) { squares += e * e / o.offset_variance; });
     // The plane itself takes three of its observations' freedoms.
@@ -100,6 +101,7 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   OffsetSums start(lidars);
   PlaneDerivatives derivatives;
   for (std::size_t k = 0; k < solved.features.size(); ++k) {
+    if (solved.features[k].merged) continue;
     PlaneFeature rest = solved.features[k];
     std::erase_if(rest.observations, [&](const PlaneObservation& o) { return is_held_out(k, o, base, by_stops); });
     // A plane of one patch is too short a lever to predict another's place.

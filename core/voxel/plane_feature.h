@@ -23,6 +23,7 @@ struct PlaneFeature {
   Vector3d center_G = Vector3d::Zero();
   Vector3d normal_G = Vector3d::UnitZ();
   double size_m = 0.0;  ///< Edge of the voxel that holds it.
+  bool merged = false;  ///< Made of several leaves (core/planes/merge_planes.h), not of points anew.
 };
 
 }  // namespace rigcal
