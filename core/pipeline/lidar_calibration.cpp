@@ -206,8 +206,49 @@ class Calibration {
       return {};
     }
     solution_.layout = layout_of(true, true);
-    return run_stage("joint", solution_.layout, solution_.use,
-                     has_base ? std::vector<RefinePass>(passes.begin() + 1, passes.end()) : passes);
+    const auto done = run_stage("joint", solution_.layout, solution_.use,
+                                has_base ? std::vector<RefinePass>(passes.begin() + 1, passes.end()) : passes);
+    if (!done || !leave_out_misfits()) return done;
+    solution_.layout = layout_of(true, true);
+    return run_stage("joint without misfits", solution_.layout, solution_.use,
+                     std::vector<RefinePass>(passes.begin() + 2, passes.end()));
+  }
+
+  // A stop of which much less lies on common planes than of the others stands in the wrong place, or was bumped. True
+  // when one was left out.
+  bool leave_out_misfits() {
+    if (stops() < 4) return false;
+    std::vector<double> points(recording_.stops.size(), 0.0);
+    std::vector<double> used(recording_.stops.size(), 0.0);
+    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
+      if (!solution_.use[k]) continue;
+      for (const Cell& cell : recording_.patches[k].cells) {
+        points[static_cast<std::size_t>(recording_.patches[k].stop)] += cell.N;
+      }
+    }
+    for (const PlaneFeature& feature : solution_.refined.map.features) {
+      if (feature.merged) continue;
+      for (const PlaneObservation& o : feature.observations) used[static_cast<std::size_t>(o.stop)] += o.N;
+    }
+    std::vector<double> shares;
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      if (points[j] > 0.0) shares.push_back(used[j] / points[j]);
+    }
+    if (shares.size() < 4) return false;
+    std::nth_element(shares.begin(), shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2), shares.end());
+    const double median = shares[shares.size() / 2];
+    bool any = false;
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      if (points[j] == 0.0 || used[j] / points[j] > 0.4 * median) continue;
+      any = true;
+      solution_.start.stop_known[j] = 0;
+      context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
+                             " is left out: it does not fit the others (its pose is wrong, or the rig was bumped)");
+    }
+    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
+      if (!solution_.start.stop_known[static_cast<std::size_t>(recording_.patches[k].stop)]) solution_.use[k] = 0;
+    }
+    return any;
   }
 
   CalibrationResult conclude() {

@@ -54,7 +54,12 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     start.state.T_G_base = poses_from_rotations(base_patches, R);
   } else if (stops > 1) {
     std::vector<double> scores;
-    start.state.T_G_base = poses_from_search(base_patches, input.stops, input.axis, scores);
+    const std::vector<SE3> searched = poses_from_search(base_patches, input.stops, input.axis, scores);
+    // The search is sure of the rotations only: a poor view slides by metres. That the rig turned about a point holds
+    // it.
+    std::vector<Matrix3d> R;
+    for (const SE3& T : searched) R.push_back(T.R);
+    start.state.T_G_base = poses_from_rotations(base_patches, R);
     for (std::size_t j = 0; j < stops; ++j) {
       if (scores[j] < min_score) start.stop_known[j] = 0;
     }
@@ -85,6 +90,19 @@ RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchS
   if (moving.items.size() < min_surfels) return {};
   const SE3 guess = *input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
   return register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
+}
+
+// Evenly over each patch: a start needs centimetres, and its time grows with the square of the density.
+std::vector<PatchSurfels> thinned_surfels(const std::vector<PatchSurfels>& patches) {
+  constexpr std::size_t all = 24000;
+  const std::size_t each = std::max<std::size_t>(300, all / std::max<std::size_t>(1, patches.size()));
+  std::vector<PatchSurfels> out;
+  for (const PatchSurfels& patch : patches) {
+    PatchSurfels& few = out.emplace_back(PatchSurfels{patch.lidar, patch.stop, {}});
+    const std::size_t count = std::min(each, patch.surfels.size());
+    for (std::size_t i = 0; i < count; ++i) few.surfels.push_back(patch.surfels[i * patch.surfels.size() / count]);
+  }
+  return out;
 }
 
 void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
@@ -123,8 +141,9 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
 
 }  // namespace
 
-Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
+Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& all_patches,
                            const RunContext& context) {
+  const std::vector<PatchSurfels> patches = thinned_surfels(all_patches);
   Start start;
   const auto lidars = static_cast<std::size_t>(input.lidars);
   start.matches.resize(lidars);
