@@ -85,7 +85,8 @@ std::vector<SE3> poses_from_search(const std::vector<PatchSurfels>& base_patches
     const PatchSurfels& patch = base_patches[next++];
     if (!map.empty()) {
       std::vector<SE3> guesses;
-      for (int deg = -180; deg < 180; deg += 3) {
+      // A larger step would leave nothing in common with the view before: LiDARs of a rig see 40 to 80 degrees.
+      for (int deg = -60; deg <= 60; deg += 3) {
         guesses.push_back({before.R * exp_so3(to_rad(deg) * axis), before.t});
       }
       const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
