@@ -157,7 +157,7 @@ std::vector<std::string> reading_warnings(const PacketSource& source, const Stop
     warnings.push_back(source.path + ": the recording was cut short; what is there is used");
   }
   if (summary.still.bias_changes > 0) {
-    warnings.push_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
+    warnings.emplace_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
   }
   const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
   if (overflow > 0) {

@@ -47,7 +47,7 @@ void PatchCutter::hold(Queue& queue, const PointBatch& batch, std::span<const Po
 bool PatchCutter::take_block(Queue& queue) {
   if (free_blocks_.empty() && blocks_left_ > 0) {
     --blocks_left_;
-    free_blocks_.push_back(std::unique_ptr<Block>(new Block));  // not filled with zeros
+    free_blocks_.push_back(std::make_unique<Block>());
   }
   while (free_blocks_.empty() && !queue.held.empty()) {
     counts_.dropped[static_cast<std::size_t>(DropReason::overflow)] += queue.held.front().count;

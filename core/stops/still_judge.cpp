@@ -9,12 +9,12 @@ namespace {
 
 constexpr std::array<int, 5> window_bins = {1, 2, 4, 10, 20};
 constexpr int longest_window = window_bins.back();
-constexpr int history_bins = 80;      // two seconds before a stop: four time constants of the slowest swing
-constexpr int patience_bins = 60;     // how long bins wait for the first bias
-constexpr std::size_t votes = 4;      // steady stretches that are remembered
-constexpr int stretch_end_bins = 10;  // shorter unsteadiness does not end a stretch
-constexpr int vote_bins = 10;         // a stretch counts against the bias after three quarters of a second
-constexpr double learn_bins = 400.0;  // ten seconds of rest: faster than a bias drifts, slower than creep
+constexpr std::int64_t history_bins = 80;  // two seconds before a stop: four time constants of the slowest swing
+constexpr int patience_bins = 60;          // how long bins wait for the first bias
+constexpr std::size_t votes = 4;           // steady stretches that are remembered
+constexpr int stretch_end_bins = 10;       // shorter unsteadiness does not end a stretch
+constexpr int vote_bins = 10;              // a stretch counts against the bias after three quarters of a second
+constexpr double learn_bins = 400.0;       // ten seconds of rest: faster than a bias drifts, slower than creep
 
 // Windows overlap, there are 200 a second and three axes: one false alarm in hours needs 5.5 sigma; the energy of a few
 // dozen squares has a long tail, its 8 sigma are about as rare.

@@ -17,6 +17,7 @@ class StopFinder {
       : cutter_(options.max_held_points, sink), detector_(options, cutter_) {}
   StopFinder(const StopFinder&) = delete;
   StopFinder& operator=(const StopFinder&) = delete;
+  ~StopFinder() = default;
 
   void add_imu(const ImuSample& sample) { detector_.add(sample); }
   /// Points of any sensor, session time; up to half a second behind the inertial unit or ahead of it.

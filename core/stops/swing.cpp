@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 
 namespace rigcal {
 namespace {
@@ -23,7 +24,7 @@ constexpr double model_share = 0.01;  // of the energy that a swing which is not
 
 /// Rates over their noise: unit variance for a sample.
 struct Reading {
-  double time_s;  ///< Middle of the bin, since the first bin of all.
+  std::size_t bin;
   double samples;
   Vector3d rate;
 };
@@ -35,17 +36,29 @@ struct Fit {
   Eigen::Matrix<double, 2, 3> amplitudes = Eigen::Matrix<double, 2, 3>::Zero();  ///< Of cosine and sine, at the start.
 };
 
-Eigen::Vector2d basis(double since_s, double hz, double decay_s) {
-  const double phase = 2.0 * pi * hz * since_s;
-  return std::exp(-since_s / decay_s) * Eigen::Vector2d(std::cos(phase), std::sin(phase));
-}
+/// The damped cosine and sine (real and imaginary part) bin by bin: powers of one complex number.
+class DampedWave {
+ public:
+  DampedWave(double hz, double decay_s)
+      : step_(std::polar(std::exp(-MotionBin::length_s / decay_s), 2.0 * pi * hz * MotionBin::length_s)) {}
+
+  Eigen::Vector2d at(std::size_t bins_since_start) {
+    for (; bin_ < bins_since_start; ++bin_) value_ *= step_;
+    return {value_.real(), value_.imag()};
+  }
+
+ private:
+  std::complex<double> step_;
+  std::complex<double> value_ = 1.0;
+  std::size_t bin_ = 0;
+};
 
 Fit fit_amplitudes(std::span<const Reading> readings, double hz, double decay_s) {
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
-  const double start_s = readings.front().time_s;
+  DampedWave wave(hz, decay_s);
   for (const Reading& r : readings) {
-    const Eigen::Vector2d g = basis(r.time_s - start_s, hz, decay_s);
+    const Eigen::Vector2d g = wave.at(r.bin - readings.front().bin);
     normal += r.samples * g * g.transpose();
     right += (r.samples * g) * r.rate.transpose();
   }
@@ -56,15 +69,7 @@ Fit fit_amplitudes(std::span<const Reading> readings, double hz, double decay_s)
   return fit;
 }
 
-Fit fit_swing(std::span<const Reading> readings) {
-  Fit best;
-  for (const double decay_s : decays_s) {
-    for (double hz = lowest_hz; hz <= highest_hz; hz += step_hz) {
-      const Fit fit = fit_amplitudes(readings, hz, decay_s);
-      if (fit.explained > best.explained) best = fit;
-    }
-  }
-  if (best.explained <= 0.0) return best;
+Fit refine(std::span<const Reading> readings, Fit best) {
   double hz_step = 0.5 * step_hz;
   double ratio = 1.3;
   for (int i = 0; i < refinements; ++i) {
@@ -86,15 +91,26 @@ Fit fit_swing(std::span<const Reading> readings) {
   return best;
 }
 
+Fit search(std::span<const Reading> readings) {
+  Fit best;
+  for (const double decay_s : decays_s) {
+    for (double hz = lowest_hz; hz <= highest_hz; hz += step_hz) {
+      const Fit fit = fit_amplitudes(readings, hz, decay_s);
+      if (fit.explained > best.explained) best = fit;
+    }
+  }
+  return best.explained > 0.0 ? refine(readings, best) : best;
+}
+
 // Whether the fit leaves but noise, in all, without the oldest bins and in the later half: else it is a motion's end
 // that it describes.
 bool explains(const Fit& fit, std::span<const Reading> readings) {
-  const double start_s = readings.front().time_s;
   for (const std::size_t from : {std::size_t{0}, stride, readings.size() / 2}) {
     double left = 0.0;
     double energy = 0.0;
+    DampedWave wave(fit.hz, fit.decay_s);
     for (const Reading& r : readings.subspan(from)) {
-      const Vector3d model = fit.amplitudes.transpose() * basis(r.time_s - start_s, fit.hz, fit.decay_s);
+      const Vector3d model = fit.amplitudes.transpose() * wave.at(r.bin - readings.front().bin);
       left += r.samples * (r.rate - model).squaredNorm();
       energy += r.samples * r.rate.squaredNorm();
     }
@@ -115,21 +131,22 @@ std::int64_t swing_settled_ns(std::span<const MotionBin> bins, std::size_t first
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (i == first_still) still_from = readings.size();
     if (bins[i].samples == 0) continue;
-    const double time_s = 1e-9 * static_cast<double>(bins[i].start_ns - bins[0].start_ns) + 0.5 * MotionBin::length_s;
-    readings.push_back(
-        {time_s, static_cast<double>(bins[i].samples), (bins[i].gyro_mean - gyro_bias).cwiseQuotient(noise)});
+    readings.push_back({i, static_cast<double>(bins[i].samples), (bins[i].gyro_mean - gyro_bias).cwiseQuotient(noise)});
   }
   if (readings.size() < fewest_bins) return never_seen;
 
   Fit found;
-  double start_s = 0.0;
+  std::size_t start_bin = 0;
   for (std::size_t from = std::min(still_from, readings.size() - fewest_bins);; from -= stride) {
     const std::span<const Reading> part = std::span<const Reading>(readings).subspan(from);
-    const Fit fit = fit_swing(part);
+    // The swing of the bins seen so far goes on, as a rule.
+    Fit fit;
+    if (found.explained > 0.0) fit = refine(part, fit_amplitudes(part, found.hz, found.decay_s));
+    if (found.explained <= 0.0 || !explains(fit, part)) fit = search(part);
     if (!explains(fit, part)) break;
     if (fit.explained >= least_explained) {
       found = fit;
-      start_s = part.front().time_s;
+      start_bin = part.front().bin;
     }
     if (from < stride) break;
   }
@@ -141,8 +158,8 @@ std::int64_t swing_settled_ns(std::span<const MotionBin> bins, std::size_t first
   const double rate = (noise.asDiagonal() * found.amplitudes.transpose()).norm() * x / std::sin(std::min(x, 1.5));
   const double angle = rate / std::hypot(omega, 1.0 / found.decay_s);
   if (!(angle > 0.0)) return never_seen;
-  const double settled_s = start_s + found.decay_s * std::log(angle / angle_limit_rad);
-  return bins[0].start_ns + static_cast<std::int64_t>(1e9 * settled_s);
+  const double wait_s = found.decay_s * std::log(angle / angle_limit_rad) + 0.5 * MotionBin::length_s;
+  return bins[start_bin].start_ns + static_cast<std::int64_t>(1e9 * wait_s);
 }
 
 }  // namespace rigcal
