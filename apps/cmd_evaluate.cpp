@@ -52,7 +52,7 @@ void add_evaluate_command(CLI::App& app, CommandContext& context) {
       ->option_text("FILE");
   command
       ->add_option("--max-error", options->max_error,
-                   "Exit with 1 when a sensor is off by more, failed or missing, for example 3mm,0.03deg")
+                   "Exit with 1 when a sensor is off by more or failed, for example 3mm,0.03deg")
       ->check(CLI::Validator(check_tolerance, ""))
       ->option_text("MM,DEG");
   command->footer("Example:\n  rigcal evaluate result --truth session/ground_truth.yaml --max-error 3mm,0.03deg");

@@ -125,6 +125,7 @@ Expected<Evaluation> evaluate(const KnownRig& result, const KnownRig& truth) {
 
 bool is_within(const Evaluation& evaluation, double translation_m, double rotation_rad) {
   return std::all_of(evaluation.sensors.begin(), evaluation.sensors.end(), [&](const SensorError& error) {
+    if (error.missing) return true;
     return error.compared && error.translation_m <= translation_m && error.rotation_rad <= rotation_rad;
   });
 }

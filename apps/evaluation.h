@@ -67,7 +67,8 @@ struct Evaluation {
 /// know that base, or nothing is common to both.
 [[nodiscard]] Expected<Evaluation> evaluate(const KnownRig& result, const KnownRig& truth);
 
-/// True when every sensor of the truth is in the result and within both bounds.
+/// True when every sensor that the result names and the truth knows has a transform within both bounds. A sensor that
+/// only the truth has was not solved for (a camera of a run without images) and does not count; a failed one does.
 [[nodiscard]] bool is_within(const Evaluation& evaluation, double translation_m, double rotation_rad);
 
 }  // namespace rigcal

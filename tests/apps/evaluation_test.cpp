@@ -138,6 +138,14 @@ TEST(Evaluation, IsWithinBoundsOnlyWhenBothAreKept) {
   EXPECT_FALSE(is_within(*evaluation, 0.0031, 0.0019));
 }
 
+TEST(Evaluation, CountsAFailedSensorAgainstTheBoundsButNotOneThatTheResultDoesNotName) {
+  KnownRig result = rig_with_base_a();
+  result.sensors.pop_back();
+  EXPECT_TRUE(is_within(*evaluate(result, rig_with_base_a()), 0.001, 0.001));
+  result.sensors.push_back({"c", Status::failed, std::nullopt, std::nullopt});
+  EXPECT_FALSE(is_within(*evaluate(result, rig_with_base_a()), 0.001, 0.001));
+}
+
 TEST(Tolerance, ReadsALengthAndAnAngleWithTheirUnits) {
   EXPECT_DOUBLE_EQ(parse_tolerance("10mm,0.1deg")->translation_m, 0.01);
   EXPECT_DOUBLE_EQ(parse_tolerance("10mm,0.1deg")->rotation_rad, to_rad(0.1));
