@@ -37,8 +37,9 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
 
 std::string calibration_json(const CalibrationResult& result, const std::string& out) {
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(report_json(result));
+  json["command"] = "calibrate";
   json["out"] = out;
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace rigcal

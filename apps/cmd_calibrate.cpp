@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "apps/calibration_text.h"
@@ -24,25 +25,29 @@ struct CalibrateOptions {
   bool full_map = false;
 };
 
+// --initial is read before the recording is, which takes longer; nothing where it is not given.
+Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path) {
+  if (path.empty()) return std::optional<ExtrinsicsFile>();
+  Expected<ExtrinsicsFile> loaded = load_extrinsics(path);
+  if (!loaded) return loaded.error();
+  return std::optional<ExtrinsicsFile>(std::move(*loaded));
+}
+
 // The guess of each LiDAR: from --initial where given, else from the rig file.
-Expected<std::vector<std::optional<SE3>>> guesses(const Recording& recording, const std::string& initial) {
+Expected<std::vector<std::optional<SE3>>> guesses(const Recording& recording,
+                                                  const std::optional<ExtrinsicsFile>& initial,
+                                                  const std::string& path) {
   std::vector<std::optional<SE3>> out;
-  std::optional<ExtrinsicsFile> file;
-  if (!initial.empty()) {
-    Expected<ExtrinsicsFile> loaded = load_extrinsics(initial);
-    if (!loaded) return loaded.error();
-    if (loaded->base != recording.rig.base_sensor().name) {
-      return input_error("its base is " + loaded->base + ", the rig's is " + recording.rig.base_sensor().name, initial,
-                         "give extrinsics with the rig's base");
-    }
-    file = std::move(*loaded);
+  if (initial && initial->base != recording.rig.base_sensor().name) {
+    return input_error("its base is " + initial->base + ", the rig's is " + recording.rig.base_sensor().name, path,
+                       "give extrinsics with the rig's base");
   }
   for (const int sensor : recording.lidar.lidar_sensors) {
     const Sensor& s = recording.rig.sensors[static_cast<std::size_t>(sensor)];
     if (sensor == recording.rig.base) {
       out.emplace_back(SE3{});
-    } else if (file && file->T_base_sensor.count(s.name) > 0) {
-      out.emplace_back(file->T_base_sensor.at(s.name));
+    } else if (initial && initial->T_base_sensor.count(s.name) > 0) {
+      out.emplace_back(initial->T_base_sensor.at(s.name));
     } else {
       out.push_back(s.initial_T_base_sensor);
     }
@@ -55,10 +60,29 @@ LastStage last_stage(const std::string& name) {
   return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
 }
 
+// What an early end did not solve must not look solved.
+void mark_unfinished(const std::string& stages, CalibrationResult& result) {
+  if (stages == "joint") return;
+  for (SensorResult& sensor : result.sensors) {
+    if (sensor.name == result.base) continue;
+    if (stages == "poses") {
+      sensor = {sensor.name, Status::failed, {"not solved: --stages poses ends before the extrinsics"}, {}, {}};
+    } else if (sensor.status != Status::failed) {
+      sensor.status = Status::weak;
+      sensor.reasons.emplace_back(
+          "--stages extrinsics ends before poses and extrinsics are adjusted together: its sigma takes the poses for "
+          "exact");
+    }
+    result.status = std::max(result.status, sensor.status);
+  }
+}
+
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
   if (!require) return require.error();
+  const auto initial = rough_extrinsics(options.initial);
+  if (!initial) return initial.error();
   CellOptions cells;
   cells.keep_thinned = true;
   StageClock clock;
@@ -67,7 +91,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
-  const auto guess = guesses(*recording, options.initial);
+  const auto guess = guesses(*recording, *initial, options.initial);
   if (!guess) return guess.error();
 
   LidarCalibrationOptions calibration;
@@ -80,6 +104,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   Expected<CalibrationResult> result =
       calibrate_lidars(recording->rig, recording->lidar, *guess, calibration, context.run_context());
   if (!result) return result.error();
+  mark_unfinished(options.stages, *result);
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
   if (context.stop.stop_requested()) {

@@ -134,7 +134,10 @@ std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop) {
 }
 
 std::optional<Error> reading_error(const PacketSource& source, const StopOptions& options, const StopReading& summary) {
-  if (std::optional<Error> error = ingest_error(source.rig, summary.ingest, false)) return error;
+  if (std::optional<Error> error = ingest_error(source.rig, summary.ingest, false)) {
+    error->where = source.path;
+    return error;
+  }
   if (summary.still.imu_samples == 0) {
     return input_error("no LiDAR of the rig sent inertial readings, by which the stops are found", source.path,
                        "switch the inertial unit of the AVIA on (imu: true in the rig file) and record again");

@@ -1,0 +1,204 @@
+// `rigcal calibrate` as a user runs it, on one simulated run of an AVIA and a MID-40.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/io/extrinsics_file.h"
+#include "simdata/scene_file.h"
+#include "simdata/session_writer.h"
+#include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* rig_yaml = R"(rigcal: 1
+name: test
+base: avia
+sensors:
+  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
+  mid40: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
+initial_extrinsics:
+  mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
+turntable: {driver: manual, axis: [0, 0, 1]}
+)";
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class Calibrate : public testing::Test {
+ protected:
+  // A table that hurries and hardly swings keeps the recording short: what the stops hold is what matters here.
+  static void SetUpTestSuite() {
+    scratch = fs::path(testing::TempDir()) / ("rigcal_calibrate_" + std::to_string(getpid()));
+    fs::remove_all(scratch);
+    fs::create_directories(scratch);
+    std::ofstream(scratch / "rig.yaml") << rig_yaml;
+    const auto rig = parse_rig(rig_yaml, "rig.yaml");
+    ASSERT_TRUE(rig) << rig.error().message();
+    const auto scene = sim::load_scene("courtyard");
+    ASSERT_TRUE(scene) << scene.error().message();
+    sim::RunOptions run;
+    run.turntable.stops = 10;
+    run.turntable.dwell_s = 0.9;
+    run.turntable.turn_s = 0.5;
+    run.turntable.swing_rad = 2e-4;
+    run.turntable.initial_still_s = 1.0;
+    SilentReporter silent;
+    const auto made = sim::simulate_session(*scene, *rig, run, (scratch / "session").string(), {silent});
+    ASSERT_TRUE(made) << made.error().message();
+    first = rigcal("calibrate session --out first --threads 2 --json");
+  }
+  static void TearDownTestSuite() { fs::remove_all(scratch); }
+
+  static ProgramRun rigcal(const std::string& arguments) {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+  static std::string file(const std::string& name) { return text_of(scratch / name); }
+  static ExtrinsicsFile extrinsics(const std::string& name) {
+    const auto loaded = load_extrinsics((scratch / name).string());
+    EXPECT_TRUE(loaded) << loaded.error().message();
+    return loaded ? *loaded : ExtrinsicsFile{};
+  }
+  static void expect_near(const std::string& result, const std::string& other, double mm, double deg) {
+    const ExtrinsicsFile a = extrinsics(result);
+    const ExtrinsicsFile b = extrinsics(other);
+    ASSERT_THAT(a.T_base_sensor, Contains(testing::Key("mid40"))) << file(result);
+    const SE3& T = a.T_base_sensor.at("mid40");
+    const SE3& other_T = b.T_base_sensor.at("mid40");
+    EXPECT_LT(1e3 * (T.t - other_T.t).norm(), mm) << result;
+    EXPECT_LT(to_deg(rotation_distance(T.R, other_T.R)), deg) << result;
+  }
+
+  inline static fs::path scratch;
+  inline static ProgramRun first;
+};
+
+TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
+  ASSERT_EQ(first.code, 0) << first.err << first.out;
+  // Twice the sigma of the worst axis (2.4 mm, 0.007 deg), the turn with room for the walls' own; seen: 0.4 mm, 0.001.
+  expect_near("first/extrinsics.yaml", "session/ground_truth.yaml", 5.0, 0.05);
+  EXPECT_THAT(extrinsics("first/extrinsics.yaml").status, Contains(testing::Pair("mid40", "good")));
+}
+
+TEST_F(Calibrate, PrintsOneJsonObject) {
+  const auto json = nlohmann::json::parse(first.out);
+  EXPECT_THAT(SchemaCheck("calibrate.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["stops"]["solved"], 10);
+  EXPECT_EQ(json["out"], "first");
+  const auto report = nlohmann::json::parse(file("first/report.json"));
+  EXPECT_THAT(SchemaCheck("report.json").violations(report), IsEmpty());
+}
+
+TEST_F(Calibrate, GivesTheSameBytesAgainWithOneThreadAndFromTheDumpAlone) {
+  EXPECT_EQ(rigcal("calibrate session --out one --threads 1").code, 0);
+  EXPECT_EQ(rigcal("calibrate session/lidar.pcapng --rig session/rig.yaml --out dump --threads 2").code, 0);
+  for (const std::string name : {"extrinsics.yaml", "trajectory.tum", "map.ply"}) {
+    EXPECT_FALSE(file("first/" + name).empty()) << name;
+    // Not EXPECT_EQ: its diff of two large texts takes memory with the square of their lines.
+    EXPECT_TRUE(file("first/" + name) == file("one/" + name)) << name;
+    EXPECT_TRUE(file("first/" + name) == file("dump/" + name)) << name;
+  }
+}
+
+TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
+  ASSERT_EQ(rigcal("export session --format patches --out patches").code, 0);
+  const ProgramRun run = rigcal("calibrate patches --rig rig.yaml --out from_patches");
+  EXPECT_EQ(run.code, 0) << run.err;
+  // Coordinates are floats in both; nothing but text of poses is rounded on the way.
+  expect_near("from_patches/extrinsics.yaml", "first/extrinsics.yaml", 0.1, 0.001);
+
+  const ProgramRun without = rigcal("calibrate patches --out without_rig");
+  EXPECT_EQ(without.code, 3);
+  EXPECT_THAT(without.err, HasSubstr("patches: a patch folder needs a rig file; add --rig"));
+  EXPECT_FALSE(fs::exists(scratch / "without_rig"));
+}
+
+TEST_F(Calibrate, TakesWhatIsWholeOfADumpThatWasCut) {
+  const fs::path cut = scratch / "cut.pcapng";
+  fs::copy_file(scratch / "session/lidar.pcapng", cut);
+  fs::resize_file(cut, fs::file_size(cut) * 7 / 10);
+  const ProgramRun run = rigcal("calibrate cut.pcapng --rig rig.yaml --out from_cut");
+  EXPECT_THAT(run.code, testing::AnyOf(0, 1)) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("rigcal: warning: cut.pcapng: "));
+  EXPECT_THAT(file("from_cut/report.json"), HasSubstr("cut.pcapng: "));
+  // Seven of ten stops and less than a full turn: twice the bound of the whole (seen: 1.1 mm, 0.003 deg).
+  expect_near("from_cut/extrinsics.yaml", "session/ground_truth.yaml", 10.0, 0.1);
+}
+
+TEST_F(Calibrate, DoesNotCallSolvedWhatAnEarlyEndLeftUnsolved) {
+  EXPECT_EQ(rigcal("calibrate session --out poses --stages poses").code, 1);
+  const ExtrinsicsFile poses = extrinsics("poses/extrinsics.yaml");
+  EXPECT_EQ(poses.status.at("mid40"), "failed");
+  EXPECT_EQ(poses.T_base_sensor.count("mid40"), 0U);
+  EXPECT_THAT(file("poses/extrinsics.yaml"), HasSubstr("--stages poses"));
+
+  EXPECT_EQ(rigcal("calibrate session --out rough --stages extrinsics").code, 1);
+  EXPECT_EQ(extrinsics("rough/extrinsics.yaml").status.at("mid40"), "weak");
+  EXPECT_THAT(file("rough/extrinsics.yaml"), HasSubstr("--stages extrinsics"));
+  // Poses of the base alone, one pass with loose gates: a centimetre or two (seen: 1.0 mm, 0.001 deg).
+  expect_near("rough/extrinsics.yaml", "session/ground_truth.yaml", 20.0, 0.2);
+}
+
+TEST_F(Calibrate, ReplacesAnOlderResultAndNothingElse) {
+  fs::create_directories(scratch / "older");
+  std::ofstream(scratch / "older/extrinsics.yaml") << "rigcal: 1\nbase: something else\n";
+  std::ofstream(scratch / "older/report.html") << "of last year";
+  EXPECT_EQ(rigcal("calibrate session --out older").code, 0);
+  EXPECT_TRUE(file("older/extrinsics.yaml") == file("first/extrinsics.yaml"));
+  EXPECT_FALSE(fs::exists(scratch / "older/report.html"));
+
+  fs::create_directories(scratch / "foreign");
+  std::ofstream(scratch / "foreign/thesis.tex") << "years of work";
+  const ProgramRun refused = rigcal("calibrate session --out foreign");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("foreign: the folder holds \"thesis.tex\""));
+  EXPECT_EQ(file("foreign/thesis.tex"), "years of work");
+  EXPECT_FALSE(fs::exists(scratch / "foreign/extrinsics.yaml"));
+}
+
+// Ctrl-C is pending before the program begins, so that it comes during the run however fast or slow the machine is.
+TEST_F(Calibrate, EndsWithOneAndWritesNothingAfterCtrlC) {
+  const std::string session = (scratch / "session").string();
+  const std::string out = (scratch / "stopped").string();
+  const std::string said = (scratch / "stopped.txt").string();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigprocmask(SIG_BLOCK, &set, nullptr);
+    kill(getpid(), SIGINT);  // to the process: what raise() sends waits for this thread only
+    if (std::freopen(said.c_str(), "w", stderr) == nullptr) _exit(99);
+    execl(RIGCAL_PROGRAM, RIGCAL_PROGRAM, "calibrate", session.c_str(), "--out", out.c_str(), nullptr);
+    _exit(99);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1) << text_of(said);
+  EXPECT_THAT(text_of(said), HasSubstr("stopped"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
+}  // namespace
+}  // namespace rigcal
