@@ -12,6 +12,17 @@
 namespace rigcal {
 namespace {
 
+// Unevenness beyond noise that only real surfaces have.
+constexpr double uneven_m = 0.003;
+
+// Roads and hedges are no planes to a millimetre; gates for what is one would keep the few leaves that happen to agree.
+void allow_unevenness(double floor_m, PlaneMapOptions& map) {
+  if (floor_m < uneven_m) return;
+  map.offset_floor_m = std::max(map.offset_floor_m, floor_m);
+  map.gate_slack_m = floor_m;
+  map.max_chi2 = 3.0;
+}
+
 Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
 
 // What carries through the stages.
@@ -24,7 +35,7 @@ class Calibration {
         guess_(guess),
         options_(options),
         context_(context),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0} {}
 
   Expected<CalibrationResult> run() {
     const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
@@ -55,6 +66,7 @@ class Calibration {
     input.guess_T_base_sensor = guess_;
     input.R_previous_this = recording_.R_previous_this;
     input.trajectory = recording_.trajectory;
+    input.cells = &recording_.patches;
     if (rig_.turntable && rig_.turntable->axis) input.axis = *rig_.turntable->axis;
     Expected<Start> start = find_start(input, surfels, context_);
     if (!start) return start.error();
@@ -96,19 +108,25 @@ class Calibration {
     }
   }
 
-  // Priors only where the user gave poses: their sigmas, and twice the basin for the extrinsics that hang on them.
+  // What the start found by shapes holds the directions that planes leave open. Priors only where the user gave poses:
+  // their sigmas, and twice the basin for the extrinsics that hang on them.
   void set_priors() {
     solution_.adjust = {};
+    solution_.adjust.lidar_matches.resize(recording_.lidar_sensors.size());
+    for (std::size_t i = 0; i < solution_.start.shape_matches.size(); ++i) {
+      const auto& match = solution_.start.shape_matches[i];
+      if (match) solution_.adjust.lidar_matches[i] = prior_of(*match);
+    }
     if (!recording_.trajectory_is_prior) return;
     solution_.adjust.stop_priors.resize(recording_.stops.size());
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       if (!recording_.trajectory[j]) continue;
       solution_.adjust.stop_priors[j] =
-          PosePrior{solution_.start.given_T_G_base[j], options_.pose_prior_rad, options_.pose_prior_m};
+          isotropic_prior(solution_.start.given_T_G_base[j], options_.pose_prior_rad, options_.pose_prior_m);
     }
     solution_.adjust.lidar_priors.resize(recording_.lidar_sensors.size());
     for (std::size_t i = 0; i < guess_.size(); ++i) {
-      if (guess_[i]) solution_.adjust.lidar_priors[i] = PosePrior{*guess_[i], to_rad(10.0), 0.2};
+      if (guess_[i]) solution_.adjust.lidar_priors[i] = isotropic_prior(*guess_[i], to_rad(10.0), 0.2);
     }
   }
 
@@ -137,14 +155,20 @@ class Calibration {
     StageReport& stage = clock_.begin(name);
     const RefineInput input{recording_.patches, solution_.noise, T_grid_G_, use, solution_.adjust};
     double done = 0.0;
-    for (const RefinePass& pass : passes) {
+    double floor_m = 0.0;
+    for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
+      const bool loose = pass.map.gate_slack_m > 0.0;
+      if (!loose) allow_unevenness(floor_m, pass.map);
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
       done += 1.0;
       stage.iterations += refined->iterations;
       solution_.refined = std::move(*refined);
-      if (pass.map.gate_slack_m == 0.0 && solution_.refined.converged) break;
+      // Before the gates select what agrees.
+      if (loose) floor_m = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
+      solution_.unevenness_m = floor_m < uneven_m ? 0.0 : floor_m;
+      if (!loose && solution_.refined.converged) break;
     }
     const RefineSummary& last = solution_.refined;
     if (context_.cancelled()) return cancelled();
@@ -159,6 +183,8 @@ class Calibration {
                     {"observations", static_cast<double>(observations)},
                     {"passes", done}};
     context_.reporter.progress(name, 1.0);
+    context_.reporter.debug(name + ": surfaces stand off their planes by " + std::to_string(1e3 * floor_m) +
+                            " mm beyond noise");
     tell(name);
     return {};
   }

@@ -24,6 +24,17 @@ std::vector<double> used_shares(const LidarRecording& recording, const LidarSolu
   return used;
 }
 
+// Where surfaces are no planes, neighbouring leaves err alike (a crowned road, a range bias): many leaves of one place
+// say no more than one does. Only other stops are other places. Near surfaces, at some five metres, hold the rotation.
+Matrix6d with_unevenness(const Matrix6d& covariance, double unevenness_m, std::size_t stops) {
+  constexpr double lever_m = 5.0;
+  Matrix6d out = covariance;
+  const double variance = unevenness_m * unevenness_m / static_cast<double>(stops);
+  out.diagonal().head<3>().array() += variance / (lever_m * lever_m);
+  out.diagonal().tail<3>().array() += variance;
+  return out;
+}
+
 bool has_points(const LidarRecording& recording, int lidar) {
   return std::any_of(recording.patches.begin(), recording.patches.end(),
                      [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
@@ -52,8 +63,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
   e.observable = findings.covariances.observable && !findings.covariances.with_priors.empty();
   if (e.observable) {
-    e.covariance = findings.covariances.with_priors[i];
-    e.covariance_data_only = findings.covariances.data_only[i];
+    const std::size_t places = recording.stops.size();
+    e.covariance = with_unevenness(findings.covariances.with_priors[i], s.unevenness_m, places);
+    e.covariance_data_only = with_unevenness(findings.covariances.data_only[i], s.unevenness_m, places);
   }
   e.T_base_sensor = s.state.T_base_sensor[i];
   e.hold_out = findings.held_out.normalised[i];

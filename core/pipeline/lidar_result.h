@@ -15,6 +15,7 @@ struct LidarSolution {
   RefineSummary refined;
   std::vector<char> use;  ///< Patches that took part.
   std::vector<NoiseModel> noise;
+  double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
 };
 
 /// Covariances, hold-out and verdict of every LiDAR of the rig, and the poses of the stops. Everything of the result

@@ -8,33 +8,41 @@ namespace {
 
 using Priors = std::vector<std::optional<PosePrior>>;
 
-Vector6d weights_of(const PosePrior& prior) {
-  Vector6d w;
-  w.head<3>().setConstant(1.0 / (prior.rotation_rad * prior.rotation_rad));
-  w.tail<3>().setConstant(1.0 / (prior.translation_m * prior.translation_m));
-  return w;
+// Calls f(index, pose, prior) for every free LiDAR that has one.
+template <class F>
+void for_each_lidar(const Priors& priors, const ParameterLayout& layout, const RigState& state, const F& f) {
+  for (std::size_t i = 0; i < priors.size(); ++i) {
+    const int index = layout.lidar_index(static_cast<int>(i));
+    if (priors[i] && index >= 0) f(index, state.T_base_sensor[i], *priors[i]);
+  }
 }
 
-// Calls f(index, pose, prior) for every free block that has a prior.
 template <class F>
 void for_each_prior(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state, const F& f) {
   for (std::size_t j = 0; j < options.stop_priors.size(); ++j) {
     const int index = layout.stop_index(static_cast<int>(j));
     if (options.stop_priors[j] && index >= 0) f(index, state.T_G_base[j], *options.stop_priors[j]);
   }
-  for (std::size_t i = 0; i < options.lidar_priors.size(); ++i) {
-    const int index = layout.lidar_index(static_cast<int>(i));
-    if (options.lidar_priors[i] && index >= 0) f(index, state.T_base_sensor[i], *options.lidar_priors[i]);
-  }
+  for_each_lidar(options.lidar_priors, layout, state, f);
+  for_each_lidar(options.lidar_matches, layout, state, f);
 }
 
 double prior_cost(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state) {
   double cost = 0.0;
   for_each_prior(layout, options, state, [&](int, const SE3& T, const PosePrior& prior) {
     const Vector6d e = (prior.T.inverse() * T).log();
-    cost += e.dot(weights_of(prior).cwiseProduct(e));
+    cost += e.dot(prior.information * e);
   });
   return cost;
+}
+
+// The log's Jacobian is taken as one: priors are weak and errors against them small.
+void add_prior(int index, const SE3& T, const PosePrior& prior, NormalEquations& sum) {
+  const Vector6d e = (prior.T.inverse() * T).log();
+  const Vector6d we = prior.information * e;
+  sum.cost += e.dot(we);
+  sum.g.segment<6>(index) += 2.0 * we;
+  sum.H.block<6, 6>(index, index) += 2.0 * prior.information;
 }
 
 NormalEquations build(const std::vector<PlaneFeature>& features, const RigState& state, const ParameterLayout& layout,
@@ -74,16 +82,23 @@ Eigen::MatrixXd damped(const NormalEquations& sum, const AdjustOptions& options,
 
 }  // namespace
 
+PosePrior isotropic_prior(const SE3& T, double rotation_rad, double translation_m) {
+  PosePrior prior{T, Matrix6d::Zero()};
+  prior.information.diagonal().head<3>().setConstant(1.0 / (rotation_rad * rotation_rad));
+  prior.information.diagonal().tail<3>().setConstant(1.0 / (translation_m * translation_m));
+  return prior;
+}
+
 void add_priors(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
                 NormalEquations& sum) {
-  // The log's Jacobian is taken as one: priors are weak and errors against them small.
-  for_each_prior(layout, options, state, [&](int index, const SE3& T, const PosePrior& prior) {
-    const Vector6d e = (prior.T.inverse() * T).log();
-    const Vector6d w = weights_of(prior);
-    sum.cost += e.dot(w.cwiseProduct(e));
-    sum.g.segment<6>(index) += 2.0 * w.cwiseProduct(e);
-    sum.H.diagonal().segment<6>(index) += 2.0 * w;
-  });
+  for_each_prior(layout, options, state,
+                 [&](int index, const SE3& T, const PosePrior& prior) { add_prior(index, T, prior, sum); });
+}
+
+void add_matches(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
+                 NormalEquations& sum) {
+  for_each_lidar(options.lidar_matches, layout, state,
+                 [&](int index, const SE3& T, const PosePrior& prior) { add_prior(index, T, prior, sum); });
 }
 
 AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterLayout& layout,

@@ -7,12 +7,14 @@
 
 namespace rigcal {
 
-/// A Gaussian prior on a pose: (T_prior^-1 T).log() with independent sigmas.
+/// A Gaussian on a pose: (T_prior^-1 T).log() with this information (inverse covariance).
 struct PosePrior {
   SE3 T;
-  double rotation_rad = 0.0;
-  double translation_m = 0.0;
+  Matrix6d information = Matrix6d::Zero();
 };
+
+/// The same sigma along all axes.
+[[nodiscard]] PosePrior isotropic_prior(const SE3& T, double rotation_rad, double translation_m);
 
 struct AdjustOptions {
   HessianForm form = HessianForm::gauss_newton;
@@ -25,6 +27,8 @@ struct AdjustOptions {
   double step_translation_m = 0.0;
   std::vector<std::optional<PosePrior>> stop_priors;   ///< Empty or one for each stop.
   std::vector<std::optional<PosePrior>> lidar_priors;  ///< Empty or one for each LiDAR.
+  /// Likewise, but found in the data by other means than planes: counts as data where priors do not.
+  std::vector<std::optional<PosePrior>> lidar_matches;
 };
 
 struct AdjustSummary {
@@ -39,8 +43,11 @@ struct AdjustSummary {
 AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterLayout& layout,
                      const AdjustOptions& options, RigState& state);
 
-/// Adds the priors' share at `state` to normal equations.
+/// Adds the share of the priors and matches at `state` to normal equations.
 void add_priors(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
                 NormalEquations& sum);
+/// Of the matches only.
+void add_matches(const ParameterLayout& layout, const AdjustOptions& options, const RigState& state,
+                 NormalEquations& sum);
 
 }  // namespace rigcal

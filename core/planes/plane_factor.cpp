@@ -1,6 +1,7 @@
 #include "core/planes/plane_factor.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "core/geometry/symmetric_eigen.h"
 
@@ -97,6 +98,19 @@ void plane_derivatives(const PlaneFeature& feature, const RigState& state, Hessi
       o.eta2.tail<3>() += vu * u2;
       o.D.topLeftCorner<3, 3>() += u * s.transpose() + s * u.transpose() - 2.0 * u.dot(s) * Matrix3d::Identity();
     }
+  }
+}
+
+void for_each_offset(const PlaneFeature& feature, const RigState& state,
+                     const std::function<void(const PlaneObservation&, double, double)>& f) {
+  const std::vector<WorldCluster> clusters = world_clusters(feature, state);
+  const Total total = add_up(clusters);
+  const SymmetricEigen eigen = symmetric_eigen(total.scatter);
+  for (std::size_t a = 0; a < clusters.size(); ++a) {
+    const Vector3d m = eigen.vectors.transpose() * (clusters[a].mean - total.q);
+    const double leverage = clusters[a].N * (1.0 / total.N + m.y() * m.y() / std::max(eigen.values[1], 1e-12) +
+                                             m.z() * m.z() / std::max(eigen.values[2], 1e-12));
+    f(feature.observations[a], m.x(), std::max(0.0, 1.0 - leverage));
   }
 }
 

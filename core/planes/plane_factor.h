@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/voxel/plane_feature.h"
@@ -37,5 +38,11 @@ struct PlaneDerivatives {
 
 /// Cost and derivatives at `state`. `out` is reused, so a loop over features allocates once.
 void plane_derivatives(const PlaneFeature& feature, const RigState& state, HessianForm form, PlaneDerivatives& out);
+
+/// Calls f(observation, offset in m, freedom) for every observation: how far its mean stands off the plane of all, and
+/// the share of that offset which the plane could not take up (1 - leverage): offset^2 is expected to be freedom times
+/// the offset's variance.
+void for_each_offset(const PlaneFeature& feature, const RigState& state,
+                     const std::function<void(const PlaneObservation&, double, double)>& f);
 
 }  // namespace rigcal

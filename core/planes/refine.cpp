@@ -82,6 +82,27 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
   return summary;
 }
 
+double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m) {
+  // Squares over their freedom, and what noise alone gives: medians of both.
+  std::vector<double> squares;
+  std::vector<double> expected;
+  for (const PlaneFeature& feature : map.features) {
+    if (feature.merged) continue;
+    for_each_offset(feature, state, [&](const PlaneObservation& o, double e, double freedom) {
+      if (freedom < 0.1) return;
+      squares.push_back(e * e / freedom);
+      expected.push_back(o.offset_variance - floor_of_map_m * floor_of_map_m);
+    });
+  }
+  if (squares.size() < 30) return 0.0;
+  const auto middle = static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), squares.begin() + middle, squares.end());
+  std::nth_element(expected.begin(), expected.begin() + middle, expected.end());
+  // The median of a squared normal variable is 0.455 of its variance.
+  const auto at = static_cast<std::size_t>(middle);
+  return std::sqrt(std::max(0.0, squares[at] / 0.455 - expected[at]));
+}
+
 SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>& centers,
                const std::vector<double>& weights) {
   SE3 T_grid_G;

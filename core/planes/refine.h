@@ -45,6 +45,11 @@ struct RefineInput {
                                              const std::vector<RefinePass>& passes, const RunContext& context,
                                              RigState& state);
 
+/// What real surfaces are not, m (1 sigma): by how much the LiDARs' clusters stand off their common planes beyond what
+/// noise explains. From a map with loose gates, where nothing is selected for agreeing; a median, so that false
+/// partners do not count. 0 with fewer than 30 observations.
+[[nodiscard]] double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m);
+
 /// Frame for the grid made from the planes themselves, so that it does not depend on which LiDAR is the base: z along
 /// the strongest normal, x along the strongest across it, origin at the centroid. `normals` and `centers` in G,
 /// `weights` > 0.

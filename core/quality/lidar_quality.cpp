@@ -14,16 +14,6 @@ constexpr double chi2_95_3 = 7.815;
 
 double largest(const Matrix3d& C) { return Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2]; }
 
-// Squared offset of every observation from its plane over what is expected of it.
-template <class F>
-void for_each_offset(const PlaneFeature& feature, const RigState& state, const F& f) {
-  PlaneDerivatives derivatives;
-  plane_derivatives(feature, state, HessianForm::gauss_newton, derivatives);
-  for (const PlaneObservation& o : feature.observations) {
-    f(o, derivatives.normal.dot(state.T_G_sensor(o.stop, o.lidar) * o.mean - derivatives.centroid));
-  }
-}
-
 std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const ParameterLayout& layout) {
   std::vector<Matrix6d> out(static_cast<std::size_t>(layout.lidars()), Matrix6d::Zero());
   for (int i = 0; i < layout.lidars(); ++i) {
@@ -63,14 +53,17 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   double degrees = 0.0;
   for (const PlaneFeature& feature : solved.features) {
     if (feature.merged) continue;
-    for_each_offset(feature, solved.state,
-                    [&](const PlaneObservation& o, double e) { squares += e * e / o.offset_variance; });
-    // The plane itself takes three of its observations' freedoms.
-    degrees += std::max(0.0, static_cast<double>(feature.observations.size()) - 3.0);
+    for_each_offset(feature, solved.state, [&](const PlaneObservation& o, double e, double freedom) {
+      squares += e * e / o.offset_variance;
+      degrees += freedom;
+    });
   }
+  degrees -= static_cast<double>(n);
   out.chi2 = degrees > 0.0 ? squares / degrees : 0.0;
   const double factor = 2.0 * std::max(1.0, out.chi2);
-  out.data_only = blocks_of(factor * inverse_information(sum.H), solved.layout);
+  NormalEquations data = sum;
+  add_matches(solved.layout, solved.adjust, solved.state, data);
+  out.data_only = blocks_of(factor * inverse_information(data.H), solved.layout);
   add_priors(solved.layout, solved.adjust, solved.state, sum);
   const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
   out.observable = llt.info() == Eigen::Success;

@@ -27,7 +27,7 @@ struct LidarCovariances {
   bool observable = false;            ///< The normal equations could be inverted at all.
   double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
   std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero where it is fixed.
-  std::vector<Matrix6d> data_only;    ///< As if only the planes were known: where it is much larger, a prior decided.
+  std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster

@@ -15,8 +15,18 @@ struct Candidate {
   double score = 0.0;
 };
 
-std::vector<Candidate> candidates_around(const SE3& guess, const RegistrationOptions& o) {
-  std::vector<Candidate> out;
+bool distinct(const SE3& a, const SE3& b) {
+  return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
+}
+
+bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
+  return rotation_distance(a.R, b.R) < 1.1 * o.rotation_step_rad && (a.t - b.t).norm() < 0.3;
+}
+
+}  // namespace
+
+std::vector<SE3> search_grid(const SE3& guess, const RegistrationOptions& o) {
+  std::vector<SE3> out;
   const int n = static_cast<int>(std::lround(o.rotation_reach_rad / o.rotation_step_rad));
   std::vector<Vector3d> shifts{Vector3d::Zero()};
   if (o.translation_reach_m > 0.0) {
@@ -29,20 +39,10 @@ std::vector<Candidate> candidates_around(const SE3& guess, const RegistrationOpt
         const Vector3d phi = o.rotation_step_rad * Vector3d(a, b, c);
         // The corners of the cube lie farther out than the reach along an axis: a ball will do.
         if (phi.norm() > o.rotation_reach_rad * 1.2 + 1e-9) continue;
-        for (const Vector3d& shift : shifts) out.push_back({{guess.R * exp_so3(phi), guess.t + shift}, 0.0});
+        for (const Vector3d& shift : shifts) out.push_back({guess.R * exp_so3(phi), guess.t + shift});
       }
   return out;
 }
-
-bool distinct(const SE3& a, const SE3& b) {
-  return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
-}
-
-bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
-  return rotation_distance(a.R, b.R) < 1.1 * o.rotation_step_rad && (a.t - b.t).norm() < 0.3;
-}
-
-}  // namespace
 
 MovingSurfels thinned(const MovingSurfels& moving, std::size_t count) {
   if (moving.items.size() <= count) return moving;
@@ -105,8 +105,7 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
   const MovingSurfels many = thinned(moving, 3000);
   std::vector<Candidate> candidates;
   for (const SE3& guess : guesses) {
-    const auto more = candidates_around(guess, options);
-    candidates.insert(candidates.end(), more.begin(), more.end());
+    for (const SE3& X : search_grid(guess, options)) candidates.push_back({X, 0.0});
   }
   const double cosine = std::cos(to_rad(20.0));
   parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {

@@ -29,6 +29,9 @@ struct RegistrationOptions {
   int refined = 6;                   ///< The best so many are refined.
 };
 
+/// All poses of the search around a guess.
+[[nodiscard]] std::vector<SE3> search_grid(const SE3& guess, const RegistrationOptions& options);
+
 /// A pose X and how well it fits: the share of the surfels that lie within 6 cm of a surface facing the same way
 /// (within 14 degrees).
 struct RegistrationResult {

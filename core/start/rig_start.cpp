@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/start/multiview.h"
+#include "core/start/shape_start.h"
 #include "core/start/turning.h"
 
 namespace rigcal {
@@ -12,6 +13,12 @@ namespace {
 // Fewer surfels than this, or a smaller share of them matched, are no overlap.
 constexpr std::size_t min_surfels = 20;
 constexpr double min_score = 0.15;
+// A LiDAR with more surfels than this has seen planes of all directions; one with fewer may slide along the road. A rig
+// that stood or turned in several places needs fewer.
+constexpr std::size_t enough_surfels = 1500;
+constexpr std::size_t enough_surfels_of_many_stops = 400;
+constexpr int many_stops = 5;
+constexpr double min_shape_score = 0.3;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -75,7 +82,7 @@ void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& base
     if (p.stop == base_patches.front().stop) continue;
     layout.free_stop(p.stop);
     const auto j = static_cast<std::size_t>(p.stop);
-    options.priors.stop_priors[j] = PosePrior{start.state.T_G_base[j], to_rad(1.0), 0.1};
+    options.priors.stop_priors[j] = isotropic_prior(start.state.T_G_base[j], to_rad(1.0), 0.1);
   }
   align_surfels(base_patches, layout, options, start.state);
 }
@@ -105,6 +112,36 @@ std::vector<PatchSurfels> thinned_surfels(const std::vector<PatchSurfels>& patch
   return out;
 }
 
+std::size_t surfels_of(const std::vector<PatchSurfels>& patches, int lidar) {
+  std::size_t count = 0;
+  for (const PatchSurfels& p : patches) count += p.lidar == lidar ? p.surfels.size() : 0;
+  return count;
+}
+
+// LiDARs with few surfels by the shapes of all that they saw.
+void place_by_shapes(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
+  if (input.cells == nullptr) return;
+  const std::vector<PatchCells>& cells = *input.cells;
+  const std::size_t enough = input.stops >= many_stops ? enough_surfels_of_many_stops : enough_surfels;
+  std::optional<ShapeMap> map;
+  for (int i = 0; i < input.lidars; ++i) {
+    const auto si = static_cast<std::size_t>(i);
+    if (i == input.base || !input.guess_T_base_sensor[si] || surfels_of(patches, i) >= enough) continue;
+    if (!map) map.emplace(cells, input.base, start.state.T_G_base, start.stop_known);
+    std::vector<SE3> candidates = search_grid(*input.guess_T_base_sensor[si], RegistrationOptions{});
+    if (start.lidar_known[si]) candidates.push_back(start.matches[si].X);
+    const ShapeMatch match = map->place(cells, i, candidates);
+    // What slid far out of the searched region lies there by chance, and what fits elsewhere as well is no evidence.
+    const SE3 move = input.guess_T_base_sensor[si]->inverse() * match.X;
+    if (match.score < min_shape_score || move.t.norm() > 1.0 || log_so3(move.R).norm() > 0.6) continue;
+    if (start.lidar_known[si] && match.runner_up_score > 0.9 * match.score) continue;
+    start.lidar_known[si] = 1;
+    start.state.T_base_sensor[si] = match.X;
+    start.matches[si] = {match.X, match.score, match.runner_up_score, match.runner_up};
+    start.shape_matches[si] = match;
+  }
+}
+
 void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
   ParameterLayout layout(input.stops, input.lidars);
   std::vector<PatchSurfels> used;
@@ -128,13 +165,14 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
   options.priors.stop_priors.resize(static_cast<std::size_t>(input.stops));
   for (int j = 0; j < input.stops; ++j) {
     const auto sj = static_cast<std::size_t>(j);
-    options.priors.stop_priors[sj] = PosePrior{start.state.T_G_base[sj], to_rad(1.0), 0.1};
+    options.priors.stop_priors[sj] = isotropic_prior(start.state.T_G_base[sj], to_rad(1.0), 0.1);
   }
   for (int i = 0; i < input.lidars; ++i) {
     const auto si = static_cast<std::size_t>(i);
     if (i == input.base || !start.lidar_known[si]) continue;
     layout.free_lidar(i);
-    options.priors.lidar_priors[si] = PosePrior{start.state.T_base_sensor[si], to_rad(3.0), 0.3};
+    options.priors.lidar_priors[si] = isotropic_prior(start.state.T_base_sensor[si], to_rad(3.0), 0.3);
+    if (start.shape_matches[si]) options.priors.lidar_priors[si] = prior_of(*start.shape_matches[si]);
   }
   align_surfels(used, layout, options, start.state);
 }
@@ -147,6 +185,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   Start start;
   const auto lidars = static_cast<std::size_t>(input.lidars);
   start.matches.resize(lidars);
+  start.shape_matches.resize(lidars);
   start.lidar_known.assign(lidars, 0);
   start.state.T_base_sensor.assign(lidars, SE3{});
   start.lidar_known[static_cast<std::size_t>(input.base)] = 1;
@@ -182,6 +221,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
     start.state.T_base_sensor[si] = start.matches[si].X;
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
   }
+  place_by_shapes(input, patches, start);
   align_all(input, patches, start);
   return start;
 }

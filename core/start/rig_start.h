@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/run_context.h"
 #include "core/start/registration.h"
+#include "core/start/shape_match.h"
 #include "core/voxel/rig_state.h"
 
 namespace rigcal {
@@ -20,6 +21,8 @@ struct StartInput {
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro, one for each stop (the first: unused).
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty or one for each stop.
   Vector3d axis = Vector3d::UnitZ();                     ///< Of the table in the base frame, for a search without gyro.
+  /// What the surfels were made of; null: LiDARs with few surfels have only those.
+  const std::vector<PatchCells>* cells = nullptr;
 };
 
 /// A start good to a centimetre or two, and what was not found.
@@ -29,11 +32,14 @@ struct Start {
   std::vector<char> stop_known;     ///< The base LiDAR (or the trajectory) places the rig at this stop.
   std::vector<char> lidar_known;
   std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
+  /// How the shapes of all that it saw place a LiDAR; only where its surfels are too few to be trusted alone.
+  std::vector<std::optional<ShapeMatch>> shape_matches;
 };
 
 /// Rough poses and extrinsics (architecture 3.4, with rough extrinsics given). Poses: from the trajectory, else from
 /// the gyro's rotations and a foot point found from the scene, else by a search about the axis; then each LiDAR is laid
-/// on the base's map around its guess; then all surfels on each other.
+/// on the base's map around its guess, by surfels or, where they are few, by the shapes of all its cells; then all
+/// surfels on each other.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 

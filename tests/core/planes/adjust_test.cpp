@@ -75,7 +75,7 @@ TEST(Adjust, LeavesFixedBlocksUntouchedAndStaysNearThePriorWhereNothingIsSeen) {
   state = disturbed(state, random, 0.01, 0.01);
   const SE3 unseen = state.T_G_base[3];
   AdjustOptions options;
-  options.stop_priors.assign(4, PosePrior{unseen, 0.03, 0.05});
+  options.stop_priors.assign(4, isotropic_prior(unseen, 0.03, 0.05));
   options.stop_priors[1].reset();
   options.stop_priors[2].reset();
   options.max_iterations = 30;

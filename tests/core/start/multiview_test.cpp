@@ -50,7 +50,7 @@ TEST(AlignSurfels, HoldsAStopWithoutSurfelsAtItsPrior) {
   const SE3 unseen = state.T_G_base[3];
   MultiviewOptions options;
   options.priors.stop_priors.resize(stops);
-  options.priors.stop_priors[3] = PosePrior{unseen, to_rad(1.0), 0.1};
+  options.priors.stop_priors[3] = isotropic_prior(unseen, to_rad(1.0), 0.1);
   align_surfels(room.patches, room.layout, options, state);
   EXPECT_THAT(state.T_G_base[3], SE3Near(unseen, 1e-6, 1e-4));
   EXPECT_THAT(state.T_G_base[4], SE3Near(room.truth.T_G_base[4], 0.3, 10.0));
