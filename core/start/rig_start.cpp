@@ -5,6 +5,7 @@
 
 #include "core/start/multiview.h"
 #include "core/start/shape_start.h"
+#include "core/start/step_search.h"
 #include "core/start/turning.h"
 
 namespace rigcal {
@@ -49,6 +50,7 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
         break;
       }
     }
+    start.stop_known.assign(stops, 0);
     for (std::size_t j = 0; j < stops; ++j) {
       if (!input.trajectory[j]) continue;
       start.state.T_G_base[j] = T_first.inverse() * *input.trajectory[j];
@@ -61,11 +63,9 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     start.state.T_G_base = poses_from_rotations(base_patches, R);
   } else if (stops > 1) {
     std::vector<double> scores;
-    const std::vector<SE3> searched = poses_from_search(base_patches, input.stops, input.axis, scores);
     // The search is sure of the rotations only: a poor view slides by metres. That the rig turned about a point holds
     // it.
-    std::vector<Matrix3d> R;
-    for (const SE3& T : searched) R.push_back(T.R);
+    const std::vector<Matrix3d> R = rotations_from_search(base_patches, input.stops, input.axis, scores);
     start.state.T_G_base = poses_from_rotations(base_patches, R);
     for (std::size_t j = 0; j < stops; ++j) {
       if (scores[j] < min_score) start.stop_known[j] = 0;
@@ -192,9 +192,11 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   for (std::size_t i = 0; i < lidars; ++i) {
     if (input.guess_T_base_sensor[i]) start.state.T_base_sensor[i] = *input.guess_T_base_sensor[i];
   }
-  const std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
+  std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
   context.reporter.progress("start: poses", -1.0);
   place_stops(input, base_patches, start);
+  std::erase_if(base_patches,
+                [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
   if (base_patches.size() > 1) refine_stops(input, base_patches, start);
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
 

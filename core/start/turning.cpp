@@ -4,14 +4,10 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/start/surfel_index.h"
+
 namespace rigcal {
 namespace {
-
-MovingSurfels as_moving(const PatchSurfels& patch) {
-  MovingSurfels moving{{SE3{}}, {}};
-  for (const Surfel& s : patch.surfels) moving.items.push_back({0, s.mean, s.normal});
-  return moving;
-}
 
 // One Gauss-Newton step for the foot f over all pairs of surfels of stops at most `max_steps` apart.
 Vector3d foot_step(const std::vector<PatchSurfels>& patches, const std::vector<Matrix3d>& R, const Vector3d& f,
@@ -64,42 +60,6 @@ std::vector<SE3> poses_from_rotations(const std::vector<PatchSurfels>& base_patc
   }
   std::vector<SE3> poses;
   for (const Matrix3d& R : R_G_base) poses.push_back({R, f - R * f});
-  return poses;
-}
-
-std::vector<SE3> poses_from_search(const std::vector<PatchSurfels>& base_patches, int stops, const Vector3d& axis,
-                                   std::vector<double>& scores) {
-  std::vector<SE3> poses(static_cast<std::size_t>(stops));
-  scores.assign(static_cast<std::size_t>(stops), 1.0);
-  std::vector<PlacedSurfel> map;
-  RegistrationOptions options;
-  options.rotation_reach_rad = 0.0;
-  options.translation_reach_m = 0.3;
-  options.refined = 8;
-  SE3 before;
-  std::size_t next = 0;
-  for (int j = 0; j < stops; ++j) {
-    const auto sj = static_cast<std::size_t>(j);
-    poses[sj] = before;
-    if (next >= base_patches.size() || base_patches[next].stop != j) continue;
-    const PatchSurfels& patch = base_patches[next++];
-    if (!map.empty()) {
-      std::vector<SE3> guesses;
-      // A larger step would leave nothing in common with the view before: LiDARs of a rig see 40 to 80 degrees.
-      for (int deg = -60; deg <= 60; deg += 3) {
-        guesses.push_back({before.R * exp_so3(to_rad(deg) * axis), before.t});
-      }
-      const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
-      const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
-      const RegistrationResult result = register_surfels(coarse, fine, as_moving(patch), guesses, options);
-      poses[sj] = result.X;
-      scores[sj] = result.score;
-    }
-    before = poses[sj];
-    for (const Surfel& s : patch.surfels) {
-      map.push_back({poses[sj] * s.mean, poses[sj].R * s.normal, j});
-    }
-  }
   return poses;
 }
 

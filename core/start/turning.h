@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/start/registration.h"
+#include "core/start/surfels.h"
 
 namespace rigcal {
 
@@ -11,11 +11,5 @@ namespace rigcal {
 /// the base LiDAR's own surfels.
 [[nodiscard]] std::vector<SE3> poses_from_rotations(const std::vector<PatchSurfels>& base_patches,
                                                     const std::vector<Matrix3d>& R_G_base);
-
-/// Poses one stop after the other where no gyro was there: each patch is turned about `axis` through the full circle
-/// and laid on the stops before it. `base_patches` in the order of stops, one for each; a stop without a patch repeats
-/// the pose before it. Scores of the matches go to `scores`.
-[[nodiscard]] std::vector<SE3> poses_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
-                                                 const Vector3d& axis, std::vector<double>& scores);
 
 }  // namespace rigcal

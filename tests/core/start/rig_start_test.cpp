@@ -77,6 +77,11 @@ TEST_P(FindStartIn, IsRightToThreeCentimetresWithAGyro) {
   expect_all_found(run, found(run));
 }
 
+TEST_P(FindStartIn, IsRightToThreeCentimetresWithoutAGyro) {
+  const Courtyard run(GetParam());
+  expect_all_found(run, found(run));
+}
+
 INSTANTIATE_TEST_SUITE_P(Courtyards, FindStartIn, ::testing::Values(1, 2));
 
 TEST(FindStart, TakesARoughTrajectoryInsteadOfAGyro) {
@@ -90,6 +95,19 @@ TEST(FindStart, TakesARoughTrajectoryInsteadOfAGyro) {
   ASSERT_EQ(20U, start.given_T_G_base.size());
   EXPECT_THAT(start.given_T_G_base[0], SE3Near(SE3{}, 1e-9, 1e-9));
   expect_all_found(run, start);
+}
+
+TEST(FindStart, LeavesOutStopsThatARoughTrajectoryDoesNotKnow) {
+  Courtyard run(8, 8);
+  for (const SE3& T : run.truth.T_G_base) run.input.trajectory.emplace_back(T);
+  run.input.trajectory[3].reset();
+  const Start start = found(run);
+  EXPECT_FALSE(start.stop_known[3]);
+  EXPECT_THAT(start.state.T_G_base[3], SE3Near(SE3{}, 0.0, 0.0));
+  // Its patches, which stand nowhere, spoil nothing.
+  EXPECT_TRUE(start.stop_known[4]);
+  EXPECT_THAT(start.state.T_G_base[4], SE3Near(run.truth.T_G_base[4], 0.3, 30.0));
+  EXPECT_THAT(start.state.T_base_sensor[1], SE3Near(run.truth.T_base_sensor[1], 0.3, 30.0));
 }
 
 TEST(FindStart, LeavesOutALidarWithoutAGuessAndOneThatSawNothing) {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "core/start/registration.h"
+
+namespace rigcal {
+
+/// How the rig is turned at each stop (R_G_base, the first is the identity) where no gyro was there. Each patch is
+/// turned about `axis` (unit, base frame) through the full circle and laid on the one before it; most steps of a table
+/// are alike, so that what most of them agree on decides where one alone is ambiguous. `base_patches` in the order of
+/// stops, at most one for each; a stop without a patch repeats the rotation before it. `scores`: of the match that was
+/// chosen (0: none, the common step stands in; 1 for the first patch and for stops without one).
+[[nodiscard]] std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
+                                                          const Vector3d& axis, std::vector<double>& scores);
+
+}  // namespace rigcal

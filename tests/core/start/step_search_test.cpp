@@ -1,0 +1,113 @@
+#include "core/start/step_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "tests/support/make_cells.h"
+#include "tests/support/make_planes.h"
+
+namespace rigcal {
+namespace {
+
+// What the base LiDAR of a rig saw of a room from a table that was turned by these steps.
+struct TurningRun {
+  std::vector<Matrix3d> R_G_base{Matrix3d::Identity()};
+  std::vector<PatchSurfels> base_patches;
+
+  TurningRun(const std::vector<double>& steps_deg, std::uint64_t seed) {
+    const Vector3d foot(0.28, -0.12, 0.0);
+    for (const double deg : steps_deg) R_G_base.push_back(R_G_base.back() * exp_so3(to_rad(deg) * Vector3d::UnitZ()));
+    RigState truth;
+    truth.T_base_sensor = {SE3{}};
+    for (const Matrix3d& R : R_G_base) truth.T_G_base.push_back({R, foot - R * foot});
+    Random random(seed);
+    base_patches = extract_surfels(
+        make_patches(make_room(), truth, View{150.0, to_rad(50.0), {0.02, 0.0, 0.0005}}, random), SurfelOptions{});
+  }
+  [[nodiscard]] int stops() const { return static_cast<int>(R_G_base.size()); }
+};
+
+// A full turn in twelve steps, each a degree or so off.
+std::vector<double> turn_by_hand(std::uint64_t seed) {
+  Random random(seed);
+  std::vector<double> steps;
+  for (int i = 0; i < 11; ++i) steps.push_back(30.0 + 1.2 * random.normal());
+  return steps;
+}
+
+TEST(RotationsFromSearch, FollowATableTurnedByHandThroughAFullTurn) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const TurningRun run(turn_by_hand(seed), seed);
+    std::vector<double> scores;
+    // The axis is known to a degree and a half.
+    const Vector3d axis = exp_so3(Vector3d(0.02, -0.015, 0.0)) * Vector3d::UnitZ();
+    const std::vector<Matrix3d> R = rotations_from_search(run.base_patches, run.stops(), axis, scores);
+    ASSERT_EQ(run.R_G_base.size(), R.size());
+    ASSERT_EQ(run.R_G_base.size(), scores.size());
+    EXPECT_EQ(Matrix3d::Identity(), R[0]);
+    EXPECT_EQ(1.0, scores[0]);
+    for (std::size_t j = 1; j < R.size(); ++j) {
+      // Each step adds some tenths of a degree; the alignment that follows takes two degrees.
+      EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "seed " << seed << " stop " << j;
+      EXPECT_GE(scores[j], 0.0);
+      EXPECT_LE(scores[j], 1.0);
+    }
+  }
+}
+
+TEST(RotationsFromSearch, TurnTheOtherWayToo) {
+  std::vector<double> steps = turn_by_hand(3);
+  for (double& s : steps) s = -s;
+  const TurningRun run(steps, 3);
+  std::vector<double> scores;
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  for (std::size_t j = 1; j < R.size(); ++j) EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0);
+}
+
+TEST(RotationsFromSearch, TakeStepsAsTheyAreWhereTheyAreNotAlike) {
+  const TurningRun run({12.0, 41.0, 25.0, 33.0, -19.0}, 4);
+  std::vector<double> scores;
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  for (std::size_t j = 1; j < R.size(); ++j)
+    EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "stop " << j;
+}
+
+TEST(RotationsFromSearch, PutTheCommonStepWhereAViewTellsNothingAndSaySo) {
+  TurningRun run(turn_by_hand(5), 5);
+  run.base_patches[4].surfels.clear();
+  std::vector<double> scores;
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  // Two steps by the marks, each off by what the hand was; then on from there.
+  for (std::size_t j = 1; j < R.size(); ++j)
+    EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 8.0) << "stop " << j;
+  EXPECT_EQ(0.0, scores[4]);
+  EXPECT_EQ(0.0, scores[5]);
+}
+
+TEST(RotationsFromSearch, RepeatTheRotationBeforeAStopWithoutAPatch) {
+  TurningRun run(turn_by_hand(6), 6);
+  run.base_patches.erase(run.base_patches.begin() + 3);
+  std::vector<double> scores;
+  const auto R = rotations_from_search(run.base_patches, run.stops() + 1, Vector3d::UnitZ(), scores);
+  EXPECT_EQ(R[2], R[3]);
+  EXPECT_EQ(R[11], R[12]);
+  EXPECT_EQ(1.0, scores[3]);
+  // Over the gap it looks for twice the common step.
+  EXPECT_LT(to_deg(rotation_distance(run.R_G_base[4], R[4])), 4.0);
+  EXPECT_EQ(3U, rotations_from_search({}, 3, Vector3d::UnitZ(), scores).size());
+}
+
+TEST(RotationsFromSearch, AreTheSameToTheBitForOneAndTwoThreads) {
+  const TurningRun run({30.0, 29.0, 31.0}, 7);
+  std::vector<double> scores;
+  set_thread_count(1);
+  const auto one = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  set_thread_count(2);
+  const auto two = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  for (std::size_t j = 0; j < one.size(); ++j) EXPECT_EQ(one[j], two[j]);
+}
+
+}  // namespace
+}  // namespace rigcal
