@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/motion_options.h"
 #include "apps/tolerance.h"
 #include "core/base/version.h"
 #include "core/rig/rig.h"
@@ -20,8 +21,7 @@ struct SimulateOptions {
   std::string out;
   bool patches = false;
   std::uint64_t seed = 1;
-  int stops = 20;
-  double dwell_s = 2.0;
+  sim::TurntableOptions motion;
   int points = 200000;
   std::string mount_error = "200mm,10deg";
   double packet_loss = 0.0;
@@ -29,23 +29,20 @@ struct SimulateOptions {
 
 Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
                                        CommandContext& context) {
-  sim::TurntableOptions turntable;
-  turntable.stops = options.stops;
-  turntable.dwell_s = options.dwell_s;
   const Expected<Tolerance> off = parse_tolerance(options.mount_error);
   if (!off) return off.error();
   const sim::MountError mount_error{off->translation_m, to_deg(off->rotation_rad)};
   if (options.patches) {
     sim::LightRigOptions light;
     light.seed = options.seed;
-    light.turntable = turntable;
+    light.turntable = options.motion;
     light.mount_error = mount_error;
     light.shots_per_patch = options.points;
     return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
   }
   sim::RunOptions run;
   run.seed = options.seed;
-  run.turntable = turntable;
+  run.turntable = options.motion;
   run.mount_error = mount_error;
   run.path.loss_probability = options.packet_loss;
   return sim::simulate_session(scene, rig, run, options.out, context.run_context());
@@ -103,12 +100,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--out", options->out, "Session to make; must not exist")->required()->option_text("SESSION");
   CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
   command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")->option_text("N");
-  command->add_option("--stops", options->stops, "Stops in a full turn (default 20)")
-      ->check(CLI::Range(1, 1000))
-      ->option_text("N");
-  command->add_option("--dwell", options->dwell_s, "Seconds of each stop (default 2)")
-      ->check(CLI::Range(0.1, 600.0))
-      ->option_text("S");
+  add_motion_options(*command, options->motion);
   command
       ->add_option("--points", options->points,
                    "Shots of each patch (default 200000), at most what the sensor fires in a stop")

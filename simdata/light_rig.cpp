@@ -21,9 +21,10 @@ void render_patch(const RayCaster& caster, const std::vector<Material>& material
   const double rate = lidar.scanner.shots_per_s();
   const auto first = static_cast<std::int64_t>(std::ceil(simulated.motion.stop_start_s(k) * rate));
   // The still time before and after the run adds nothing, so that all stops have the same share.
-  const auto fired = static_cast<std::int64_t>(std::floor(options.turntable.dwell_s * rate));
+  const auto fired = static_cast<std::int64_t>(std::floor(simulated.motion.dwell_s(k) * rate));
   const std::int64_t shots = std::min<std::int64_t>(options.shots_per_patch, fired);
-  const SE3 T_scene_sensor = simulated.motion.T_scene_base_at_stop(k) * lidar.T_base_sensor;
+  const bool moves = simulated.motion.moves_at_rest();
+  SE3 T_scene_sensor = simulated.motion.T_scene_base_at_stop(k) * lidar.T_base_sensor;
   const ShotMeter meter(caster, materials, options.with_noise ? lidar.noise : LidarNoise::none());
   Random random(options.seed,
                 patch_stream + static_cast<std::uint64_t>(k) * 64U + static_cast<std::uint64_t>(lidar.sensor));
@@ -35,6 +36,8 @@ void render_patch(const RayCaster& caster, const std::vector<Material>& material
                          static_cast<double>(fired) / static_cast<double>(shots);
     const std::int64_t shot = first + static_cast<std::int64_t>(place);
     if (i % shots_per_look == 0) people = caster.people_at(static_cast<double>(shot) / rate);
+    if (moves)
+      T_scene_sensor = simulated.motion.T_scene_base_unswung(static_cast<double>(shot) / rate) * lidar.T_base_sensor;
     const Shot measured = meter.measure(T_scene_sensor, lidar.scanner.direction(shot), people, random);
     if (measured.first.range > 0.0) patch.points.push_back(to_point(measured.direction, measured.first));
   }
@@ -53,8 +56,13 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
   light.axis = simulated->motion.axis_in_base();
   light.axis_point = simulated->motion.axis_point_in_base();
   Random gyro(options.seed, gyro_stream);
+  SE3 T_G_scene;
   for (int k = 0; k < simulated->motion.stop_count(); ++k) {
-    light.T_G_base.push_back(simulated->motion.T_G_base_at_stop(k));
+    // In the middle of the time that is rendered: a rig that creeps is there on average.
+    const double middle_s = simulated->motion.stop_start_s(k) + 0.5 * simulated->motion.dwell_s(k);
+    const SE3 T_scene_base = simulated->motion.T_scene_base_settled(middle_s);
+    if (k == 0) T_G_scene = T_scene_base.inverse();
+    light.T_G_base.push_back(T_G_scene * T_scene_base);
     for (const SimulatedLidar& lidar : simulated->lidars) light.patches.push_back({lidar.sensor, k, {}});
     if (k == 0) continue;
     const Vector3d error = random_normal3(gyro);

@@ -32,8 +32,8 @@ struct LightRig {
   std::vector<Vector3d> step_rotations;
 };
 
-/// Renders the patches; every LiDAR stands still in the pose its stop settles to, people walk. The same bits for any
-/// number of threads.
+/// Renders the patches; every LiDAR stands still in the pose its stop settles to, but for creep, vibration and bumps
+/// where the motion has them; people walk. The same bits for any number of threads.
 [[nodiscard]] Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& options,
                                                 const Rig& rig = nominal_rig());
 

@@ -74,12 +74,17 @@ RunTruth truth_of(const SimulatedRig& simulated, std::vector<SimDevice> devices,
   truth.T_base_sensor = simulated.T_base_sensor;
   truth.axis = simulated.motion.axis_in_base();
   truth.axis_point = simulated.motion.axis_point_in_base();
-  for (int k = 0; k < simulated.motion.stop_count(); ++k) {
-    truth.stops.push_back({k, truth.sampling_ns + std::llround(simulated.motion.stop_start_s(k) * 1e9),
-                           truth.sampling_ns + std::llround(simulated.motion.stop_end_s(k) * 1e9)});
-    truth.T_G_base.push_back(simulated.motion.T_G_base_at_stop(k));
+  const std::vector<Rest> rests = simulated.motion.rests();
+  const auto settled = [&](const Rest& rest) {
+    return simulated.motion.T_scene_base_settled(0.5 * (rest.start_s + rest.end_s));
+  };
+  const SE3 T_G_scene = settled(rests.front()).inverse();
+  for (const Rest& rest : rests) {
+    truth.stops.push_back({static_cast<int>(truth.stops.size()), truth.sampling_ns + std::llround(rest.start_s * 1e9),
+                           truth.sampling_ns + std::llround(rest.end_s * 1e9)});
+    truth.T_G_base.push_back(T_G_scene * settled(rest));
   }
-  truth.end_ns = truth.stops.back().end_ns;
+  truth.end_ns = truth.sampling_ns + std::llround(simulated.motion.duration_s() * 1e9);
   for (const SimDevice& device : devices)
     truth.imu_errors.push_back(device.has_imu ? draw_imu_errors(options.seed, device.sensor) : ImuErrors{});
   truth.packets.assign(devices.size(), 0);

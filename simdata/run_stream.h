@@ -24,12 +24,12 @@ struct RunOptions {
 
 /// What is true about a simulated run.
 struct RunTruth {
-  std::int64_t start_ns = 0;       ///< Session time of the first datagram,
-  std::int64_t sampling_ns = 0;    ///< of true time 0, when sampling began,
-  std::int64_t end_ns = 0;         ///< and of the end.
-  std::vector<SE3> T_base_sensor;  ///< By sensor of the rig.
-  std::vector<Stop> stops;
-  std::vector<SE3> T_G_base;               ///< By stop.
+  std::int64_t start_ns = 0;               ///< Session time of the first datagram,
+  std::int64_t sampling_ns = 0;            ///< of true time 0, when sampling began,
+  std::int64_t end_ns = 0;                 ///< and of the end.
+  std::vector<SE3> T_base_sensor;          ///< By sensor of the rig.
+  std::vector<Stop> stops;                 ///< A stop in which the rig was bumped is two.
+  std::vector<SE3> T_G_base;               ///< By stop: without swing and vibration, in its middle.
   Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
   Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
   std::vector<SimDevice> devices;

@@ -24,13 +24,20 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
   T_axis_base_.R = exp_so3(to_rad(options.base_tilt_deg) * random_level_direction(random));
   const double offset = random.uniform(options.base_offset_min, options.base_offset_max);
   T_axis_base_.t = offset * random_level_direction(random);
+  // What only some runs have is drawn apart, so that it changes nothing else of the run.
+  Random dwells = options.dwell_range_s ? Random(random.next_u64()) : Random(0);
   double time = 0.0;
   double angle = 0.0;
   for (int k = 0; k < options.stops; ++k) {
     StopPose stop;
     stop.start_s = time;
     stop.angle = angle;
-    const double dwell = options.dwell_s + (k == 0 ? options.initial_still_s : 0.0) +
+    stop.dwell_s = options.dwell_s;
+    if (options.dwell_range_s) {
+      const auto [shortest, longest] = *options.dwell_range_s;
+      stop.dwell_s = shortest * std::pow(longest / shortest, dwells.uniform());
+    }
+    const double dwell = stop.dwell_s + (k == 0 ? options.initial_still_s : 0.0) +
                          (k + 1 == options.stops ? options.final_still_s : 0.0);
     stop.end_s = time + dwell;
     stop.jitter << to_rad(options.stop_jitter_deg) * random_normal3(random),
@@ -39,15 +46,20 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
     const double size = options.swing_rad * random.uniform(0.5, 1.5);
     if (k > 0) stop.swing = size * (level + 0.5 * random.uniform(-1.0, 1.0) * Vector3d::UnitZ());
     stops_.push_back(stop);
-    time = stop.end_s + options.turn_s;
+    time = stop.end_s + options.turn_s + (options.overshoot_rad != 0.0 ? options.overshoot_return_s : 0.0);
     angle += 2.0 * pi / options.stops + to_rad(options.step_sigma_deg) * random.normal();
+  }
+  for (std::size_t i = 0; i < options.bumps.size(); ++i) bump_axes_.push_back(random_direction(random));
+  if (options.vibration.amplitude_rad != 0.0) {
+    vibration_axis_ = random_direction(random);
+    vibration_phase_ = random.uniform(0.0, 2.0 * pi);
   }
 }
 
 // The swing bends the whole carriage about the axis at the table's height; the jitter is the base's own.
-SE3 TurntableMotion::compose(double angle, const Vector6d& jitter, const Vector3d& swing) const {
+SE3 TurntableMotion::compose(double angle, const Vector6d& jitter, const Vector3d& bend_vector) const {
   const SE3 turn{exp_so3(angle * Vector3d::UnitZ()), Vector3d::Zero()};
-  const SE3 bend{exp_so3(swing), Vector3d::Zero()};
+  const SE3 bend{exp_so3(bend_vector), Vector3d::Zero()};
   const SE3 off{exp_so3(jitter.head<3>()), jitter.tail<3>()};
   return T_scene_axis_ * turn * bend * T_axis_base_ * off;
 }
@@ -66,19 +78,63 @@ Vector3d TurntableMotion::swing_at(double time_s) const {
   return swing;
 }
 
-SE3 TurntableMotion::T_scene_base(double time_s) const {
+Vector3d TurntableMotion::bump_at(double time_s) const {
+  Vector3d lean = Vector3d::Zero();
+  for (std::size_t i = 0; i < options_.bumps.size(); ++i) {
+    const Bump& bump = options_.bumps[i];
+    if (bump.stop < 0 || bump.stop >= stop_count()) continue;
+    const double begin = stop_start_s(bump.stop) + bump.time_s;
+    const double there =
+        s_curve((time_s - begin) / bump_s) - s_curve((time_s - stop_end_s(bump.stop)) / options_.turn_s);
+    lean += std::max(0.0, there) * bump.angle_rad * bump_axes_[i];
+  }
+  return lean;
+}
+
+Vector3d TurntableMotion::vibration_at(double time_s) const {
+  const double phase = 2.0 * pi * options_.vibration.frequency_hz * time_s + vibration_phase_;
+  return options_.vibration.amplitude_rad * std::sin(phase) * vibration_axis_;
+}
+
+SE3 TurntableMotion::pose_at(double time_s, const Vector3d& bend) const {
   const auto after = std::upper_bound(stops_.begin(), stops_.end(), time_s,
                                       [](double time, const StopPose& stop) { return time < stop.start_s; });
   const StopPose& stop = after == stops_.begin() ? stops_.front() : *(after - 1);
-  const Vector3d swing = swing_at(time_s);
-  if (time_s <= stop.end_s || after == stops_.end()) return compose(stop.angle, stop.jitter, swing);
-  const double s = s_curve((time_s - stop.end_s) / options_.turn_s);
-  return compose(stop.angle + s * (after->angle - stop.angle), stop.jitter + s * (after->jitter - stop.jitter), swing);
+  const double crept = options_.creep_rad_per_s * time_s;
+  if (time_s <= stop.end_s || after == stops_.end()) return compose(stop.angle + crept, stop.jitter, bend);
+  const double since = time_s - stop.end_s;
+  const double s = s_curve(since / options_.turn_s);
+  const double back =
+      options_.overshoot_rad != 0.0 ? s_curve((since - options_.turn_s) / options_.overshoot_return_s) : 0.0;
+  const double angle = stop.angle + s * (after->angle - stop.angle) + (s - back) * options_.overshoot_rad;
+  return compose(angle + crept, stop.jitter + s * (after->jitter - stop.jitter), bend);
+}
+
+SE3 TurntableMotion::T_scene_base(double time_s) const {
+  Vector3d bend = swing_at(time_s);
+  if (moves_at_rest()) bend += bump_at(time_s) + vibration_at(time_s);
+  return pose_at(time_s, bend);
 }
 
 SE3 TurntableMotion::T_scene_base_at_stop(int k) const {
-  const StopPose& stop = stops_[static_cast<std::size_t>(k)];
-  return compose(stop.angle, stop.jitter, Vector3d::Zero());
+  return T_scene_base_settled(0.5 * (stop_start_s(k) + stop_end_s(k)));
+}
+
+std::vector<Rest> TurntableMotion::rests() const {
+  std::vector<Bump> bumps = options_.bumps;
+  std::stable_sort(bumps.begin(), bumps.end(), [](const Bump& a, const Bump& b) { return a.time_s < b.time_s; });
+  std::vector<Rest> rests;
+  for (int k = 0; k < stop_count(); ++k) {
+    double start = stop_start_s(k);
+    for (const Bump& bump : bumps) {
+      const double at = stop_start_s(k) + bump.time_s;
+      if (bump.stop != k || at >= stop_end_s(k)) continue;
+      if (at > start) rests.push_back({k, start, at});
+      start = std::max(start, std::min(at + bump_s, stop_end_s(k)));
+    }
+    if (start < stop_end_s(k)) rests.push_back({k, start, stop_end_s(k)});
+  }
+  return rests;
 }
 
 SE3 TurntableMotion::T_G_base_at_stop(int k) const { return T_scene_G().inverse() * T_scene_base_at_stop(k); }

@@ -59,6 +59,21 @@ TEST_F(Simulate, MakesASessionOfPatches) {
   EXPECT_FALSE(session->patches.empty());
 }
 
+TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
+  const ProgramRun run = simulate("room " + rig() + out("s") +
+                                  " --stops 2 --patches --points 300 --dwell-range 1,3 --creep 0.01"
+                                  " --vibration 0.01,25 --overshoot 0.5 --bump 0,0.5,0.1 --bump 1,0.3,0.2");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto refused = [&](const std::string& option) {
+    return simulate("room " + rig() + out("r") + " --patches " + option);
+  };
+  EXPECT_THAT(refused("--bump 1,2").err, HasSubstr("STOP,SECONDS,DEG"));
+  EXPECT_EQ(refused("--bump 1,2").code, 2);
+  EXPECT_EQ(refused("--vibration 0.1,0").code, 2);
+  EXPECT_EQ(refused("--dwell-range 1,2,3").code, 2);
+  EXPECT_EQ(refused("--creep fast").code, 2);
+}
+
 TEST_F(Simulate, SaysWhatIsWrongAndLeavesNothingBehind) {
   const ProgramRun scene = simulate("moon " + rig() + out("s"));
   EXPECT_EQ(scene.code, 3);

@@ -91,6 +91,128 @@ TEST(TurntableMotion, HasAnAccelerometerThatFeelsGravityAtRestAndTheSwingAfterAT
   EXPECT_LT(strongest, 0.1);
 }
 
+TEST(TurntableMotion, KeepsEverythingElseOfARunWhenItIsTroubled) {
+  TurntableOptions troubled;
+  troubled.vibration.amplitude_rad = 1e-4;
+  troubled.bumps = {{2, 0.7, 1e-3}};
+  const TurntableMotion motion = motion_of(7, troubled);
+  const TurntableMotion quiet = motion_of(7);
+  for (const int k : {0, 5, 19}) {
+    EXPECT_EQ(quiet.T_scene_base_at_stop(k).R, motion.T_scene_base_at_stop(k).R);
+    EXPECT_EQ(quiet.T_scene_base_at_stop(k).t, motion.T_scene_base_at_stop(k).t);
+  }
+}
+
+TEST(TurntableMotion, CreepsOnAtTheRateAskedFor) {
+  TurntableOptions options;
+  options.creep_rad_per_s = 2e-4;
+  const TurntableMotion motion = motion_of(8, options);
+  const double end = motion.stop_end_s(6);
+  const Matrix3d early = motion.T_scene_base_settled(end - 1.5).R;
+  const Vector3d crept = log_so3(early.transpose() * motion.T_scene_base_settled(end).R);
+  EXPECT_NEAR(3e-4, crept.dot(motion.axis_in_base()), 1e-9);
+  EXPECT_NEAR(3e-4, crept.norm(), 1e-7);  // the jitter tilts the base by 0.01 degrees
+  const SE3 middle = motion.T_scene_base_settled(0.5 * (motion.stop_start_s(6) + end));
+  EXPECT_EQ(middle.R, motion.T_scene_base_at_stop(6).R);
+  EXPECT_TRUE(motion.moves_at_rest());
+  EXPECT_FALSE(motion_of(8).moves_at_rest());
+}
+
+TEST(TurntableMotion, TremblesWithTheAmplitudeAndFrequencyAskedFor) {
+  TurntableOptions options;
+  options.swing_rad = 0.0;
+  options.vibration = {3e-4, 20.0};
+  const TurntableMotion motion = motion_of(9, options);
+  const Matrix3d settled = motion.T_scene_base_at_stop(4).R;
+  double widest = 0.0;
+  int zero_crossings = 0;
+  Vector3d first = Vector3d::Zero();
+  double last = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    const double time = motion.stop_start_s(4) + 0.5 + 1e-4 * i;
+    const Vector3d off = log_so3(settled.transpose() * motion.T_scene_base(time).R);
+    widest = std::max(widest, off.norm());
+    if (first.norm() < 1e-5) first = off;
+    const double along = off.dot(first);
+    if (along * last < 0.0) ++zero_crossings;
+    if (along != 0.0) last = along;
+  }
+  EXPECT_NEAR(3e-4, widest, 1e-6);
+  EXPECT_NEAR(40, zero_crossings, 1);
+}
+
+TEST(TurntableMotion, OvershootsAndReturnsBeforeTheStopStarts) {
+  TurntableOptions options;
+  options.overshoot_rad = 0.02;
+  const TurntableMotion motion = motion_of(10, options);
+  const double gap = motion.stop_start_s(3) - motion.stop_end_s(2);
+  EXPECT_NEAR(options.turn_s + options.overshoot_return_s, gap, 1e-12);
+  const Matrix3d from = motion.T_scene_base_at_stop(2).R;
+  const auto turned = [&](double time) {
+    return log_so3(from.transpose() * motion.T_scene_base_settled(time).R).dot(motion.axis_in_base());
+  };
+  const double arrived = turned(motion.stop_start_s(3));
+  EXPECT_NEAR(0.02, turned(motion.stop_end_s(2) + options.turn_s) - arrived, 1e-5);
+  EXPECT_NEAR(0.0, turned(motion.stop_end_s(3)) - arrived, 1e-9);
+}
+
+TEST(TurntableMotion, LeansOverWhenItIsBumpedUntilItTurnsOn) {
+  TurntableOptions options;
+  options.bumps = {{2, 0.9, 4e-3}};
+  const TurntableMotion motion = motion_of(11, options);
+  const double at = motion.stop_start_s(2) + 0.9;
+  const Matrix3d before = motion.T_scene_base_settled(at - 0.01).R;
+  const Matrix3d after = motion.T_scene_base_settled(at + TurntableMotion::bump_s).R;
+  EXPECT_NEAR(4e-3, rotation_distance(before, after), 1e-9);
+  EXPECT_LT(rotation_distance(after, motion.T_scene_base_settled(motion.stop_end_s(2)).R), 1e-9);
+  EXPECT_EQ(motion_of(11).T_scene_base_at_stop(3).R, motion.T_scene_base_at_stop(3).R);
+
+  const std::vector<Rest> rests = motion.rests();
+  ASSERT_EQ(21U, rests.size());
+  EXPECT_EQ(2, rests[2].stop);
+  EXPECT_EQ(2, rests[3].stop);
+  EXPECT_NEAR(at, rests[2].end_s, 1e-12);
+  EXPECT_NEAR(at + TurntableMotion::bump_s, rests[3].start_s, 1e-12);
+  EXPECT_NEAR(motion.stop_end_s(2), rests[3].end_s, 1e-12);
+}
+
+TEST(TurntableMotion, DwellsShortAndLongWhereThatIsAskedFor) {
+  TurntableOptions options;
+  options.stops = 400;
+  options.dwell_range_s = {{1.0, 30.0}};
+  const TurntableMotion motion = motion_of(12, options);
+  int below = 0;
+  double shortest = 100.0;
+  double longest = 0.0;
+  for (int k = 0; k < motion.stop_count(); ++k) {
+    below += motion.dwell_s(k) < std::sqrt(30.0) ? 1 : 0;
+    shortest = std::min(shortest, motion.dwell_s(k));
+    longest = std::max(longest, motion.dwell_s(k));
+  }
+  EXPECT_GE(shortest, 1.0);
+  EXPECT_LT(shortest, 1.2);
+  EXPECT_LE(longest, 30.0);
+  EXPECT_GT(longest, 25.0);
+  EXPECT_NEAR(200, below, 50);  // five sigma of 400 even throws
+}
+
+TEST(TurntableMotion, HasAnImuThatFeelsTheBumpAndTheVibration) {
+  TurntableOptions options;
+  options.swing_rad = 0.0;
+  options.vibration = {1e-4, 10.0};
+  options.bumps = {{1, 1.0, 5e-3}};
+  const TurntableMotion motion = motion_of(13, options);
+  const ImuModel imu(motion, SE3{}, ImuErrors{});
+  double trembling = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    trembling = std::max(trembling, imu.turn_rate(motion.stop_start_s(1) + 0.5 + 1e-3 * i).norm());
+  }
+  EXPECT_NEAR(1e-4 * 2.0 * pi * 10.0, trembling, 1e-4);
+  // The peak of the quintic's slope is 15/8.
+  const double peak = imu.turn_rate(motion.stop_start_s(1) + 1.0 + 0.5 * TurntableMotion::bump_s).norm();
+  EXPECT_NEAR(1.875 * 5e-3 / TurntableMotion::bump_s, peak, 0.01);
+}
+
 TEST(ImuErrors, StayInTheRangeOfACheapGyro) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Random random(seed);
