@@ -39,7 +39,7 @@ std::string summary_json(const ExportOptions& options, const PatchExport& done) 
 }
 
 Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& context) {
-  const Expected<PacketSource> source = open_packets(options.path, options.rig);
+  const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
   const PatchLayout layout = options.format == "pcd" ? PatchLayout::clouds : PatchLayout::patches;
   const Expected<PatchExport> done = export_patches(*source, layout, options.out, context.run_context());

@@ -36,7 +36,7 @@ Expected<Inspection> inspect(const InspectOptions& options, const RunContext& co
     if (ending == ".yaml" || ending == ".yml") return inspect_result(options.path);
     if (options.rig.empty()) return inspect_packets(options.path, context);
   }
-  const Expected<PacketSource> source = open_packets(options.path, options.rig);
+  const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
   return inspect_recording(*source, context);
 }

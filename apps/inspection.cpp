@@ -120,9 +120,9 @@ Expected<Rig> rig_of_folders(const std::string& path) {
 }  // namespace
 
 Expected<Inspection> inspect_packets(const std::string& path, const RunContext& context) {
-  PacketSource source;
+  StreamSource source;
   source.path = path;
-  source.packets = path;
+  source.file = path;
   CountingSink sink;
   const Expected<StopReading> summary = read_stops(source, {}, sink, context);
   if (!summary) return summary.error();
@@ -138,13 +138,13 @@ Expected<Inspection> inspect_packets(const std::string& path, const RunContext& 
   return json;
 }
 
-Expected<Inspection> inspect_recording(const PacketSource& source, const RunContext& context) {
+Expected<Inspection> inspect_recording(const StreamSource& source, const RunContext& context) {
   CountingSink sink;
   const StopOptions options;
   const Expected<StopReading> summary = read_stops(source, options, sink, context);
   if (!summary) return summary.error();
   if (summary->ingest.devices.empty()) return *reading_error(source, options, *summary);
-  Inspection json = begin(source.path == source.packets ? "dump" : "session", source.path);
+  Inspection json = begin(source.path == source.file ? "dump" : "session", source.path);
   json["complete"] = source.complete && summary->truncation.empty();
   json["datagrams"] = summary->ingest.datagrams;
   json["not_livox"] = summary->ingest.not_livox;

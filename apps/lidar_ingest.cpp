@@ -244,6 +244,7 @@ IngestSummary LidarIngest::Devices::summary() const {
     counts.point_gaps = device.points.gaps();
   }
   summary.warnings = ingest_warnings(rig_, summary);
+  summary.unfit = ingest_error(rig_, summary, false);
   return summary;
 }
 

@@ -46,6 +46,7 @@ struct IngestSummary {
   std::uint64_t control_frames = 0;
   std::uint64_t not_livox = 0;
   std::vector<std::string> warnings;
+  std::optional<Error> unfit;  ///< What keeps it from being used with this rig, if read with the codes it holds.
 
   /// The device that is this sensor of the rig (the one with most packets, should there be two), or null.
   [[nodiscard]] const DeviceIngest* of_sensor(int sensor) const;

@@ -54,7 +54,7 @@ class PatchFiles final : public StopSink {
     open_.clear();
   }
 
-  Expected<void> finish(const PacketSource& source, const std::vector<StopRecord>& stops) {
+  Expected<void> finish(const StreamSource& source, const std::vector<StopRecord>& stops) {
     if (clouds_) return clouds_->commit();
     if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied;
     const std::map<int, SE3> poses = gyro_trajectory(rig_, stops);
@@ -97,7 +97,7 @@ std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>
   return poses;
 }
 
-Expected<PatchExport> export_patches(const PacketSource& source, PatchLayout layout, const std::string& out,
+Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout layout, const std::string& out,
                                      const RunContext& context) {
   PatchFiles files(source.rig, layout, out);
   const StopOptions options;

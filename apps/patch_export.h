@@ -26,7 +26,7 @@ struct PatchExport {
 /// Writes the points of a recording's stops, float metres exactly as decoded. The folder appears as a whole at the end;
 /// an existing path is never touched. The points go straight to the disk: memory does not grow with a stop's length.
 /// Errors: those of `read_stops` and `reading_error`, the disk.
-[[nodiscard]] Expected<PatchExport> export_patches(const PacketSource& source, PatchLayout layout,
+[[nodiscard]] Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout layout,
                                                    const std::string& out, const RunContext& context);
 
 }  // namespace rigcal

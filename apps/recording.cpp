@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "apps/packet_recording.h"
+#include "apps/stream_recording.h"
 #include "core/base/parallel.h"
 #include "core/io/pcd_file.h"
 #include "core/io/session_folder.h"
@@ -182,9 +182,9 @@ Expected<Recording> read_recording(const std::string& path, const std::string& r
     if (!rig) return rig.error();
     return read_patches(std::move(*rig), path, {}, cells, context);
   }
-  const Expected<PacketSource> source = open_packets(path, rig_path);
+  const Expected<StreamSource> source = open_stream(path, rig_path);
   if (!source) return source.error();
-  return read_packets(*source, cells, context);
+  return read_stream(*source, cells, context);
 }
 
 }  // namespace rigcal

@@ -9,7 +9,7 @@
 
 namespace rigcal {
 
-/// A recording as `calibrate` takes it, whatever it was: packets already cut into patches, points already in cells.
+/// A recording as `calibrate` takes it, whatever it was: already cut into patches, points already in cells.
 struct Recording {
   Rig rig;
   LidarRecording lidar;

@@ -4,13 +4,11 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/lidar_findings.h"
+#include "apps/batch_source.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
 namespace {
-
-constexpr std::uint64_t datagrams_between_looks = 4096;  // for progress and Ctrl-C: some milliseconds of work
 
 bool has_imu(const Sensor& sensor) {
   if (!sensor.is_lidar() || sensor.lidar->imu == false) return false;
@@ -35,54 +33,43 @@ class NotingSink final : public PatchSink {
 
 struct Pass {
   StopReading summary;
-  BroadcastCodes codes;
-  bool learned_too_late = false;
+  std::optional<BroadcastCodes> better_codes;
 };
 
-Expected<Pass> read_once(const PacketSource& source, const StopOptions& options, const BroadcastCodes& codes,
+Expected<Pass> read_once(const StreamSource& source, const StopOptions& options, const BroadcastCodes& codes,
                          StopSink& sink, const RunContext& context) {
   Pass pass;
   if (const Expected<void> ready = sink.restart(); !ready) return ready.error();
-  Expected<PcapReader> reader = PcapReader::open(source.packets);
-  if (!reader) return reader.error();
   NotingSink noting(sink, pass.summary.stops);
   StopFinder finder(options, noting);
-  LidarIngest ingest(
-      source.rig, [&](PointBatch& batch) { finder.add_points(batch); },
-      [&](const ImuSample& sample) { finder.add_imu(sample); }, codes);
-  std::error_code no_size;
-  const auto size = static_cast<double>(std::filesystem::file_size(source.packets, no_size));
-  double read = 0.0;
-  std::uint64_t count = 0;
-  for (Datagram datagram;;) {
-    const Expected<bool> more = reader->next(datagram);
+  const BatchSinks sinks{[&](PointBatch& batch) { finder.add_points(batch); },
+                         [&](const ImuSample& sample) { finder.add_imu(sample); }};
+  const Expected<std::unique_ptr<BatchSource>> batches = open_batches(source.file, source.rig, sinks, codes);
+  if (!batches) return batches.error();
+  while (true) {
+    const Expected<bool> more = (*batches)->read_some();
     if (!more) return more.error();
     if (!*more) break;
-    ingest.add(datagram);
-    read += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of the frame and of the file
-    if (++count % datagrams_between_looks != 0) continue;
     if (const Expected<void> status = sink.status(); !status) return status.error();
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", source.path, {}};
-    context.reporter.progress("reading packets", no_size || size <= 0.0 ? -1.0 : std::min(1.0, read / size));
+    context.reporter.progress("reading", (*batches)->fraction());
   }
   finder.flush();
   if (const Expected<void> status = sink.status(); !status) return status.error();
-  pass.summary.ingest = ingest.summary();
+  pass.summary.ingest = (*batches)->summary();
   pass.summary.still = finder.figures();
   pass.summary.points = finder.point_counts();
-  pass.summary.frames = reader->counters();
-  pass.summary.truncation = reader->truncation();
-  pass.codes = ingest.codes();
-  pass.learned_too_late = ingest.learned_too_late();
+  pass.summary.truncation = (*batches)->truncation();
+  pass.better_codes = (*batches)->better_codes();
   return pass;
 }
 
 }  // namespace
 
-Expected<PacketSource> open_packets(const std::string& path, const std::string& rig_path) {
-  PacketSource source;
+Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path) {
+  StreamSource source;
   source.path = path;
-  source.packets = path;
+  source.file = path;
   source.rig_path = rig_path;
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
@@ -91,7 +78,7 @@ Expected<PacketSource> open_packets(const std::string& path, const std::string& 
     if (session->packets.empty()) {
       return input_error("holds no packets", path, "its patches can be used as they are");
     }
-    source.packets = session->packets;
+    source.file = session->packets;
     source.complete = session->record.has_value() && session->record->end_ns.has_value();
     source.rig = std::move(session->rig);
     if (rig_path.empty()) {
@@ -99,14 +86,14 @@ Expected<PacketSource> open_packets(const std::string& path, const std::string& 
       return source;
     }
   }
-  if (rig_path.empty()) return input_error("a packet dump needs the rig that was recorded", path, "add --rig RIG");
+  if (rig_path.empty()) return input_error("a recording needs the rig that made it", path, "add --rig RIG");
   Expected<Rig> rig = load_rig(rig_path);
   if (!rig) return rig.error();
   source.rig = std::move(*rig);
   return source;
 }
 
-Expected<StopReading> read_stops(const PacketSource& source, const StopOptions& options, StopSink& sink,
+Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& options, StopSink& sink,
                                  const RunContext& context) {
   StopOptions chosen = options;
   // The base's unit, because its frame is the rig's.
@@ -117,9 +104,10 @@ Expected<StopReading> read_stops(const PacketSource& source, const StopOptions& 
   const bool other_unit =
       options.imu_sensor < 0 && pass->summary.still.imu_samples == 0 && pass->summary.still.imu_of_others > 0;
   if (other_unit) chosen.imu_sensor = -1;
-  if (other_unit || pass->learned_too_late) {
-    context.reporter.debug("reading the packets again, with what was learned about the devices");
-    pass = read_once(source, chosen, BroadcastCodes(pass->codes), sink, context);
+  if (other_unit || pass->better_codes) {
+    context.reporter.debug("reading the recording again, with what was learned about the devices");
+    const BroadcastCodes codes = pass->better_codes.value_or(BroadcastCodes{});
+    pass = read_once(source, chosen, codes, sink, context);
     if (!pass) return pass.error();
   }
   return std::move(pass->summary);
@@ -133,9 +121,10 @@ std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop) {
   return guess->R * stop.R_previous_this * guess->R.transpose();
 }
 
-std::optional<Error> reading_error(const PacketSource& source, const StopOptions& options, const StopReading& summary) {
-  if (std::optional<Error> error = ingest_error(source.rig, summary.ingest, false)) {
-    error->where = source.path;
+std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options, const StopReading& summary) {
+  if (summary.ingest.unfit) {
+    Error error = *summary.ingest.unfit;
+    error.where = source.path;
     return error;
   }
   if (summary.still.imu_samples == 0) {
@@ -153,9 +142,9 @@ std::optional<Error> reading_error(const PacketSource& source, const StopOptions
   return std::nullopt;
 }
 
-std::vector<std::string> reading_warnings(const PacketSource& source, const StopReading& summary) {
+std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
   std::vector<std::string> warnings = summary.ingest.warnings;
-  if (!summary.truncation.empty()) warnings.push_back(source.packets + ": " + summary.truncation);
+  if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
   if (!source.complete) {
     warnings.push_back(source.path + ": the recording was cut short; what is there is used");
   }

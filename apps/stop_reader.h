@@ -6,23 +6,22 @@
 
 #include "apps/lidar_ingest.h"
 #include "core/base/run_context.h"
-#include "core/io/pcap_reader.h"
 #include "core/stops/stop_finder.h"
 
 namespace rigcal {
 
-/// A dump or a session with packets, and the rig that recorded it.
-struct PacketSource {
-  std::string path;     ///< As given.
-  std::string packets;  ///< The dump, or the session's lidar.pcapng.
+/// A recording in the order of time (a dump, a bag, a session with packets), and the rig that made it.
+struct StreamSource {
+  std::string path;  ///< As given.
+  std::string file;  ///< The same, or the session's lidar.pcapng.
   std::string rig_path;
   Rig rig;
   bool complete = true;  ///< False for a session that was cut short.
 };
 
-/// Opens a dump (then `rig_path` is needed) or a session (then it is taken instead of the session's own where it is
+/// Opens a file (then `rig_path` is needed) or a session (then it is taken instead of the session's own where it is
 /// not empty). Errors: no rig, no packets in the session, what `load_rig` and `open_session` find.
-[[nodiscard]] Expected<PacketSource> open_packets(const std::string& path, const std::string& rig_path);
+[[nodiscard]] Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path);
 
 /// Where the patches of a recording go.
 class StopSink : public PatchSink {
@@ -38,28 +37,27 @@ struct StopReading {
   IngestSummary ingest;
   StillFigures still;
   PointCounts points;
-  PcapCounters frames;
-  std::string truncation;  ///< Where and why the dump ended too soon; empty otherwise.
+  std::string truncation;  ///< Where and why the file ended too soon or has a hole; empty otherwise.
   std::vector<StopRecord> stops;
 };
 
-/// Reads the recording once, in the order of its packets, and hands the points of its stops to `sink`. It is read a
+/// Reads the recording once, in its own order, and hands the points of its stops to `sink`. It is read a
 /// second time where a device says too late who it is, or where the base's inertial unit keeps silent while another
-/// one speaks. Errors: unreadable packets, what the sink says, cancelled; whether what was found is enough for a
+/// one speaks. Errors: an unreadable file, what the sink says, cancelled; whether what was found is enough for a
 /// calibration is asked apart (`reading_error`).
-[[nodiscard]] Expected<StopReading> read_stops(const PacketSource& source, const StopOptions& options, StopSink& sink,
+[[nodiscard]] Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& options, StopSink& sink,
                                                const RunContext& context);
 
 /// The gyro's rotation from the stop before in the base's axes, where it is known: a unit in another sensor turns about
 /// its own axes, which the rig file's rough extrinsics carry over.
 [[nodiscard]] std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop);
 
-/// What keeps a recording from being calibrated: no Livox packet, a LiDAR of the rig that is not in it, no inertial
-/// unit, or a rig that never stands still.
-[[nodiscard]] std::optional<Error> reading_error(const PacketSource& source, const StopOptions& options,
+/// What keeps a recording from being calibrated: nothing of a LiDAR in it, a LiDAR of the rig that is not in it, no
+/// inertial unit, or a rig that never stands still.
+[[nodiscard]] std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options,
                                                  const StopReading& summary);
 
 /// What a user should know of it, in sentences.
-[[nodiscard]] std::vector<std::string> reading_warnings(const PacketSource& source, const StopReading& summary);
+[[nodiscard]] std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary);
 
 }  // namespace rigcal

@@ -1,4 +1,4 @@
-#include "apps/packet_recording.h"
+#include "apps/stream_recording.h"
 
 #include "apps/stop_reader.h"
 #include "core/base/parallel.h"
@@ -96,7 +96,7 @@ void take_rotations(const Rig& rig, const std::vector<StopRecord>& stops, LidarR
 
 }  // namespace
 
-Expected<Recording> read_packets(const PacketSource& source, const CellOptions& cells, const RunContext& context) {
+Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells, const RunContext& context) {
   Recording out;
   out.rig = source.rig;
   CellSink sink(out.rig, cells, out.lidar);

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "apps/recording.h"
+#include "apps/stop_reader.h"
+
+namespace rigcal {
+
+/// A dump or a bag becomes a recording: points, stops, cells, in one pass and in memory that does not grow with the
+/// file. A dump in which a device names itself only after its first points is read twice.
+[[nodiscard]] Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells,
+                                              const RunContext& context);
+
+}  // namespace rigcal
