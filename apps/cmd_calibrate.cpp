@@ -60,23 +60,6 @@ LastStage last_stage(const std::string& name) {
   return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
 }
 
-// What an early end did not solve must not look solved.
-void mark_unfinished(const std::string& stages, CalibrationResult& result) {
-  if (stages == "joint") return;
-  for (SensorResult& sensor : result.sensors) {
-    if (sensor.name == result.base) continue;
-    if (stages == "poses") {
-      sensor = {sensor.name, Status::failed, {"not solved: --stages poses ends before the extrinsics"}, {}, {}};
-    } else if (sensor.status != Status::failed) {
-      sensor.status = Status::weak;
-      sensor.reasons.emplace_back(
-          "--stages extrinsics ends before poses and extrinsics are adjusted together: its sigma takes the poses for "
-          "exact");
-    }
-    result.status = std::max(result.status, sensor.status);
-  }
-}
-
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
@@ -104,7 +87,6 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   Expected<CalibrationResult> result =
       calibrate_lidars(recording->rig, recording->lidar, *guess, calibration, context.run_context());
   if (!result) return result.error();
-  mark_unfinished(options.stages, *result);
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
   if (context.stop.stop_requested()) {

@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "core/base/text.h"
 #include "core/io/output_file.h"
 #include "core/io/sensor_transforms.h"
 #include "core/rig/text_file.h"
@@ -14,7 +15,7 @@ constexpr std::int64_t any_ns = std::numeric_limits<std::int64_t>::max();
 template <class Values>
 std::string list(const Values& values) {
   std::string text = "[";
-  for (const double value : values) text.append(text.size() > 1 ? ", " : "").append(yaml_number(value));
+  for (const double value : values) text.append(text.size() > 1 ? ", " : "").append(number_text(value));
   return text + "]";
 }
 
@@ -91,9 +92,9 @@ std::string figures_text(const char* key, const std::map<std::string, std::map<s
   for (const auto& [sensor, values] : figures) {
     std::string line;
     for (const auto& [name, value] : values) {
-      line.append(line.empty() ? "" : ", ").append(yaml_quoted(name)).append(": ").append(yaml_number(value));
+      line.append(line.empty() ? "" : ", ").append(quoted_text(name)).append(": ").append(number_text(value));
     }
-    text.append("  ").append(yaml_quoted(sensor)).append(": {").append(line).append("}\n");
+    text.append("  ").append(quoted_text(sensor)).append(": {").append(line).append("}\n");
   }
   return text;
 }
@@ -142,9 +143,9 @@ Expected<GroundTruth> load_ground_truth(const std::string& path) {
 
 Expected<void> write_ground_truth(const std::string& path, const GroundTruth& truth) {
   std::string text =
-      "rigcal: 1\nbase: " + yaml_quoted(truth.base) + "\nconvention: \"p_base = R p_sensor + t\"\nsensors:\n";
+      "rigcal: 1\nbase: " + quoted_text(truth.base) + "\nconvention: \"p_base = R p_sensor + t\"\nsensors:\n";
   for (const auto& [name, T] : truth.T_base_sensor) {
-    text.append("  ").append(yaml_quoted(name)).append(": ").append(transform(T)).append("\n");
+    text.append("  ").append(quoted_text(name)).append(": ").append(transform(T)).append("\n");
   }
   text += stops_text(truth.stops);
   if (truth.table_axis) {
@@ -155,8 +156,8 @@ Expected<void> write_ground_truth(const std::string& path, const GroundTruth& tr
   text += figures_text("biases", truth.biases);
   if (!truth.clocks.empty()) text += "clocks:\n";
   for (const auto& [sensor, clock] : truth.clocks) {
-    text.append("  ").append(yaml_quoted(sensor)).append(": {offset_ns: ").append(std::to_string(clock.offset_ns));
-    text.append(", drift_ppm: ").append(yaml_number(clock.drift_ppm)).append("}\n");
+    text.append("  ").append(quoted_text(sensor)).append(": {offset_ns: ").append(std::to_string(clock.offset_ns));
+    text.append(", drift_ppm: ").append(number_text(clock.drift_ppm)).append("}\n");
   }
   return replace_file(path, text);
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/text.h"
 #include "core/io/output_file.h"
 #include "core/rig/text_file.h"
 #include "core/rig/yaml_tree.h"
@@ -74,7 +75,7 @@ Expected<TumPose> parse_pose(const std::vector<std::string_view>& words, const s
   if (!stamp) return wrong;
   const Eigen::Vector4d xyzw(values[3], values[4], values[5], values[6]);
   if (!(std::abs(xyzw.norm() - 1.0) <= quaternion_tolerance)) {
-    return input_error("has a quaternion of the length " + yaml_number(xyzw.norm()), where,
+    return input_error("has a quaternion of the length " + number_text(xyzw.norm()), where,
                        "give a unit quaternion in the order qx qy qz qw");
   }
   pose.stamp_ns = *stamp;
@@ -115,8 +116,8 @@ Expected<void> write_tum(const std::string& path, std::span<const TumPose> poses
     std::snprintf(stamp.data(), stamp.size(), "%s%lld.%09lld", ns < 0 ? "-" : "",
                   static_cast<long long>(std::llabs(ns / ns_per_s)), static_cast<long long>(std::llabs(ns % ns_per_s)));
     text += stamp.data();
-    for (const double value : pose.pose.t) text.append(" ").append(yaml_number(value));
-    for (const double value : xyzw_from_rotation(pose.pose.R)) text.append(" ").append(yaml_number(value));
+    for (const double value : pose.pose.t) text.append(" ").append(number_text(value));
+    for (const double value : xyzw_from_rotation(pose.pose.R)) text.append(" ").append(number_text(value));
     text += '\n';
   }
   return replace_file(path, text);

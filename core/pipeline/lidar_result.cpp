@@ -82,6 +82,18 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   return result;
 }
 
+// What an early end did not solve must not look solved.
+void mark_unfinished(LastStage last, SensorResult& sensor) {
+  if (last == LastStage::poses) {
+    sensor = {sensor.name, Status::failed, {"not solved: the run ended before the extrinsics, as it was told"}, {}, {}};
+  } else if (last == LastStage::extrinsics && sensor.status != Status::failed) {
+    sensor.status = Status::weak;
+    sensor.reasons.emplace_back(
+        "the run ended before poses and extrinsics were adjusted together, as it was told: its sigma takes the poses "
+        "for exact");
+  }
+}
+
 }  // namespace
 
 CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
@@ -107,6 +119,7 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     } else {
       one = judge_one(sensor, rig, lidar, base_lidar, recording, guess[static_cast<std::size_t>(lidar)], options, s,
                       findings);
+      mark_unfinished(options.last_stage, one);
     }
     result.status = std::max(result.status, one.status);
     result.sensors.push_back(std::move(one));

@@ -5,8 +5,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "core/base/text.h"
 #include "core/base/version.h"
-#include "core/report/number_text.h"
+#include "core/report/matrix_text.h"
 
 namespace rigcal {
 namespace {

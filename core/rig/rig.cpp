@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/text.h"
 #include "core/records/records.h"
 #include "core/rig/sensor_reader.h"
 #include "core/rig/text_file.h"
@@ -178,7 +179,7 @@ std::optional<SE3> read_transform(const YamlMap& map) {
   if (!t || !q) return std::nullopt;
   const Eigen::Vector4d xyzw((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
   if (std::abs(xyzw.norm() - 1.0) > quaternion_tolerance) {
-    map.fail("rotation_xyzw", "has the length " + yaml_number(xyzw.norm()) + ", not 1",
+    map.fail("rotation_xyzw", "has the length " + number_text(xyzw.norm()) + ", not 1",
              "give a unit quaternion in the order [x, y, z, w]");
     return std::nullopt;
   }

@@ -1,6 +1,6 @@
+#include "core/base/text.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
-#include "core/rig/yaml_tree.h"
 
 namespace rigcal {
 namespace {
@@ -12,11 +12,11 @@ class Lines {
 
   void line(const std::string& text) { out_ += indent_ + text + "\n"; }
   void text(const char* key, const std::string& value) {
-    if (!value.empty()) line(std::string(key) + ": " + yaml_quoted(value));
+    if (!value.empty()) line(std::string(key) + ": " + quoted_text(value));
   }
   void word(const char* key, const std::string& value) { line(std::string(key) + ": " + value); }
   void number(const char* key, const std::optional<double>& value) {
-    if (value) word(key, yaml_number(*value));
+    if (value) word(key, number_text(*value));
   }
   void integer(const char* key, const std::optional<int>& value) {
     if (value) word(key, std::to_string(*value));
@@ -27,11 +27,14 @@ class Lines {
   template <class Values>
   void list(const char* key, const Values& values) {
     std::string text_line;
-    for (const auto value : values) text_line += (text_line.empty() ? "" : ", ") + yaml_number(value);
+    for (const auto value : values) text_line += (text_line.empty() ? "" : ", ") + text_of(value);
     line(std::string(key) + ": [" + text_line + "]");
   }
 
  private:
+  static std::string text_of(double value) { return number_text(value); }
+  static std::string text_of(int value) { return std::to_string(value); }
+
   std::string& out_;
   std::string indent_;
 };
@@ -66,8 +69,8 @@ void write_camera(Lines out, const CameraSettings& camera) {
   out.flag("ptp", camera.ptp);
   if (camera.strobe) out.text("strobe", *camera.strobe);
   if (camera.trigger) {
-    out.line("trigger: {source: " + yaml_quoted(camera.trigger->source) + ", activation: " +
-             camera.trigger->activation + ", delay_us: " + yaml_number(camera.trigger->delay_us) + "}");
+    out.line("trigger: {source: " + quoted_text(camera.trigger->source) + ", activation: " +
+             camera.trigger->activation + ", delay_us: " + number_text(camera.trigger->delay_us) + "}");
   }
   out.text("topic", camera.topic);
 }
@@ -91,7 +94,7 @@ void write_initial_extrinsics(std::string& text, const Rig& rig) {
     if (!sensor.initial_T_base_sensor) continue;
     if (!headed) text += "initial_extrinsics:\n";
     headed = true;
-    text += "  " + yaml_quoted(sensor.name) + ":\n";
+    text += "  " + quoted_text(sensor.name) + ":\n";
     Lines out(text, 4);
     out.list("translation", sensor.initial_T_base_sensor->t);
     out.list("rotation_xyzw", xyzw_from_rotation(sensor.initial_T_base_sensor->R));
@@ -141,10 +144,10 @@ std::string write_rig(const Rig& rig) {
   std::string text = "rigcal: 1\n";
   Lines top(text, 0);
   top.text("name", rig.name);
-  top.word("base", yaml_quoted(rig.base_sensor().name));
+  top.word("base", quoted_text(rig.base_sensor().name));
   text += "sensors:\n";
   for (const Sensor& sensor : rig.sensors) {
-    text += "  " + yaml_quoted(sensor.name) + ":\n";
+    text += "  " + quoted_text(sensor.name) + ":\n";
     if (sensor.lidar) write_lidar(Lines(text, 4), *sensor.lidar);
     if (sensor.camera) write_camera(Lines(text, 4), *sensor.camera);
     if (sensor.camera && sensor.camera->intrinsics) write_intrinsics(text, *sensor.camera->intrinsics);
@@ -152,8 +155,8 @@ std::string write_rig(const Rig& rig) {
   }
   write_initial_extrinsics(text, rig);
   write_table_and_trigger(text, rig);
-  text += "lidar: {interface: " + yaml_quoted(rig.network.interface) +
-          ", host_ip: " + yaml_quoted(rig.network.host_ip) + "}\n";
+  text += "lidar: {interface: " + quoted_text(rig.network.interface) +
+          ", host_ip: " + quoted_text(rig.network.host_ip) + "}\n";
   if (rig.board) write_board(text, *rig.board);
   return text;
 }

@@ -26,13 +26,13 @@ std::string shown(const YamlNode& node) {
   return text + "'";
 }
 
-std::string number_text(double value) {
+std::string shown_number(double value) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value).ptr;
   return {buffer, end};
 }
 
-std::string range_text(double low, double high) { return number_text(low) + " to " + number_text(high); }
+std::string range_text(double low, double high) { return shown_number(low) + " to " + shown_number(high); }
 
 template <class T>
 std::optional<T> parse_scalar(const YamlNode& node) {
@@ -235,16 +235,5 @@ void check_format_version(const YamlMap& top) {
              "use rigcal " + std::to_string(*version) + ".0 or newer");
   }
 }
-
-std::string yaml_quoted(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
-std::string yaml_number(double value) { return number_text(value); }
 
 }  // namespace rigcal

@@ -101,8 +101,4 @@ void check_format_version(const YamlMap& top);
 /// The word of `known` nearest to `word` by edit distance, or empty where none is near enough to be meant.
 [[nodiscard]] std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
 
-/// For writing: `text` in double quotes, and a number with all its digits.
-[[nodiscard]] std::string yaml_quoted(std::string_view text);
-[[nodiscard]] std::string yaml_number(double value);
-
 }  // namespace rigcal

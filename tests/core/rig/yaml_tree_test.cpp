@@ -55,14 +55,5 @@ TEST(NearestWord, FindsSlipsButNotStrangers) {
   EXPECT_EQ(nearest_word("temperature", known), "");
 }
 
-TEST(YamlNumber, ReadsBackToTheBit) {
-  for (const double value : {0.1, 1.0 / 3.0, -1e-300, 1e22, 123456789.123456789}) {
-    const Expected<YamlNode> tree = parse_yaml("v: " + yaml_number(value), "f.yaml");
-    YamlErrors errors("f.yaml");
-    const YamlMap map(*tree, "", errors, {});
-    EXPECT_EQ(map.number("v", -1e300, 1e300), value);
-  }
-}
-
 }  // namespace
 }  // namespace rigcal

@@ -1,37 +1,21 @@
-#include "core/report/number_text.h"
+#include "core/base/text.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 
-#include "core/base/error.h"
-
 namespace rigcal {
 
 std::string number_text(double value) {
-  RIGCAL_ASSERT(std::isfinite(value), "a number that is not finite was to be written");
   if (value == 0.0) return "0.0";
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
   std::array<char, 40> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 17).ptr;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
   std::string text(buffer.data(), end);
   if (text.find('.') == std::string::npos) text.insert(std::min(text.find('e'), text.size()), ".0");
   return text;
-}
-
-std::string list_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + number_text(values[i]);
-  return text + "]";
-}
-
-std::string matrix_text(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    text += (i == 0 ? "" : ", ") + list_text(matrix.row(i).transpose());
-  }
-  return text + "]";
 }
 
 std::string quoted_text(std::string_view text) {

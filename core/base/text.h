@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace rigcal {
+
+/// The shortest text that reads back to the same bits, always with a point ("1.0e-05"), so that every YAML reader takes
+/// it for a number; what is not finite as YAML writes it (".inf", "-.inf", ".nan"). Independent of the locale.
+[[nodiscard]] std::string number_text(double value);
+
+/// A text as a YAML scalar in double quotes; control characters are escaped.
+[[nodiscard]] std::string quoted_text(std::string_view text);
+
+/// A text as a YAML key: plain where that is safe, quoted otherwise.
+[[nodiscard]] std::string key_text(std::string_view text);
+
+}  // namespace rigcal

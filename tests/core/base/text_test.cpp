@@ -1,0 +1,36 @@
+#include "core/base/text.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+
+namespace rigcal {
+namespace {
+
+TEST(NumberText, ReadsBackToTheSameBits) {
+  for (const double value : {1.0 / 3.0, -2e-5, 1e300, 5e-324, 0.1, 123456789.123456789, 1e22}) {
+    EXPECT_EQ(std::strtod(number_text(value).c_str(), nullptr), value) << number_text(value);
+  }
+}
+
+TEST(NumberText, AlwaysHasAPointSoThatYamlReadersTakeItForANumber) {
+  EXPECT_EQ(number_text(1.0), "1.0");
+  EXPECT_EQ(number_text(-0.0), "0.0");
+  EXPECT_EQ(number_text(0.1), "0.1");
+  EXPECT_EQ(number_text(1e-5), "1.0e-05");
+  EXPECT_EQ(number_text(1e22), "1.0e+22");
+  EXPECT_EQ(number_text(-std::numeric_limits<double>::infinity()), "-.inf");
+  EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), ".nan");
+}
+
+TEST(KeyText, QuotesWhatAReaderWouldTakeForSomethingElse) {
+  EXPECT_EQ(key_text("mid100_left"), "mid100_left");
+  EXPECT_EQ(key_text("no"), "\"no\"");
+  EXPECT_EQ(key_text("1e3"), "\"1e3\"");
+  EXPECT_EQ(key_text("a: b"), "\"a: b\"");
+  EXPECT_EQ(key_text("a\n\"b"), "\"a\\x0a\\\"b\"");
+}
+
+}  // namespace
+}  // namespace rigcal
