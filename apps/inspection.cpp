@@ -53,6 +53,7 @@ Inspection device_json(const Rig& rig, const DeviceIngest& device) {
   json["imu_samples"] = device.imu_samples;
   json["point_packets"] = stream_json(device.point_stream, seconds);
   json["imu_packets"] = stream_json(device.imu_stream, seconds);
+  if (!device.control_frames.empty()) json["control_frames"] = device.control_frames;
   json["clock"] = {{"drift_ppm", device.clock.drift_ppm},
                    {"jitter_us", 1e-3 * device.clock.jitter_ns},
                    {"max_delay_us", 1e-3 * device.clock.max_delay_ns},

@@ -17,22 +17,30 @@ namespace {
 
 double number(const Inspection& json, const char* key) { return json.at(key).get<double>(); }
 
+void append_counts(std::string& text, const Inspection& counts) {
+  for (const auto& [name, count] : counts.items()) append(text, "  %s %.0f", name.c_str(), count.get<double>());
+  text += "\n";
+}
+
+std::string device_name(const Inspection& device) {
+  return device.value("sensor", device.value("broadcast_code", "-"));
+}
+
 void append_devices(std::string& text, const Inspection& devices) {
   append(text, "%-16s %-15s %9s %10s %9s %8s %7s %9s %9s\n", "device", "address", "seconds", "packets/s", "points",
          "lost", "gaps", "drift ppm", "jitter us");
   for (const Inspection& device : devices) {
     const Inspection& packets = device["point_packets"];
-    append(text, "%-16s %-15s %9.1f %10.1f %8.2fM %7.3f%% %7.0f %9.1f %9.1f\n",
-           device.value("sensor", device.value("broadcast_code", "-")).c_str(), device["ip"].get<std::string>().c_str(),
-           number(device, "seconds"), number(packets, "packets_per_s"), 1e-6 * number(device, "points"),
-           100.0 * number(packets, "lost_share"), number(packets, "gaps"), number(device["clock"], "drift_ppm"),
-           number(device["clock"], "jitter_us"));
+    append(text, "%-16s %-15s %9.1f %10.1f %8.2fM %7.3f%% %7.0f %9.1f %9.1f\n", device_name(device).c_str(),
+           device["ip"].get<std::string>().c_str(), number(device, "seconds"), number(packets, "packets_per_s"),
+           1e-6 * number(device, "points"), 100.0 * number(packets, "lost_share"), number(packets, "gaps"),
+           number(device["clock"], "drift_ppm"), number(device["clock"], "jitter_us"));
   }
-}
-
-void append_points(std::string& text, const Inspection& points) {
-  for (const auto& [sensor, count] : points.items()) append(text, "  %s %.0f", sensor.c_str(), count.get<double>());
-  text += "\n";
+  for (const Inspection& device : devices) {
+    if (!device.contains("control_frames")) continue;
+    append(text, "commands of %s:", device_name(device).c_str());
+    append_counts(text, device["control_frames"]);
+  }
 }
 
 void append_stops(std::string& text, const Inspection& stops) {
@@ -54,7 +62,7 @@ void append_stops(std::string& text, const Inspection& stops) {
         append(text, " %11s", "unknown");
       }
     }
-    append_points(text, stop["points"]);
+    append_counts(text, stop["points"]);
   }
 }
 

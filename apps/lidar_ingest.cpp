@@ -92,6 +92,7 @@ class LidarIngest::Devices {
   Device* find_or_add(const IpAddress& ip);
   void assign(Device& device);
   void learn(const livox::ControlFrame& frame, const IpAddress& from);
+  void count(const livox::ControlFrame& frame, const Datagram& datagram);
   void add_packet(Device& device, const livox::SamplePacket& packet, std::int64_t received_ns);
   void add_points(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns);
   void add_imu(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns);
@@ -101,6 +102,8 @@ class LidarIngest::Devices {
   ImuSink imu_sink_;
   BroadcastCodes codes_;
   std::map<IpAddress, Device> devices_;
+  /// Also of addresses that were only talked to so far.
+  std::map<IpAddress, std::map<std::string, std::uint64_t>> control_frames_;
   IngestSummary totals_;
   bool too_late_ = false;
   PointBatch batch_;
@@ -156,11 +159,21 @@ void LidarIngest::Devices::learn(const livox::ControlFrame& frame, const IpAddre
   }
 }
 
+void LidarIngest::Devices::count(const livox::ControlFrame& frame, const Datagram& datagram) {
+  ++totals_.control_frames;
+  const bool request = livox::is_request(frame);
+  const IpAddress& ip = request ? datagram.to.ip : datagram.from.ip;
+  // A broadcast is looked at more closely (`learn`) before its sender counts as a device.
+  if (!request && !livox::is_broadcast(frame)) static_cast<void>(find_or_add(ip));
+  if (control_frames_.size() >= kMaxDevices && !control_frames_.contains(ip) && sensor_at(rig_, codes_, ip) < 0) return;
+  ++control_frames_[ip][livox::frame_name(frame)];
+}
+
 void LidarIngest::Devices::add(const Datagram& datagram) {
   ++totals_.datagrams;
   if (!datagram.bytes.empty() && datagram.bytes[0] == 0xAA) {
     if (const auto frame = livox::parse_control_frame(datagram.bytes)) {
-      ++totals_.control_frames;
+      count(*frame, datagram);
       learn(*frame, datagram.from.ip);
       return;
     }
@@ -242,6 +255,8 @@ IngestSummary LidarIngest::Devices::summary() const {
     counts.point_stream = device.points.counters();
     counts.imu_stream = device.imu.counters();
     counts.point_gaps = device.points.gaps();
+    const auto talk = control_frames_.find(ip);
+    if (talk != control_frames_.end()) counts.control_frames = talk->second;
   }
   summary.warnings = ingest_warnings(rig_, summary);
   summary.unfit = ingest_error(rig_, summary, false);

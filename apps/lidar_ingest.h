@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,8 @@ struct DeviceIngest {
   std::uint64_t out_of_range = 0;
   std::uint64_t unused_packets = 0;  ///< Duplicates, and packets whose stamp or reading makes no sense.
   std::uint64_t imu_samples = 0;
+  /// Control frames that it sent or was sent, by name (`livox::frame_name`).
+  std::map<std::string, std::uint64_t> control_frames;
   std::int64_t first_ns = 0;  ///< Session time of the first and the last packet.
   std::int64_t last_ns = 0;
   ClockFigures clock;

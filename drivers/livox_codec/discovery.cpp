@@ -1,17 +1,13 @@
 #include "drivers/livox_codec/discovery.h"
 
-#include <algorithm>
+#include "drivers/livox_codec/wire_fields.h"
 
 namespace rigcal::livox {
 namespace {
 
-constexpr std::uint8_t kBroadcastId = 0;
-constexpr std::uint8_t kHandshakeId = 1;
 constexpr std::size_t kBroadcastBytes = 19;
 constexpr std::size_t kHandshakeBytes = 10;
 constexpr std::size_t kOldHandshakeBytes = 8;
-
-bool is_printable(std::uint8_t character) { return character > 0x20 && character < 0x7F; }
 
 bool is_device_type(std::uint8_t type) { return type <= 3 || type == 6 || type == 7; }
 
@@ -36,11 +32,11 @@ std::string model_name(DeviceType type) {
 }
 
 bool is_broadcast(const ControlFrame& frame) {
-  return frame.type == FrameType::message && frame.set == CommandSet::general && frame.id == kBroadcastId;
+  return frame.type == FrameType::message && command_of(frame) == Command::broadcast;
 }
 
 bool is_handshake(const ControlFrame& frame) {
-  return frame.type != FrameType::message && frame.set == CommandSet::general && frame.id == kHandshakeId &&
+  return frame.type != FrameType::message && command_of(frame) == Command::handshake &&
          (frame.payload.size() == kHandshakeBytes || frame.payload.size() == kOldHandshakeBytes);
 }
 
@@ -51,29 +47,24 @@ Expected<Broadcast> parse_broadcast(const ControlFrame& frame) {
                        "broadcast");
   }
   ByteReader reader(frame.payload);
-  const ByteView code = reader.take(kBroadcastCodeLength + 1);
-  const auto text = code.first(kBroadcastCodeLength);
-  if (!std::all_of(text.begin(), text.end(), is_printable) || code.back() != 0) {
-    return input_error("the broadcast code is not 15 printable characters", "broadcast");
-  }
+  std::optional<std::string> code = read_broadcast_code(reader);
+  if (!code) return input_error("the broadcast code is not 15 printable characters", "broadcast");
   const auto type = reader.read<std::uint8_t>();
   if (!is_device_type(type)) return input_error("unknown device type " + std::to_string(type), "broadcast");
   Broadcast broadcast;
-  broadcast.broadcast_code.assign(text.begin(), text.end());
+  broadcast.broadcast_code = std::move(*code);
   broadcast.type = static_cast<DeviceType>(type);
   broadcast.command_port = reader.read<std::uint16_t>();
   return broadcast;
 }
 
 std::vector<std::uint8_t> make_broadcast(const Broadcast& broadcast, std::uint16_t seq) {
-  RIGCAL_ASSERT(broadcast.broadcast_code.size() == kBroadcastCodeLength,
-                "broadcast code '" + broadcast.broadcast_code + "' has not 15 characters");
   std::vector<std::uint8_t> payload;
   ByteWriter writer(payload);
-  writer.write_text(broadcast.broadcast_code, kBroadcastCodeLength + 1);
+  write_broadcast_code(broadcast.broadcast_code, writer);
   writer.write(static_cast<std::uint8_t>(broadcast.type));
   writer.write(broadcast.command_port);
-  return make_control_frame({FrameType::message, seq, CommandSet::general, kBroadcastId, payload});
+  return make_control_frame(frame_of(Command::broadcast, FrameType::message, seq, payload));
 }
 
 Expected<Handshake> parse_handshake(const ControlFrame& frame) {
@@ -94,7 +85,7 @@ std::vector<std::uint8_t> make_handshake(const Handshake& handshake, std::uint16
   writer.write(handshake.data_port);
   writer.write(handshake.command_port);
   if (handshake.imu_port) writer.write(*handshake.imu_port);
-  return make_control_frame({type, seq, CommandSet::general, kHandshakeId, payload});
+  return make_control_frame(frame_of(Command::handshake, type, seq, payload));
 }
 
 }  // namespace rigcal::livox

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/livox_codec/control_frame.h"
+#include "drivers/livox_codec/commands.h"
 
 namespace rigcal::livox {
 
@@ -28,13 +28,13 @@ constexpr std::uint16_t kDevicePort = 65000;
 constexpr std::uint16_t kPointSourcePort = 60001;
 constexpr std::uint16_t kImuSourcePort = 60003;
 
-constexpr std::size_t kBroadcastCodeLength = 15;
-
 /// What a device without a host says once a second (message 0/0).
 struct Broadcast {
   std::string broadcast_code;  ///< 15 printable characters: 14 of the serial number and a digit.
   DeviceType type = DeviceType::avia;
   std::uint16_t command_port = 0;  ///< "Reserved" in the vendor's page; real units put 65000 or 0 there. Not used.
+
+  bool operator==(const Broadcast&) const = default;
 };
 
 /// How a host takes a device (command 0/1). It is sent by some hosts as `FrameType::ack`.
@@ -43,6 +43,8 @@ struct Handshake {
   std::uint16_t data_port = 0;
   std::uint16_t command_port = 0;
   std::optional<std::uint16_t> imu_port;  ///< Old firmware is sent none: IMU packets go to `data_port`.
+
+  bool operator==(const Handshake&) const = default;
 };
 
 [[nodiscard]] bool is_broadcast(const ControlFrame& frame);

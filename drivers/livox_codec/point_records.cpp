@@ -45,8 +45,9 @@ Point* read_cartesian(const std::uint8_t* record, std::uint16_t shot, Point* out
   const auto x = load<std::int32_t>(record);
   const auto y = load<std::int32_t>(record + 4);
   const auto z = load<std::int32_t>(record + 8);
-  *out = {static_cast<float>(x) * kMillimetre,    static_cast<float>(y) * kMillimetre,
-          static_cast<float>(z) * kMillimetre,    record[12],
+  // Divided, not multiplied by 0.001F: that is the float nearest to the millimetres, which other readers give too.
+  *out = {static_cast<float>(x) / 1000.0F,        static_cast<float>(y) / 1000.0F,
+          static_cast<float>(z) / 1000.0F,        record[12],
           kTagged ? record[13] : std::uint8_t{0}, shot};
   return out + ((x | y | z) != 0 ? 1 : 0);
 }

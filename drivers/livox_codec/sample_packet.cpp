@@ -1,18 +1,16 @@
 #include "drivers/livox_codec/sample_packet.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 
 #include "drivers/livox_codec/sample_header.h"
+#include "drivers/livox_codec/wire_fields.h"
 
 namespace rigcal::livox {
 namespace {
 
 constexpr std::uint8_t kVersion = 5;
-constexpr std::int64_t kHourMicroseconds = 3'600'000'000;
-constexpr std::int64_t kMicrosecondNs = 1000;
 
 // In the order of DataType.
 constexpr std::array<RecordLayout, 9> kLayouts{{
@@ -26,33 +24,6 @@ constexpr std::array<RecordLayout, 9> kLayouts{{
     {30, 42, 3, false, true},
     {30, 22, 3, true, true},
 }};
-
-/// Unix time of year, month, day, hour (a byte each, the year from 2000) and microseconds in the hour.
-std::optional<std::int64_t> gps_time_ns(ByteReader reader) {
-  const int year = 2000 + reader.read<std::uint8_t>();
-  const unsigned month = reader.read<std::uint8_t>();
-  const unsigned day = reader.read<std::uint8_t>();
-  const int hour = reader.read<std::uint8_t>();
-  const std::int64_t microseconds = reader.read<std::uint32_t>();
-  const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month{month}, std::chrono::day{day}};
-  if (!date.ok() || hour > 23 || microseconds >= kHourMicroseconds) return std::nullopt;
-  const std::int64_t hours = std::int64_t{std::chrono::sys_days{date}.time_since_epoch().count()} * 24 + hour;
-  return (hours * kHourMicroseconds + microseconds) * kMicrosecondNs;
-}
-
-void write_gps_time(std::int64_t unix_ns, ByteWriter& writer) {
-  const std::chrono::sys_time<std::chrono::nanoseconds> time{std::chrono::nanoseconds{unix_ns}};
-  const auto day = std::chrono::floor<std::chrono::days>(time);
-  const std::chrono::year_month_day date{day};
-  const std::int64_t microseconds = (time - day).count() / kMicrosecondNs;
-  const int year = static_cast<int>(date.year()) - 2000;
-  RIGCAL_ASSERT(year >= 0 && year <= 255, "GPS time stamps reach from 2000 to 2255");
-  writer.write(static_cast<std::uint8_t>(year));
-  writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.month())));
-  writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.day())));
-  writer.write(static_cast<std::uint8_t>(microseconds / kHourMicroseconds));
-  writer.write(static_cast<std::uint32_t>(microseconds % kHourMicroseconds));
-}
 
 Error packet_error(std::string what, std::size_t offset) {
   return input_error(std::move(what), "sample packet, offset " + std::to_string(offset));
@@ -92,7 +63,7 @@ Expected<SamplePacket> parse_sample_packet(ByteView datagram) {
   }
   header.timestamp_type = static_cast<TimestampType>(timestamp_type);
   if (header.timestamp_type == TimestampType::gps) {
-    const std::optional<std::int64_t> time_ns = gps_time_ns(reader);
+    const std::optional<std::int64_t> time_ns = read_utc_time(reader);
     if (!time_ns) return packet_error("the GPS time is no date", 10);
     header.device_stamp_ns = *time_ns;
   } else {
@@ -115,7 +86,7 @@ void write_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& 
   writer.write(static_cast<std::uint8_t>(header.timestamp_type));
   writer.write(static_cast<std::uint8_t>(header.data_type));
   if (header.timestamp_type == TimestampType::gps) {
-    write_gps_time(header.device_stamp_ns, writer);
+    write_utc_time(header.device_stamp_ns, writer);
   } else {
     writer.write(header.device_stamp_ns);
   }

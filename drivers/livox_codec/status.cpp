@@ -9,6 +9,16 @@ std::uint32_t bits(std::uint32_t word, unsigned lowest, unsigned count) {
 
 Level level(std::uint32_t word, unsigned lowest) { return static_cast<Level>(bits(word, lowest, 2)); }
 
+/// Puts fields of bits into a word.
+struct WordBuilder {
+  std::uint32_t word = 0;
+
+  template <class Value>
+  void put(Value value, unsigned lowest, unsigned count) {
+    word |= bits(static_cast<std::uint32_t>(value), 0, count) << lowest;
+  }
+};
+
 }  // namespace
 
 Status decode_status(std::uint32_t word) {
@@ -30,24 +40,45 @@ Status decode_status(std::uint32_t word) {
 }
 
 std::uint32_t encode_status(const Status& status) {
-  std::uint32_t word = 0;
-  const auto put = [&word](auto value, unsigned lowest, unsigned count) {
-    word |= bits(static_cast<std::uint32_t>(value), 0, count) << lowest;
-  };
-  put(status.temperature, 0, 2);
-  put(status.voltage, 2, 2);
-  put(status.motor, 4, 2);
-  put(status.dirty, 6, 2);
-  put(status.firmware_abnormal, 8, 1);
-  put(status.pps_ok, 9, 1);
-  put(status.near_end_of_life, 10, 1);
-  put(status.fan_warning, 11, 1);
-  put(status.self_heating_bit, 12, 1);
-  put(status.ptp_ok, 13, 1);
-  put(status.time_sync, 14, 3);
-  put(status.reserved, 17, 13);
-  put(status.system, 30, 2);
-  return word;
+  WordBuilder builder;
+  builder.put(status.temperature, 0, 2);
+  builder.put(status.voltage, 2, 2);
+  builder.put(status.motor, 4, 2);
+  builder.put(status.dirty, 6, 2);
+  builder.put(status.firmware_abnormal, 8, 1);
+  builder.put(status.pps_ok, 9, 1);
+  builder.put(status.near_end_of_life, 10, 1);
+  builder.put(status.fan_warning, 11, 1);
+  builder.put(status.self_heating_bit, 12, 1);
+  builder.put(status.ptp_ok, 13, 1);
+  builder.put(status.time_sync, 14, 3);
+  builder.put(status.reserved, 17, 13);
+  builder.put(status.system, 30, 2);
+  return builder.word;
+}
+
+HubStatus decode_hub_status(std::uint32_t word) {
+  HubStatus status;
+  status.time_sync = static_cast<std::uint8_t>(bits(word, 0, 2));
+  status.temperature = level(word, 2);
+  status.lidar_abnormal = bits(word, 4, 1) != 0;
+  status.lidar_link_changed = bits(word, 5, 1) != 0;
+  status.lidar_firmware_abnormal = bits(word, 6, 1) != 0;
+  status.reserved = bits(word, 7, 23);
+  status.system = level(word, 30);
+  return status;
+}
+
+std::uint32_t encode_hub_status(const HubStatus& status) {
+  WordBuilder builder;
+  builder.put(status.time_sync, 0, 2);
+  builder.put(status.temperature, 2, 2);
+  builder.put(status.lidar_abnormal, 4, 1);
+  builder.put(status.lidar_link_changed, 5, 1);
+  builder.put(status.lidar_firmware_abnormal, 6, 1);
+  builder.put(status.reserved, 7, 23);
+  builder.put(status.system, 30, 2);
+  return builder.word;
 }
 
 }  // namespace rigcal::livox

@@ -39,6 +39,23 @@ struct Status {
 [[nodiscard]] Status decode_status(std::uint32_t word);
 [[nodiscard]] std::uint32_t encode_status(const Status& status);
 
+/// The status word of a Hub: in its heartbeat acks and abnormal messages.
+struct HubStatus {
+  std::uint8_t time_sync = 0;  ///< Two bits: 0 none, 1 PTP, 2 GPS, 3 abnormal.
+  Level temperature = Level::normal;
+  bool lidar_abnormal = false;
+  bool lidar_link_changed = false;  ///< Ask for the list of LiDARs again.
+  bool lidar_firmware_abnormal = false;
+  std::uint32_t reserved = 0;  ///< Bits 7 to 29.
+  Level system = Level::normal;
+
+  bool operator==(const HubStatus&) const = default;
+};
+
+/// Any word decodes, and encodes again to itself.
+[[nodiscard]] HubStatus decode_hub_status(std::uint32_t word);
+[[nodiscard]] std::uint32_t encode_hub_status(const HubStatus& status);
+
 /// The tag byte of a point.
 struct Tag {
   std::uint8_t spatial_noise = 0;    ///< 0 normal; noise with high (1), moderate (2) or low (3) confidence.

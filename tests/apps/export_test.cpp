@@ -54,6 +54,8 @@ TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   EXPECT_EQ(session["kind"], "session");
   ASSERT_EQ(session["stops"].size(), 3U);
   ASSERT_EQ(session["devices"].size(), 4U);
+  for (const auto& device : session["devices"]) EXPECT_GT(device["control_frames"]["broadcast"], 0);
+  EXPECT_THAT(rigcal("inspect s").out, HasSubstr("commands of mid100_left:  broadcast "));
 
   const auto summary = parse(rigcal("export s --format patches --out p --json"));
   EXPECT_THAT(SchemaCheck("export.json").violations(summary), IsEmpty());

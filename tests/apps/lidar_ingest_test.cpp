@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "drivers/livox_codec/control_payload.h"
 #include "drivers/livox_codec/sample_packet.h"
 
 namespace rigcal {
@@ -54,6 +55,9 @@ class Bench {
 
   void send(const IpAddress& from, const std::vector<std::uint8_t>& bytes, std::int64_t at_ns = 0) {
     ingest.add({kStart + at_ns, {from, 60001}, {kHostIp, 56001}, bytes});
+  }
+  void ask(const IpAddress& device, const std::vector<std::uint8_t>& bytes) {
+    ingest.add({kStart, {kHostIp, 55501}, {device, livox::kDevicePort}, bytes});
   }
   void send_points(const IpAddress& from, livox::DataType type, std::int64_t device_ns,
                    const std::vector<Point>& points = {{10.0F, 0.0F, 0.0F, 50, 0, 3}}) {
@@ -182,6 +186,29 @@ TEST(LidarIngest, CountsTheTimeFromThePulseOn) {
   EXPECT_EQ(bench.batches.back().stamp_ns, kStart + 300'000'000 + 3999 * 1'000'000LL);
   EXPECT_EQ(bench.ingest.summary().of_sensor(1)->point_stream.lost, 0U);
   EXPECT_EQ(bench.ingest.summary().of_sensor(1)->clock.jumps, 0U);
+}
+
+TEST(LidarIngest, CountsTheControlFramesOfEachDeviceInBothDirections) {
+  Bench bench(make_rig());
+  bench.broadcast(kLeftIp, kLeftCode);
+  const livox::Handshake handshake{kHostIp, 56001, 55501, {}};
+  bench.ask(kLeftIp, livox::make_handshake(handshake, 1, livox::FrameType::ack));  // As the vendor's software asks.
+  bench.send(kLeftIp, livox::encode_control(livox::HandshakeAck{}, 1));
+  for (std::uint16_t seq = 2; seq < 5; ++seq) {
+    bench.ask(kLeftIp, livox::encode_control(livox::HeartbeatRequest{}, seq));
+    bench.send(kLeftIp, livox::encode_control(livox::HeartbeatAck{}, seq));
+  }
+  bench.send(kRightIp, livox::encode_control(livox::AbnormalStatus{}, 0));
+  bench.ask(kStrangerIp, livox::encode_control(livox::HeartbeatRequest{}, 5));  // Nobody answers: no device.
+  bench.send_one_of_each();
+  const IngestSummary summary = bench.ingest.summary();
+  EXPECT_EQ(summary.control_frames, 11U);
+  EXPECT_THAT(summary.devices, SizeIs(3));
+  using Counts = std::map<std::string, std::uint64_t>;
+  EXPECT_EQ(summary.of_sensor(0)->control_frames, Counts{});
+  EXPECT_EQ(summary.of_sensor(1)->control_frames,
+            (Counts{{"broadcast", 1}, {"handshake", 1}, {"handshake_ack", 1}, {"heartbeat", 3}, {"heartbeat_ack", 3}}));
+  EXPECT_EQ(summary.of_sensor(2)->control_frames, (Counts{{"abnormal_status", 1}}));
 }
 
 TEST(LidarIngest, TheBroadcastCodeCountsMoreThanTheAddress) {

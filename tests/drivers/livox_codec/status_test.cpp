@@ -48,6 +48,23 @@ TEST(Status, EveryWordComesBackFromARoundTrip) {
   }
 }
 
+TEST(HubStatus, PutsEachFieldIntoItsOwnBits) {
+  EXPECT_EQ(encode_hub_status({.time_sync = 2}), 0x2U);
+  EXPECT_EQ(encode_hub_status({.temperature = Level::error}), 0x8U);
+  EXPECT_EQ(encode_hub_status({.lidar_abnormal = true}), 0x10U);
+  EXPECT_EQ(encode_hub_status({.lidar_link_changed = true}), 0x20U);
+  EXPECT_EQ(encode_hub_status({.lidar_firmware_abnormal = true}), 0x40U);
+  EXPECT_EQ(encode_hub_status({.system = Level::warning}), 0x40000000U);
+}
+
+TEST(HubStatus, EveryWordComesBackFromARoundTrip) {
+  Random random(4);
+  for (int i = 0; i < 10000; ++i) {
+    const auto word = static_cast<std::uint32_t>(random.next_u64());
+    EXPECT_EQ(encode_hub_status(decode_hub_status(word)), word);
+  }
+}
+
 TEST(Tag, EveryByteComesBackFromARoundTrip) {
   for (unsigned byte = 0; byte < 256; ++byte) {
     EXPECT_EQ(encode_tag(decode_tag(static_cast<std::uint8_t>(byte))), byte);
