@@ -89,6 +89,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
+  result->packets = std::move(recording->packets);
   if (context.stop.stop_requested()) {
     return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
   }

@@ -24,7 +24,7 @@ struct SimulateOptions {
   sim::TurntableOptions motion;
   int points = 200000;
   std::string mount_error = "200mm,10deg";
-  double packet_loss = 0.0;
+  sim::FaultOptions faults;
 };
 
 Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
@@ -44,7 +44,7 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
   run.seed = options.seed;
   run.turntable = options.motion;
   run.mount_error = mount_error;
-  run.path.loss_probability = options.packet_loss;
+  run.faults = options.faults;
   return sim::simulate_session(scene, rig, run, options.out, context.run_context());
 }
 
@@ -88,6 +88,17 @@ Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& 
   return ExitCode::good;
 }
 
+void add_fault_options(CLI::App& command, CLI::Option& patches, sim::FaultOptions& faults) {
+  const auto add = [&](const char* name, double& share, const char* text) {
+    command.add_option(name, share, text)->check(CLI::Range(0.0, 0.2))->excludes(&patches)->option_text("SHARE");
+  };
+  add("--loss", faults.loss, "Share of packets that get lost (default 0)");
+  add("--duplicate", faults.duplicate, "Share of packets that come twice (default 0)");
+  add("--reorder", faults.reorder, "Share of packets that others overtake (default 0)");
+  add("--delay", faults.delay, "Share of packets that come up to 20 ms late (default 0)");
+  add("--bit-flips", faults.flip, "Share of packets with a wrong bit (default 0)");
+}
+
 }  // namespace
 
 void add_simulate_command(CLI::App& app, CommandContext& context) {
@@ -112,10 +123,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
                    "How far the rig file's extrinsics are off (default 200mm,10deg)")
       ->check(CLI::Validator(check_tolerance, ""))
       ->option_text("MM,DEG");
-  command->add_option("--packet-loss", options->packet_loss, "Share of packets that get lost (default 0)")
-      ->check(CLI::Range(0.0, 0.999))
-      ->excludes(patches)
-      ->option_text("SHARE");
+  add_fault_options(*command, *patches, options->faults);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_simulate(*options, context); }; });

@@ -26,16 +26,28 @@ Inspection begin(const char* kind, const std::string& path) {
   return {{"rigcal", format_version}, {"command", "inspect"}, {"kind", kind}, {"path", path}};
 }
 
-Inspection stream_json(const StreamCounters& stream, double seconds) {
+Inspection gap_json(const StreamGap& gap) {
+  return {{"start_ns", gap.start_ns}, {"seconds", 1e-9 * static_cast<double>(gap.length_ns)}, {"packets", gap.lost}};
+}
+
+Inspection stream_json(const StreamBook& stream, double seconds) {
   const double expected = static_cast<double>(std::max<std::uint64_t>(stream.expected(), 1));
+  Inspection gaps = Inspection::array();
+  for (const StreamGap& gap : stream.listed_gaps) gaps.push_back(gap_json(gap));
   return {{"packets", stream.received},
           {"packets_per_s", seconds > 0.0 ? static_cast<double>(stream.received) / seconds : 0.0},
+          {"expected", stream.expected()},
           {"lost", stream.lost},
           {"lost_share", static_cast<double>(stream.lost) / expected},
           {"duplicates", stream.duplicated},
           {"out_of_order", stream.out_of_order},
+          {"damaged", stream.damaged},
+          {"too_late", stream.too_late},
           {"restarts", stream.restarts},
-          {"gaps", stream.gaps}};
+          {"gaps", stream.gaps},
+          {"longest_gap", gap_json(stream.longest_gap)},
+          {"listed_gaps", gaps},
+          {"gaps_not_listed", stream.gaps - stream.listed_gaps.size()}};
 }
 
 Inspection device_json(const Rig& rig, const DeviceIngest& device) {
@@ -91,6 +103,23 @@ Inspection gyro_json(const Rig& rig, const StopReading& summary) {
                           to_deg(last.gyro_bias_rad_s.z())};
   }
   return json;
+}
+
+/// Image files of each camera of a session; only counted.
+Inspection images_json(const std::string& session) {
+  Inspection images = Inspection::object();
+  std::error_code error;
+  std::map<std::string, std::uint64_t> files;
+  for (fs::directory_iterator camera(fs::path(session) / "images", error), end; !error && camera != end;
+       camera.increment(error)) {
+    if (!camera->is_directory(error)) continue;
+    std::uint64_t& count = files[camera->path().filename().string()];
+    for (fs::directory_iterator file(camera->path(), error); !error && file != end; file.increment(error)) {
+      count += file->path().extension() == ".png" ? 1 : 0;
+    }
+  }
+  for (const auto& [camera, count] : files) images[camera] = {{"files", count}};
+  return images;
 }
 
 Expected<Rig> rig_of_folders(const std::string& path) {
@@ -157,6 +186,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   for (std::size_t i = 0; i < drop_reasons; ++i) {
     dropped[to_string(static_cast<DropReason>(i))] = summary->points.dropped[i];
   }
+  if (source.path != source.file) json["images"] = images_json(source.path);
   json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
   std::vector<std::string> warnings = reading_warnings(source, *summary);
   if (const std::optional<Error> error = reading_error(source, options, *summary)) {

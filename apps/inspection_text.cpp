@@ -43,6 +43,33 @@ void append_devices(std::string& text, const Inspection& devices) {
   }
 }
 
+void append_streams(std::string& text, const Inspection& devices) {
+  append(text, "%-16s %-6s %9s %9s %7s %8s %7s %8s %7s  %s\n", "packets", "stream", "expected", "received", "lost",
+         "twice", "order", "damaged", "gaps", "longest gap");
+  for (const Inspection& device : devices) {
+    const std::string name = device_name(device);
+    for (const char* stream : {"point", "imu"}) {
+      const Inspection& book = device[std::string(stream) + "_packets"];
+      if (number(book, "packets") + number(book, "damaged") == 0.0) continue;
+      append(text, "%-16s %-6s %9.0f %9.0f %7.0f %8.0f %7.0f %8.0f %7.0f", name.c_str(), stream,
+             number(book, "expected"), number(book, "packets"), number(book, "lost"), number(book, "duplicates"),
+             number(book, "out_of_order"), number(book, "damaged"), number(book, "gaps"));
+      const Inspection& longest = book["longest_gap"];
+      if (number(longest, "packets") > 0.0) {
+        append(text, "  %.2f ms at %.6f s", 1e3 * number(longest, "seconds"),
+               1e-9 * static_cast<double>(longest["start_ns"].get<std::int64_t>()));
+      }
+      text += "\n";
+    }
+  }
+}
+
+void append_images(std::string& text, const Inspection& images) {
+  for (const auto& [camera, count] : images.items()) {
+    append(text, "images of %s: %.0f\n", camera.c_str(), number(count, "files"));
+  }
+}
+
 void append_stops(std::string& text, const Inspection& stops) {
   if (stops.empty()) {
     text += "no stops\n";
@@ -103,9 +130,13 @@ std::string inspection_text(const Inspection& inspection) {
   std::string text = inspection["path"].get<std::string>() + ": a " + inspection["kind"].get<std::string>() + "\n";
   if (inspection["kind"] == "patches") text.replace(text.rfind("a patches"), 9, "a patch folder");
   if (inspection.contains("base")) text += "base: " + inspection["base"].get<std::string>() + "\n";
-  if (inspection.contains("devices")) append_devices(text, inspection["devices"]);
+  if (inspection.contains("devices")) {
+    append_devices(text, inspection["devices"]);
+    append_streams(text, inspection["devices"]);
+  }
   if (inspection.contains("gyro")) append_gyro(text, inspection["gyro"]);
   if (inspection.contains("stops")) append_stops(text, inspection["stops"]);
+  if (inspection.contains("images")) append_images(text, inspection["images"]);
   if (inspection.contains("points")) append_kept(text, inspection["points"]);
   if (inspection.contains("sensors")) append_sensors(text, inspection["sensors"]);
   return text;

@@ -144,6 +144,26 @@ std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& su
   return warnings;
 }
 
+PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary) {
+  PacketCounters counters;
+  for (const DeviceIngest& device : summary.devices) {
+    if (device.sensor < 0 || summary.of_sensor(device.sensor) != &device) continue;
+    auto& of_sensor = counters[sensor_of(rig, device).name];
+    for (const auto& [stream, name] :
+         {std::pair{&device.point_stream, std::string("point_")}, {&device.imu_stream, "imu_"}}) {
+      if (stream->received + stream->damaged == 0) continue;
+      of_sensor[name + "expected"] = stream->expected();
+      of_sensor[name + "received"] = stream->received;
+      of_sensor[name + "lost"] = stream->lost;
+      of_sensor[name + "duplicated"] = stream->duplicated;
+      of_sensor[name + "out_of_order"] = stream->out_of_order;
+      of_sensor[name + "damaged"] = stream->damaged;
+      of_sensor[name + "gaps"] = stream->gaps;
+    }
+  }
+  return counters;
+}
+
 std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late) {
   const bool any = std::any_of(summary.devices.begin(), summary.devices.end(),
                                [](const DeviceIngest& device) { return device.packets > 0; });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +12,10 @@ namespace rigcal {
 
 /// What a user should know of the devices of a recording, in sentences.
 [[nodiscard]] std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& summary);
+
+/// "point_expected", "point_lost", "imu_received" and so on, by the name of the sensor.
+using PacketCounters = std::map<std::string, std::map<std::string, std::uint64_t>>;
+[[nodiscard]] PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary);
 
 /// What keeps a recording from being used with this rig, if anything does.
 [[nodiscard]] std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late);

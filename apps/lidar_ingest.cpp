@@ -34,6 +34,7 @@ struct Device {
   PulseTime pulse;
   StreamLedger points;
   StreamLedger imu;
+  std::optional<std::uint16_t> imu_port;  ///< Where its IMU packets come from, when that is not where its points do.
   bool mid70 = false;
   float least_square_m2 = 0.0F;
   float most_square_m2 = 0.0F;
@@ -179,11 +180,20 @@ void LidarIngest::Devices::add(const Datagram& datagram) {
     }
   }
   if (const auto packet = livox::parse_sample_packet(datagram.bytes)) {
-    if (Device* device = find_or_add(datagram.from.ip)) add_packet(*device, *packet, datagram.stamp_ns);
+    if (Device* device = find_or_add(datagram.from.ip)) {
+      // Real devices send each stream from a port of its own, by which a damaged packet is told.
+      if (packet->header.data_type == livox::DataType::imu) {
+        device->imu_port = datagram.from.port;
+      } else if (device->imu_port == datagram.from.port) {
+        device->imu_port.reset();
+      }
+      add_packet(*device, *packet, datagram.stamp_ns);
+    }
     return;
   }
   if (Device* device = find(datagram.from.ip)) {
     ++device->counts.malformed;
+    (datagram.from.port == device->imu_port ? device->imu : device->points).add_damaged();
   } else {
     ++totals_.not_livox;
   }
@@ -202,13 +212,15 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
     device.imu.restart();
   }
   const bool imu = header.data_type == livox::DataType::imu;
+  StreamLedger& ledger = imu ? device.imu : device.points;
   if (stamp.stray) {
+    ledger.add_damaged();
     ++counts.unused_packets;
     return;
   }
   const double interval =
       imu ? kImuIntervalNs : shot_interval_ns(device, header.data_type) * livox::record_layout(header.data_type).slots;
-  if ((imu ? device.imu : device.points).add(device_ns, interval, stamp.stamp_ns) == Arrival::duplicate) {
+  if (ledger.add(device_ns, interval, stamp.stamp_ns) == Arrival::duplicate) {
     ++counts.unused_packets;
     return;
   }
@@ -236,6 +248,7 @@ void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket&
 void LidarIngest::Devices::add_imu(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns) {
   const Expected<livox::ImuReading> reading = livox::decode_imu(packet);
   if (!reading) {
+    device.imu.add_damaged();
     ++device.counts.unused_packets;
     return;
   }
@@ -252,9 +265,8 @@ IngestSummary LidarIngest::Devices::summary() const {
   for (const auto& [ip, device] : devices_) {
     DeviceIngest& counts = summary.devices.emplace_back(device.counts);
     counts.clock = device.clock.figures();
-    counts.point_stream = device.points.counters();
-    counts.imu_stream = device.imu.counters();
-    counts.point_gaps = device.points.gaps();
+    counts.point_stream = device.points.book();
+    counts.imu_stream = device.imu.book();
     const auto talk = control_frames_.find(ip);
     if (talk != control_frames_.end()) counts.control_frames = talk->second;
   }

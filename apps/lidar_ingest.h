@@ -38,9 +38,8 @@ struct DeviceIngest {
   std::int64_t first_ns = 0;  ///< Session time of the first and the last packet.
   std::int64_t last_ns = 0;
   ClockFigures clock;
-  StreamCounters point_stream;
-  StreamCounters imu_stream;
-  std::vector<StreamGap> point_gaps;
+  StreamBook point_stream;
+  StreamBook imu_stream;
 };
 
 struct IngestSummary {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
 
 #include "core/base/run_context.h"
@@ -14,6 +16,8 @@ struct Recording {
   Rig rig;
   LidarRecording lidar;
   std::uint64_t points = 0;  ///< In the patches.
+  /// Packets by the name of the sensor and what became of them ("point_lost"); empty where it came as patches.
+  std::map<std::string, std::map<std::string, std::uint64_t>> packets;
 };
 
 /// Reads a packet dump, a session or a patch folder. `rig_path` may be empty for a session, which has its own. What is

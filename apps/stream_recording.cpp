@@ -1,5 +1,6 @@
 #include "apps/stream_recording.h"
 
+#include "apps/lidar_findings.h"
 #include "apps/stop_reader.h"
 #include "core/base/parallel.h"
 
@@ -105,6 +106,7 @@ Expected<Recording> read_stream(const StreamSource& source, const CellOptions& c
   if (!reading) return reading.error();
   if (std::optional<Error> error = reading_error(source, options, *reading)) return *error;
   for (const std::string& warning : reading_warnings(source, *reading)) context.reporter.warn(warning);
+  out.packets = packet_counters(out.rig, reading->ingest);
   out.points = sink.points();
   if (out.points == 0) {
     return input_error("no points while the rig stood still", source.path, "check that sampling was on");

@@ -72,7 +72,6 @@ PacketBlock PacketRenderer::render(std::int64_t index) const {
 void PacketRenderer::append(const std::vector<std::uint8_t>& packet, double sent_s, bool imu, Random& random,
                             PacketBlock& out) const {
   const double delay = path_.least_delay_s - path_.jitter_s * std::log(1.0 - random.uniform());
-  if (path_.loss_probability > 0.0 && random.uniform() < path_.loss_probability) return;
   out.packets.push_back({sent_s, delay, out.bytes.size(), packet.size(), imu});
   out.bytes.insert(out.bytes.end(), packet.begin(), packet.end());
 }

@@ -25,7 +25,6 @@ struct PacketBlock {
 
 /// How packets reach the host: the delay is at least `least_delay_s` and on average `jitter_s` more.
 struct PacketPath {
-  double loss_probability = 0.0;
   double least_delay_s = 0.2e-3;
   double jitter_s = 0.05e-3;
 };

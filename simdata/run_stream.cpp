@@ -87,7 +87,6 @@ RunTruth truth_of(const SimulatedRig& simulated, std::vector<SimDevice> devices,
   truth.end_ns = truth.sampling_ns + std::llround(simulated.motion.duration_s() * 1e9);
   for (const SimDevice& device : devices)
     truth.imu_errors.push_back(device.has_imu ? draw_imu_errors(options.seed, device.sensor) : ImuErrors{});
-  truth.packets.assign(devices.size(), 0);
   truth.devices = std::move(devices);
   return truth;
 }
@@ -123,7 +122,9 @@ Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOpt
     renderers.emplace_back(caster, scene.materials, *simulated, simulated->lidars[i], truth.devices[i], options.path,
                            options.seed);
 
-  Merger merger(truth, sink);
+  PacketFaults faults(options.faults, options.seed, sink);
+  const DatagramSink through_faults = [&faults](const Datagram& datagram) { return faults.add(datagram); };
+  Merger merger(truth, through_faults);
   add_broadcasts(truth, merger);
   const double duration_s = simulated->motion.duration_s();
   const auto blocks = static_cast<std::int64_t>(std::ceil(duration_s / PacketRenderer::block_s));
@@ -135,17 +136,22 @@ Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOpt
       for (std::size_t i = begin; i < end; ++i)
         rendered[i] = renderers[i % renderers.size()].render(first + static_cast<std::int64_t>(i / renderers.size()));
     });
-    for (std::size_t i = 0; i < rendered.size(); ++i) {
-      truth.packets[i % renderers.size()] += rendered[i].packets.size();
-      merger.add(i % renderers.size(), rendered[i]);
-    }
+    for (std::size_t i = 0; i < rendered.size(); ++i) merger.add(i % renderers.size(), rendered[i]);
     const double done_s = std::min(static_cast<double>(first + blocks_a_turn) * PacketRenderer::block_s, duration_s);
     const auto flushed = merger.flush(truth.sampling_ns + std::llround(done_s * 1e9));
     if (!flushed) return flushed.error();
     context.reporter.progress("simulate", done_s / duration_s);
   }
-  const auto flushed = merger.flush(INT64_MAX);
-  if (!flushed) return flushed.error();
+  if (const auto flushed = merger.flush(INT64_MAX); !flushed) return flushed.error();
+  if (const auto flushed = faults.flush(); !flushed) return flushed.error();
+  const auto counts_of = [&faults](const Endpoint& from) {
+    const auto found = faults.counts().find(from);
+    return found == faults.counts().end() ? FaultCounts{} : found->second;
+  };
+  for (const SimDevice& device : truth.devices) {
+    truth.point_packets.push_back(counts_of(device.point_source));
+    truth.imu_packets.push_back(counts_of(device.imu_source));
+  }
   return truth;
 }
 

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/run_context.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
+#include "simdata/packet_faults.h"
 #include "simdata/packet_renderer.h"
 #include "simdata/scene.h"
 #include "simdata/sim_rig.h"
@@ -19,6 +19,7 @@ struct RunOptions {
   TurntableOptions turntable;
   MountError mount_error;
   PacketPath path;
+  FaultOptions faults;
   std::int64_t start_ns = 1'700'000'000'000'000'000;  ///< Session time of the first broadcast (November 2023).
 };
 
@@ -33,12 +34,10 @@ struct RunTruth {
   Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
   Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
   std::vector<SimDevice> devices;
-  std::vector<ImuErrors> imu_errors;   ///< By device; zero where it has no IMU.
-  std::vector<std::uint64_t> packets;  ///< By device: point and IMU packets that reached the host.
+  std::vector<ImuErrors> imu_errors;       ///< By device; zero where it has no IMU.
+  std::vector<FaultCounts> point_packets;  ///< By device: what it sent, and what became of it on the way.
+  std::vector<FaultCounts> imu_packets;
 };
-
-/// Takes a datagram; an error ends the run and is handed on. `bytes` lives until it returns.
-using DatagramSink = std::function<Expected<void>(const Datagram&)>;
 
 /// Simulates a whole turntable run: two seconds in which each device broadcasts, then sample packets of all devices
 /// without a break, also while the table turns, and IMU packets; handed to `sink` in the order of the host's stamps,

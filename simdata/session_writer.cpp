@@ -38,6 +38,24 @@ std::map<std::string, double> named_biases(const ImuErrors& errors) {
   return biases;
 }
 
+// "point_sent", "imu_lost" and so on.
+void add_packets(const std::string& stream, const FaultCounts& counts, std::map<std::string, double>& named) {
+  if (counts.sent == 0) return;
+  const std::pair<const char*, std::uint64_t> all[] = {
+      {"sent", counts.sent},
+      {"received", counts.received()},
+      {"lost", counts.lost},
+      {"lost_at_start", counts.lost_at_start},
+      {"lost_at_end", counts.lost_at_end},
+      {"gaps", counts.gaps},
+      {"duplicated", counts.duplicated},
+      {"out_of_order", counts.out_of_order},
+      {"delayed", counts.delayed},
+      {"flipped", counts.flipped},
+  };
+  for (const auto& [name, count] : all) named[stream + "_" + name] = static_cast<double>(count);
+}
+
 // Takes a session that could not be finished away again; create_session has made sure that it is ours.
 class Unfinished {
  public:
@@ -72,6 +90,8 @@ GroundTruth ground_truth_of(const Rig& rig, const RunTruth& run) {
     const double before_s = static_cast<double>(run.start_ns - run.sampling_ns) * 1e-9;
     truth.clocks[name] = {device.clock.stamp_ns(before_s) - run.start_ns, device.clock.drift * 1e6};
     if (device.has_imu) truth.biases[name] = named_biases(run.imu_errors[i]);
+    add_packets("point", run.point_packets[i], truth.packets[name]);
+    add_packets("imu", run.imu_packets[i], truth.packets[name]);
   }
   return truth;
 }
@@ -95,7 +115,8 @@ Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, co
     return written.error();
   record.end_ns = run->end_ns;
   for (std::size_t i = 0; i < run->devices.size(); ++i)
-    record.counters[rig.sensors[static_cast<std::size_t>(run->devices[i].sensor)].name]["packets"] = run->packets[i];
+    record.counters[rig.sensors[static_cast<std::size_t>(run->devices[i].sensor)].name]["packets"] =
+        run->point_packets[i].received() + run->imu_packets[i].received();
   if (const auto written = write_session_record(path, record); !written) return written.error();
   unfinished.keep();
   return SessionSummary{static_cast<int>(run->stops.size()), static_cast<double>(run->end_ns - run->sampling_ns) * 1e-9,

@@ -11,76 +11,100 @@ namespace {
 // The public driver's rule for these sensors: less is jitter of the stamps, more is a packet that is missing.
 constexpr double kGapIntervals = 1.8;
 
+// Stamps come from the wire: what is made of them may not fit.
+constexpr double kMost = 9e18;
+
 }  // namespace
+
+std::uint64_t StreamLedger::missing_between(const Packet& before, const Packet& after) {
+  const auto distance = static_cast<std::uint64_t>(after.device_ns) - static_cast<std::uint64_t>(before.device_ns);
+  const double intervals = static_cast<double>(distance) / before.interval_ns;
+  return intervals > kGapIntervals ? static_cast<std::uint64_t>(std::round(std::min(intervals, kMost))) - 1 : 0;
+}
+
+StreamGap StreamLedger::gap_between(const Packet& before, const Packet& after) {
+  const auto distance = static_cast<std::uint64_t>(after.device_ns) - static_cast<std::uint64_t>(before.device_ns);
+  const double length = static_cast<double>(distance) - before.interval_ns;
+  const auto due_in = static_cast<std::uint64_t>(std::llround(std::min(before.interval_ns, kMost)));
+  return {static_cast<std::int64_t>(static_cast<std::uint64_t>(before.session_ns) + due_in),
+          std::llround(std::min(length, kMost)), missing_between(before, after)};
+}
+
+void StreamLedger::open(const Packet& before, const Packet& after) {
+  const std::uint64_t missing = missing_between(before, after);
+  counters_.lost += missing;
+  counters_.gaps += missing > 0 ? 1 : 0;
+}
+
+void StreamLedger::close(const Packet& before, const Packet& after) {
+  const std::uint64_t missing = missing_between(before, after);
+  counters_.lost -= missing;
+  counters_.gaps -= missing > 0 ? 1 : 0;
+}
 
 Arrival StreamLedger::add(std::int64_t device_ns, double interval_ns, std::int64_t session_ns) {
   RIGCAL_ASSERT(interval_ns >= 1.0, "a packet interval of no length");
   ++counters_.received;
-  if (started_ && device_ns <= last_ns_) {
-    if (is_known(device_ns)) {
-      ++counters_.duplicated;
-      return Arrival::duplicate;
-    }
-    ++counters_.out_of_order;
-    fill_gap(device_ns);
-    remember(device_ns);
-    return Arrival::late;
-  }
-  if (started_ && static_cast<double>(device_ns) - static_cast<double>(last_ns_) > kGapIntervals * interval_ns_) {
-    open_gap(device_ns, session_ns);
-  }
-  started_ = true;
-  last_ns_ = device_ns;
-  interval_ns_ = interval_ns;
-  remember(device_ns);
+  const Packet packet{device_ns, session_ns, interval_ns};
+  if (!open_.empty() && device_ns <= open_.back().device_ns) return add_late(packet);
+  if (!open_.empty()) open(open_.back(), packet);
+  open_.push_back(packet);
+  if (open_.size() > kOpen) settle_oldest();
   return Arrival::in_order;
 }
 
+Arrival StreamLedger::add_late(const Packet& packet) {
+  // Nearly all of them belong near the end.
+  auto after = open_.end();
+  while (after != open_.begin() && (after - 1)->device_ns >= packet.device_ns) --after;
+  if (after->device_ns == packet.device_ns) {
+    ++counters_.duplicated;
+    return Arrival::duplicate;
+  }
+  if (after == open_.begin() && is_settled_) {
+    ++counters_.too_late;
+    return Arrival::late;
+  }
+  ++counters_.out_of_order;
+  if (after != open_.begin()) {
+    close(*(after - 1), *after);
+    open(*(after - 1), packet);
+  }
+  open(packet, *after);
+  open_.insert(after, packet);
+  if (open_.size() > kOpen) settle_oldest();
+  return Arrival::late;
+}
+
+void StreamLedger::note(const StreamGap& gap) {
+  if (gap.lost == 0) return;
+  if (gap.length_ns > longest_.length_ns) longest_ = gap;
+  if (settled_.size() < kListedGaps) settled_.push_back(gap);
+}
+
+void StreamLedger::settle_oldest() {
+  note(gap_between(open_[0], open_[1]));
+  open_.pop_front();
+  is_settled_ = true;
+}
+
 void StreamLedger::restart() {
-  if (started_) ++counters_.restarts;
-  started_ = false;
-  recent_count_ = 0;
-  open_count_ = 0;
+  if (open_.empty()) return;
+  ++counters_.restarts;
+  while (open_.size() > 1) settle_oldest();
+  open_.clear();
+  is_settled_ = false;
 }
 
-bool StreamLedger::is_known(std::int64_t device_ns) const {
-  const auto end = recent_.begin() + static_cast<std::ptrdiff_t>(std::min(recent_count_, kRemembered));
-  return std::find(recent_.begin(), end, device_ns) != end;
-}
-
-void StreamLedger::remember(std::int64_t device_ns) { recent_[recent_count_++ % kRemembered] = device_ns; }
-
-void StreamLedger::open_gap(std::int64_t device_ns, std::int64_t session_ns) {
-  const double length = static_cast<double>(device_ns) - static_cast<double>(last_ns_);
-  const auto missing = static_cast<std::uint64_t>(std::llround(length / interval_ns_) - 1);
-  ++counters_.gaps;
-  counters_.lost += missing;
-  OpenGap& gap = open_[open_count_++ % kOpenGaps];
-  gap = {last_ns_, device_ns, missing, kListedGaps};
-  if (listed_.size() < kListedGaps) {
-    gap.listed = listed_.size();
-    listed_.push_back({session_ns, device_ns - last_ns_, missing});
+StreamBook StreamLedger::book() const {
+  StreamBook book{counters_, settled_, longest_};
+  for (std::size_t i = 1; i < open_.size(); ++i) {
+    const StreamGap gap = gap_between(open_[i - 1], open_[i]);
+    if (gap.lost == 0) continue;
+    if (gap.length_ns > book.longest_gap.length_ns) book.longest_gap = gap;
+    if (book.listed_gaps.size() < kListedGaps) book.listed_gaps.push_back(gap);
   }
-}
-
-void StreamLedger::fill_gap(std::int64_t device_ns) {
-  const std::size_t count = std::min(open_count_, kOpenGaps);
-  for (std::size_t i = 0; i < count; ++i) {
-    OpenGap& gap = open_[i];
-    if (device_ns <= gap.from || device_ns >= gap.to || gap.missing == 0) continue;
-    --gap.missing;
-    --counters_.lost;
-    if (gap.missing == 0) --counters_.gaps;
-    if (gap.listed < kListedGaps) --listed_[gap.listed].lost;
-    return;
-  }
-}
-
-std::vector<StreamGap> StreamLedger::gaps() const {
-  std::vector<StreamGap> gaps;
-  std::copy_if(listed_.begin(), listed_.end(), std::back_inserter(gaps),
-               [](const StreamGap& gap) { return gap.lost > 0; });
-  return gaps;
+  return book;
 }
 
 }  // namespace rigcal

@@ -130,6 +130,7 @@ Expected<GroundTruth> parse_ground_truth(const std::string& text, const std::str
   read_axis(top, truth);
   truth.noise = read_figures(top, "noise");
   truth.biases = read_figures(top, "biases");
+  truth.packets = read_figures(top, "packets");
   read_clocks(top, truth);
   if (!errors.ok()) return errors.first();
   return truth;
@@ -154,6 +155,7 @@ Expected<void> write_ground_truth(const std::string& path, const GroundTruth& tr
   }
   text += figures_text("noise", truth.noise);
   text += figures_text("biases", truth.biases);
+  text += figures_text("packets", truth.packets);
   if (!truth.clocks.empty()) text += "clocks:\n";
   for (const auto& [sensor, clock] : truth.clocks) {
     text.append("  ").append(quoted_text(sensor)).append(": {offset_ns: ").append(std::to_string(clock.offset_ns));

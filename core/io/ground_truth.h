@@ -38,6 +38,8 @@ struct GroundTruth {
   std::map<std::string, std::map<std::string, double>> noise;
   std::map<std::string, std::map<std::string, double>> biases;
   std::map<std::string, ClockTruth> clocks;  ///< By sensor.
+  /// What each sensor sent and what became of it on the way, for example packets["avia"]["point_lost"] = 120.
+  std::map<std::string, std::map<std::string, double>> packets;
 };
 
 /// Reads a ground_truth.yaml; every error names "file:line". Keys that this release does not know are left alone.

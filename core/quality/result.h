@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -61,6 +62,9 @@ struct CalibrationResult {
   std::vector<StopPose> trajectory;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;
+  /// Packets by the name of the sensor and what became of them, for example packets["avia"]["point_lost"]; empty where
+  /// the recording has none.
+  std::map<std::string, std::map<std::string, std::uint64_t>> packets;
   std::vector<MapPoint> map;
 };
 

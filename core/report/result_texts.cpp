@@ -160,6 +160,7 @@ std::string report_json(const CalibrationResult& result) {
   json["wall_s"] = wall_s;
   json["peak_memory_mb"] = peak_mb;
   json["warnings"] = result.warnings;
+  if (!result.packets.empty()) json["packets"] = result.packets;
   // A file name in a warning need not be UTF-8: such bytes are replaced, not thrown at the user.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

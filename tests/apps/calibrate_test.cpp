@@ -52,20 +52,24 @@ class Calibrate : public testing::Test {
     fs::remove_all(scratch);
     fs::create_directories(scratch);
     std::ofstream(scratch / "rig.yaml") << rig_yaml;
+    simulate("session", {});
+    first = rigcal("calibrate session --out first --threads 2 --json");
+  }
+  static void simulate(const std::string& name, const sim::FaultOptions& faults) {
     const auto rig = parse_rig(rig_yaml, "rig.yaml");
     ASSERT_TRUE(rig) << rig.error().message();
     const auto scene = sim::load_scene("courtyard");
     ASSERT_TRUE(scene) << scene.error().message();
     sim::RunOptions run;
+    run.faults = faults;
     run.turntable.stops = 10;
     run.turntable.dwell_s = 0.9;
     run.turntable.turn_s = 0.5;
     run.turntable.swing_rad = 2e-4;
     run.turntable.initial_still_s = 1.0;
     SilentReporter silent;
-    const auto made = sim::simulate_session(*scene, *rig, run, (scratch / "session").string(), {silent});
+    const auto made = sim::simulate_session(*scene, *rig, run, (scratch / name).string(), {silent});
     ASSERT_TRUE(made) << made.error().message();
-    first = rigcal("calibrate session --out first --threads 2 --json");
   }
   static void TearDownTestSuite() { fs::remove_all(scratch); }
 
@@ -97,6 +101,26 @@ TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
   // Twice the sigma of the worst axis (2.4 mm, 0.007 deg), the turn with room for the walls' own; seen: 0.4 mm, 0.001.
   expect_near("first/extrinsics.yaml", "session/ground_truth.yaml", 5.0, 0.05);
   EXPECT_THAT(extrinsics("first/extrinsics.yaml").status, Contains(testing::Pair("mid40", "good")));
+}
+
+TEST_F(Calibrate, FindsThemWhereOnePacketInTwentyIsLostAndOthersComeTwiceOrLate) {
+  sim::FaultOptions faults;
+  faults.loss = 0.05;
+  faults.duplicate = faults.reorder = faults.delay = 0.01;
+  simulate("lossy", faults);
+  const ProgramRun run = rigcal("calibrate lossy --out from_lossy");
+  EXPECT_EQ(run.code, 0) << run.err << run.out;
+  expect_near("from_lossy/extrinsics.yaml", "lossy/ground_truth.yaml", 5.0, 0.05);
+  const auto report = nlohmann::json::parse(file("from_lossy/report.json"));
+  EXPECT_THAT(SchemaCheck("report.json").violations(report), IsEmpty());
+  for (const char* sensor : {"avia", "mid40"}) {
+    const auto& packets = report["packets"][sensor];
+    EXPECT_NEAR(packets["point_lost"].get<double>() / packets["point_expected"].get<double>(), 0.05, 0.01);
+    EXPECT_GT(packets["point_duplicated"], 50);
+    EXPECT_GT(packets["point_out_of_order"], 100);
+  }
+  EXPECT_GT(report["packets"]["avia"]["imu_lost"], 50);
+  fs::remove_all(scratch / "lossy");
 }
 
 TEST_F(Calibrate, PrintsOneJsonObject) {

@@ -48,7 +48,7 @@ class Export : public testing::Test {
 };
 
 TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
-  simulate("--stops 3 --dwell 1.5");
+  simulate("--stops 3 --dwell 1.5 --loss 0.01 --duplicate 0.002 --reorder 0.003");
   const auto session = parse(rigcal("inspect s --json"));
   EXPECT_THAT(SchemaCheck("inspect.json").violations(session), IsEmpty());
   EXPECT_EQ(session["kind"], "session");
@@ -56,6 +56,20 @@ TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   ASSERT_EQ(session["devices"].size(), 4U);
   for (const auto& device : session["devices"]) EXPECT_GT(device["control_frames"]["broadcast"], 0);
   EXPECT_THAT(rigcal("inspect s").out, HasSubstr("commands of mid100_left:  broadcast "));
+
+  // What was done to the packets, and what inspect says of it.
+  const auto done = load_ground_truth((scratch / "s/ground_truth.yaml").string());
+  ASSERT_TRUE(done.has_value());
+  for (const auto& device : session["devices"]) {
+    auto packets = done->packets.at(device["sensor"].get<std::string>());
+    const auto& book = device["point_packets"];
+    EXPECT_EQ(book["packets"], packets["point_received"]);
+    EXPECT_EQ(book["lost"], packets["point_lost"] - packets["point_lost_at_start"] - packets["point_lost_at_end"]);
+    EXPECT_EQ(book["duplicates"], packets["point_duplicated"]);
+    EXPECT_EQ(book["out_of_order"], packets["point_out_of_order"]);
+    EXPECT_EQ(book["gaps"], packets["point_gaps"]);
+    EXPECT_GT(book["lost"], 30);
+  }
 
   const auto summary = parse(rigcal("export s --format patches --out p --json"));
   EXPECT_THAT(SchemaCheck("export.json").violations(summary), IsEmpty());

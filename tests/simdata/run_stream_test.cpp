@@ -107,11 +107,20 @@ TEST(RunStream, StampsPacketsWithoutAGapAndNearTheirTrueTime) {
 
 TEST(RunStream, LosesTheShareOfPacketsAskedFor) {
   RunOptions options = short_run(4);
-  options.path.loss_probability = 0.1;
+  options.faults.loss = 0.1;
   const double whole = static_cast<double>(record(short_run(4)).datagrams.size());
   const double kept = static_cast<double>(record(options).datagrams.size());
   // 8000 packets: five sigma of the share are 1.7 %.
   EXPECT_NEAR(0.9, kept / whole, 0.017);
+  options.faults.duplicate = 0.1;
+  const Recording recording = record(options);
+  std::map<Endpoint, std::uint64_t> packets;
+  for (const Recorded& datagram : recording.datagrams) ++packets[datagram.from];
+  for (std::size_t i = 0; i < recording.truth.devices.size(); ++i) {
+    const SimDevice& device = recording.truth.devices[i];
+    EXPECT_EQ(recording.truth.point_packets[i].received(), packets[device.point_source]);
+    EXPECT_EQ(recording.truth.imu_packets[i].received(), packets[device.imu_source]);
+  }
 }
 
 TEST(RunStream, SendsTheDataTypeThatTheRigFileAsksFor) {

@@ -58,12 +58,14 @@ TEST(StreamLedger, CountsInjectedLossDuplicatesAndReorderExactly) {
 TEST(StreamLedger, ListsGapsWithPlaceAndLength) {
   StreamLedger ledger;
   for (const std::int64_t i : {0, 1, 2, 6, 7, 9}) ledger.add(stamp(i), kInterval, 1000 + i);
-  const auto gaps = ledger.gaps();
+  const auto gaps = ledger.book().listed_gaps;
   ASSERT_EQ(gaps.size(), 2U);
   EXPECT_EQ(gaps[0].lost, 3U);
-  EXPECT_EQ(gaps[0].end_ns, 1006);
-  EXPECT_EQ(gaps[0].length_ns, stamp(6) - stamp(2));
+  EXPECT_EQ(gaps[0].start_ns, 1002 + 400'000);
+  EXPECT_EQ(gaps[0].length_ns, stamp(6) - stamp(2) - 400'000);
   EXPECT_EQ(gaps[1].lost, 1U);
+  EXPECT_EQ(ledger.book().longest_gap.lost, 3U);
+  EXPECT_EQ(ledger.book().longest_gap.start_ns, gaps[0].start_ns);
 }
 
 TEST(StreamLedger, AGapThatIsFilledLateIsNone) {
@@ -75,7 +77,50 @@ TEST(StreamLedger, AGapThatIsFilledLateIsNone) {
   EXPECT_EQ(ledger.add(stamp(1), kInterval, 0), Arrival::duplicate);
   EXPECT_EQ(ledger.counters().lost, 0U);
   EXPECT_EQ(ledger.counters().gaps, 0U);
-  EXPECT_TRUE(ledger.gaps().empty());
+  EXPECT_TRUE(ledger.book().listed_gaps.empty());
+}
+
+TEST(StreamLedger, AGapThatIsHalfFilledIsTwo) {
+  StreamLedger ledger;
+  for (const std::int64_t i : {0, 6, 3}) ledger.add(stamp(i), kInterval, 1000 * i);
+  const auto gaps = ledger.book().listed_gaps;
+  ASSERT_EQ(gaps.size(), 2U);
+  EXPECT_EQ(gaps[0].lost, 2U);
+  EXPECT_EQ(gaps[1].lost, 2U);
+  EXPECT_EQ(gaps[1].start_ns, 3000 + 400'000);
+  EXPECT_EQ(ledger.counters().gaps, 2U);
+  EXPECT_EQ(ledger.counters().lost, 4U);
+}
+
+TEST(StreamLedger, CountsWhatIsMissingAfterAFirstPacketThatCameLate) {
+  StreamLedger ledger;
+  for (const std::int64_t i : {3, 0, 4}) ledger.add(stamp(i), kInterval, 0);
+  EXPECT_EQ(ledger.counters().lost, 2U);
+  EXPECT_EQ(ledger.counters().out_of_order, 1U);
+  EXPECT_EQ(ledger.counters().expected(), 5U);
+}
+
+TEST(StreamLedger, KnowsDuplicatesAndLateOnesAsFarBackAsItSaysAndNoFurther) {
+  constexpr auto kOpen = static_cast<std::int64_t>(StreamLedger::kOpen);
+  StreamLedger ledger;
+  for (std::int64_t i = 0; i < 2 * kOpen; ++i) {
+    if (i != kOpen + 5) ledger.add(stamp(i), kInterval, 0);
+  }
+  EXPECT_EQ(ledger.add(stamp(kOpen + 4), kInterval, 0), Arrival::duplicate);
+  EXPECT_EQ(ledger.add(stamp(kOpen + 5), kInterval, 0), Arrival::late);
+  EXPECT_EQ(ledger.counters().lost, 0U);
+  EXPECT_EQ(ledger.add(stamp(kOpen - 5), kInterval, 0), Arrival::late);
+  EXPECT_EQ(ledger.counters().too_late, 1U);
+  EXPECT_EQ(ledger.counters().expected(), static_cast<std::uint64_t>(2 * kOpen));
+}
+
+TEST(StreamLedger, IsSafeForStampsFromEndToEnd) {
+  StreamLedger ledger;
+  ledger.add(INT64_MAX, kInterval, 0);
+  ledger.add(INT64_MIN, kInterval, 0);
+  ledger.add(0, 1.0, 0);
+  EXPECT_EQ(ledger.book().listed_gaps.size(), 2U);
+  EXPECT_GT(ledger.book().longest_gap.length_ns, 0);
 }
 
 TEST(StreamLedger, AnIntervalThatChangesMakesNoGap) {
@@ -101,7 +146,7 @@ TEST(StreamLedger, NothingIsLostAcrossARestart) {
 TEST(StreamLedger, ListsNoMoreGapsThanItSaysButCountsAll) {
   StreamLedger ledger;
   for (std::int64_t i = 0; i < 3000; ++i) ledger.add(stamp(2 * i), kInterval, 0);
-  EXPECT_EQ(ledger.gaps().size(), StreamLedger::kListedGaps);
+  EXPECT_EQ(ledger.book().listed_gaps.size(), StreamLedger::kListedGaps);
   EXPECT_EQ(ledger.counters().gaps, 2999U);
   EXPECT_EQ(ledger.counters().lost, 2999U);
 }
