@@ -62,6 +62,7 @@ Inspection device_json(const Rig& rig, const DeviceIngest& device) {
   json["points"] = device.points;
   json["noise"] = device.noise;
   json["out_of_range"] = device.out_of_range;
+  json["repeated"] = device.repeated;
   json["imu_samples"] = device.imu_samples;
   json["point_packets"] = stream_json(device.point_stream, seconds);
   json["imu_packets"] = stream_json(device.imu_stream, seconds);

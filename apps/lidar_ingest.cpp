@@ -51,6 +51,17 @@ double shot_interval_ns(const Device& device, livox::DataType type) {
   return mid ? kMidShotNs : kOtherShotNs;
 }
 
+/// Takes echoes out that say the same as the one before them of their shot: a device that saw one surface only and
+/// fills the packet up with it would give that surface the weight of two.
+void drop_repeated(Device& device, std::vector<Point>& points) {
+  const auto repeats = [](const Point& before, const Point& point) {
+    return before.shot == point.shot && before.x == point.x && before.y == point.y && before.z == point.z;
+  };
+  const auto end = std::unique(points.begin(), points.end(), repeats);
+  device.counts.repeated += static_cast<std::uint64_t>(points.end() - end);
+  points.erase(end, points.end());
+}
+
 /// Takes noise and points out of range out of the batch and counts them; without branches, as both come scattered.
 void filter(Device& device, std::vector<Point>& points) {
   const std::array<std::uint8_t, 256>& is_noise = noise_tags();
@@ -240,6 +251,7 @@ void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket&
   batch_.shot_interval_ns = shot_interval_ns(device, packet.header.data_type);
   batch_.shots = livox::record_layout(packet.header.data_type).slots;
   livox::decode_points(packet, batch_.points);
+  if (livox::record_layout(packet.header.data_type).echoes > 1) drop_repeated(device, batch_.points);
   filter(device, batch_.points);
   device.counts.shots += batch_.shots;
   if (point_sink_) point_sink_(batch_);

@@ -28,9 +28,10 @@ struct DeviceIngest {
   std::uint64_t malformed = 0;            ///< Datagrams from this address that are no Livox packet.
   std::uint32_t worst_status = 0;         ///< The status word with the worst system level.
   std::uint64_t shots = 0;
-  std::uint64_t points = 0;  ///< Given on; the three below are what was left out.
+  std::uint64_t points = 0;  ///< Given on; the four below are what was left out.
   std::uint64_t noise = 0;   ///< The sensor's tag says so, with high or moderate confidence.
   std::uint64_t out_of_range = 0;
+  std::uint64_t repeated = 0;        ///< An echo that says the same as the one before it of its shot.
   std::uint64_t unused_packets = 0;  ///< Duplicates, and packets whose stamp or reading makes no sense.
   std::uint64_t imu_samples = 0;
   /// Control frames that it sent or was sent, by name (`livox::frame_name`).

@@ -138,6 +138,25 @@ TEST(LidarIngest, LeavesOutNoiseAndPointsOutOfRangeAndCountsThem) {
   EXPECT_EQ(summary.of_sensor(1)->out_of_range, 2U);
 }
 
+TEST(LidarIngest, TakesEveryEchoOnce) {
+  Bench bench(make_rig());
+  bench.send_points(kAviaIp, livox::DataType::triple_cartesian, 0,
+                    {{10.0F, 0.0F, 0.0F, 50, 0x10, 0},  // Two echoes, the third slot is empty.
+                     {20.0F, 0.0F, 0.0F, 40, 0x20, 0},
+                     {10.0F, 0.0F, 0.0F, 50, 0x10, 1},  // The device filled up with its only one.
+                     {10.0F, 0.0F, 0.0F, 50, 0x20, 1},
+                     {10.0F, 0.0F, 0.0F, 50, 0x30, 1},
+                     {10.0F, 0.0F, 0.0F, 50, 0x10, 2}});  // The same place as the shot before: a point of its own.
+  bench.send_points(kLeftIp, livox::DataType::cartesian, 0,
+                    {{10.0F, 0.0F, 0.0F, 1, 0, 0}, {10.0F, 0.0F, 0.0F, 1, 0, 1}});
+  ASSERT_THAT(bench.batches, SizeIs(2));
+  ASSERT_THAT(bench.batches[0].points, SizeIs(4));
+  EXPECT_EQ(bench.batches[0].points[1].x, 20.0F);
+  EXPECT_EQ(bench.batches[0].points[3].shot, 2);
+  EXPECT_THAT(bench.batches[1].points, SizeIs(2));
+  EXPECT_EQ(bench.ingest.summary().of_sensor(0)->repeated, 2U);
+}
+
 TEST(LidarIngest, PassesTheImuOn) {
   Bench bench(make_rig());
   livox::SampleHeader header;
