@@ -24,6 +24,7 @@ struct SimulateOptions {
   sim::TurntableOptions motion;
   int points = 200000;
   std::string mount_error = "200mm,10deg";
+  sim::UnitErrorOptions unit_errors;
   sim::FaultOptions faults;
 };
 
@@ -37,6 +38,7 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
     light.seed = options.seed;
     light.turntable = options.motion;
     light.mount_error = mount_error;
+    light.unit_errors = options.unit_errors;
     light.shots_per_patch = options.points;
     return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
   }
@@ -44,6 +46,7 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
   run.seed = options.seed;
   run.turntable = options.motion;
   run.mount_error = mount_error;
+  run.unit_errors = options.unit_errors;
   run.faults = options.faults;
   return sim::simulate_session(scene, rig, run, options.out, context.run_context());
 }
@@ -88,6 +91,32 @@ Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& 
   return ExitCode::good;
 }
 
+void add_unit_error_options(CLI::App& command, sim::UnitErrorOptions& errors) {
+  command
+      .add_option_function<double>(
+          "--range-bias", [&errors](double mm) { errors.range_bias_sigma_m = 1e-3 * mm; },
+          "Millimetres, 1 sigma between units, by which all ranges of a unit are off (default 0)")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->option_text("MM");
+  command
+      .add_option_function<double>(
+          "--dark-bias", [&errors](double mm) { errors.dark_bias_m = 1e-3 * mm; },
+          "Millimetres by which a black target seems further than a white one (default 0)")
+      ->check(CLI::Range(-1000.0, 1000.0))
+      ->option_text("MM");
+  command
+      .add_option_function<double>(
+          "--wobble", [&errors](double deg) { errors.wobble_rad = to_rad(deg); },
+          "Degrees by which the beam goes round where the sensor thinks it is (default 0)")
+      ->check(CLI::Range(0.0, 5.0))
+      ->option_text("DEG");
+  command
+      .add_option("--footprint", errors.footprint_share,
+                  "Share of shots whose footprint is sampled twice (default 0.2; 1 is a real sensor, and slower)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->option_text("SHARE");
+}
+
 void add_fault_options(CLI::App& command, CLI::Option& patches, sim::FaultOptions& faults) {
   const auto add = [&](const char* name, double& share, const char* text) {
     command.add_option(name, share, text)->check(CLI::Range(0.0, 0.2))->excludes(&patches)->option_text("SHARE");
@@ -104,7 +133,10 @@ void add_fault_options(CLI::App& command, CLI::Option& patches, sim::FaultOption
 void add_simulate_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand("simulate", "Simulate a turntable run of a rig, with ground truth");
-  command->add_option("SCENE", options->scene, "courtyard, room, sparse, or the path of a scene file")->required();
+  command
+      ->add_option("SCENE", options->scene,
+                   "courtyard, room, sparse, glass_room, wet_yard, or the path of a scene file")
+      ->required();
   command->add_option("--rig", options->rig, "Rig file; its extrinsics are where the sensors nearly are")
       ->required()
       ->option_text("RIG");
@@ -123,6 +155,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
                    "How far the rig file's extrinsics are off (default 200mm,10deg)")
       ->check(CLI::Validator(check_tolerance, ""))
       ->option_text("MM,DEG");
+  add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
   command->callback(

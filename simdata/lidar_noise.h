@@ -1,9 +1,5 @@
 #pragma once
 
-#include "core/base/random.h"
-#include "core/records/records.h"
-#include "simdata/ray_caster.h"
-
 namespace rigcal::sim {
 
 /// How a LiDAR errs. One sigma unless said otherwise; ranges in metres.
@@ -11,6 +7,8 @@ struct LidarNoise {
   double range_sigma = 0.015;          ///< At the lens,
   double range_sigma_per_m = 0.25e-3;  ///< growing with range,
   double range_sigma_max = 0.04;       ///< up to this; at grazing incidence 1.3 times as much (the echo gets longer).
+  double range_bias = 0.0;             ///< Of this unit: its ranges are so much too long,
+  double dark_bias = 0.0;              ///< and on a black target by this more, less on brighter ones (see `bias_at`).
   double angle_sigma_rad = 0.0;        ///< Of the reported direction, in each of two directions across the ray.
   double min_range = 1.0;              ///< Nearer surfaces give no return.
   double max_range = 450.0;
@@ -29,47 +27,9 @@ struct LidarNoise {
   [[nodiscard]] static LidarNoise none();
 
   [[nodiscard]] double range_sigma_at(double range, double cos_incidence) const;
+  /// range_bias + dark_bias (1 - reflectivity / 100), the reflectivity at most 100: a weak echo crosses the threshold
+  /// late.
+  [[nodiscard]] double bias_at(double reflectivity) const;
 };
-
-/// One return of a shot; none where `range` is 0.
-struct Echo {
-  double range = 0.0;
-  std::uint8_t reflectivity = 0;
-  std::uint8_t tag = 0;  ///< Livox tag byte (return number; bits 0-1: likely a bleeding point).
-};
-
-/// What one shot measured. The second echo is that of another surface in the footprint, too far from the first to share
-/// its pulse.
-struct Shot {
-  Vector3d direction = Vector3d::Zero();  ///< As reported, sensor frame.
-  Echo first;
-  Echo second;
-};
-
-/// Measures a scene: ray, footprint, losses and noise of one shot.
-class ShotMeter {
- public:
-  ShotMeter(const RayCaster& caster, const std::vector<Material>& materials, const LidarNoise& noise)
-      : caster_(caster), materials_(materials), noise_(noise) {}
-
-  /// `direction` is the true unit direction in the sensor frame, T_scene_sensor the pose at the moment of the shot.
-  [[nodiscard]] Shot measure(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people,
-                             Random& random) const;
-
- private:
-  [[nodiscard]] bool is_lost(double range, double cos_incidence, double reflectivity, Random& random) const;
-  /// Another part of the footprint: moves `first_range` and marks the first echo, or fills in the second.
-  void look_again(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people, Random& random,
-                  double& first_range, Shot& shot) const;
-  /// Range with its noise and reflectivity with its own.
-  void finish(Echo& echo, double range, double cos_incidence, double reflectivity, Random& random) const;
-
-  const RayCaster& caster_;
-  const std::vector<Material>& materials_;
-  LidarNoise noise_;
-};
-
-/// The point of an echo as the wire carries it: whole millimetres.
-[[nodiscard]] Point to_point(const Vector3d& direction, const Echo& echo);
 
 }  // namespace rigcal::sim

@@ -6,6 +6,7 @@
 #include "core/base/parallel.h"
 #include "simdata/random_vectors.h"
 #include "simdata/ray_caster.h"
+#include "simdata/shot_meter.h"
 
 namespace rigcal::sim {
 namespace {
@@ -38,15 +39,20 @@ void render_patch(const RayCaster& caster, const std::vector<Material>& material
     if (i % shots_per_look == 0) people = caster.people_at(static_cast<double>(shot) / rate);
     if (moves)
       T_scene_sensor = simulated.motion.T_scene_base_unswung(static_cast<double>(shot) / rate) * lidar.T_base_sensor;
-    const Shot measured = meter.measure(T_scene_sensor, lidar.scanner.direction(shot), people, random);
-    if (measured.first.range > 0.0) patch.points.push_back(to_point(measured.direction, measured.first));
+    SE3 T_scene_beam = T_scene_sensor;
+    if (lidar.wobble.amplitude_rad != 0.0)
+      T_scene_beam.R = T_scene_sensor.R * lidar.wobble.at(static_cast<double>(shot) / rate);
+    const Shot measured = meter.measure(T_scene_beam, lidar.scanner.direction(shot), people, random);
+    if (measured.count == 0) continue;
+    patch.points.push_back(to_point(measured.direction, measured.single(false)));
   }
 }
 
 }  // namespace
 
 Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& options, const Rig& rig) {
-  auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error, options.seed);
+  auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error, options.seed,
+                                      options.unit_errors);
   if (!simulated) return simulated.error();
   const RayCaster caster(scene);
 
@@ -69,6 +75,7 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
     const Matrix3d step = light.T_G_base[static_cast<std::size_t>(k) - 1].R.transpose() * light.T_G_base.back().R;
     light.step_rotations.push_back(log_so3(step) + to_rad(options.step_rotation_sigma_deg) * error);
   }
+  light.lidars = simulated->lidars;
   const std::size_t lidars = simulated->lidars.size();
   parallel_for(light.patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)

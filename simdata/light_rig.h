@@ -13,7 +13,8 @@ namespace rigcal::sim {
 
 struct LightRigOptions {
   std::uint64_t seed = 1;
-  TurntableOptions turntable;             ///< Stops, dwell and the rest of the motion.
+  TurntableOptions turntable;  ///< Stops, dwell and the rest of the motion.
+  UnitErrorOptions unit_errors;
   MountError mount_error;                 ///< How far the rig's initial extrinsics are off.
   int shots_per_patch = 20000;            ///< Spread evenly over the dwell; at most what the sensor fires in it.
   double step_rotation_sigma_deg = 0.02;  ///< Error of `step_rotations`, each axis.
@@ -24,7 +25,8 @@ struct LightRigOptions {
 struct LightRig {
   Rig rig;                                 ///< initial_T_base_sensor are off by the mount error.
   std::vector<Patch> patches;              ///< By stop, then by sensor; sensor frame, whole millimetres.
-  std::vector<SE3> T_base_sensor;          ///< Truth, by sensor.
+  std::vector<SimulatedLidar> lidars;      ///< Truth: mountings, noise and biases, in the order of the rig.
+  std::vector<SE3> T_base_sensor;          ///< The same mountings by sensor.
   std::vector<SE3> T_G_base;               ///< Truth, by stop; the first is the identity.
   Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
   Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.

@@ -55,7 +55,7 @@ PacketRenderer::PacketRenderer(const RayCaster& caster, const std::vector<Materi
       device_(device),
       path_(path),
       seed_(seed),
-      meter_(caster, materials, lidar.noise),
+      meter_(caster, materials, lidar.noise, livox::record_layout(device.points).echoes > 2 ? 2 : 1),
       imu_(rig.motion, lidar.T_base_sensor, draw_imu_errors(seed, device.sensor)) {}
 
 PacketBlock PacketRenderer::render(std::int64_t index) const {
@@ -87,10 +87,16 @@ void PacketRenderer::fill_packet(std::int64_t number, double start_s, double end
   SE3 pose = motion.start;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if (motion.moves) pose = motion.at(static_cast<double>(i) / static_cast<double>(directions.size()));
-    const Shot shot = meter_.measure(pose, directions[i], people, random);
-    for (int e = 0; e < std::min<int>(2, layout.echoes); ++e) {
-      const Echo& echo = e == 0 ? shot.first : shot.second;
-      if (echo.range <= 0.0) continue;
+    SE3 beam = pose;
+    if (lidar_.wobble.amplitude_rad != 0.0) {
+      const double shot_number = static_cast<double>(number * layout.slots) + static_cast<double>(i);
+      beam.R = pose.R * lidar_.wobble.at(shot_number / lidar_.scanner.shots_per_s());
+    }
+    const Shot shot = meter_.measure(beam, directions[i], people, random);
+    const int echoes = std::min(shot.count, static_cast<int>(layout.echoes));
+    for (int e = 0; e < echoes; ++e) {
+      const Echo echo =
+          layout.echoes == 1 ? shot.single(device_.nearest_only) : shot.echoes[static_cast<std::size_t>(e)];
       points.push_back(to_point(shot.direction, echo));
       points.back().shot = static_cast<std::uint16_t>(i);
     }

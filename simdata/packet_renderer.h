@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "simdata/imu_model.h"
-#include "simdata/lidar_noise.h"
+#include "simdata/shot_meter.h"
 #include "simdata/sim_device.h"
 #include "simdata/sim_rig.h"
 

@@ -33,6 +33,7 @@ class PrismScanner {
   void directions(std::int64_t first, std::vector<Vector3d>& out) const;
 
   [[nodiscard]] double shots_per_s() const { return shots_per_s_; }
+  [[nodiscard]] double first_prism_turns_per_s() const { return elements_.front().prism.turns_per_s; }
   [[nodiscard]] int lines() const { return static_cast<int>(beams_.size()); }
 
  private:

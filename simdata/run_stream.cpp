@@ -88,6 +88,7 @@ RunTruth truth_of(const SimulatedRig& simulated, std::vector<SimDevice> devices,
   for (const SimDevice& device : devices)
     truth.imu_errors.push_back(device.has_imu ? draw_imu_errors(options.seed, device.sensor) : ImuErrors{});
   truth.devices = std::move(devices);
+  truth.lidars = simulated.lidars;
   return truth;
 }
 
@@ -112,8 +113,8 @@ Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOpt
                                 const RunContext& context) {
   auto devices = make_devices(rig, options.seed);
   if (!devices) return devices.error();
-  const auto simulated =
-      make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error, options.seed);
+  const auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error,
+                                            options.seed, options.unit_errors);
   if (!simulated) return simulated.error();
   RunTruth truth = truth_of(*simulated, *std::move(devices), options);
   const RayCaster caster(scene);

@@ -18,6 +18,7 @@ struct RunOptions {
   std::uint64_t seed = 1;
   TurntableOptions turntable;
   MountError mount_error;
+  UnitErrorOptions unit_errors;
   PacketPath path;
   FaultOptions faults;
   std::int64_t start_ns = 1'700'000'000'000'000'000;  ///< Session time of the first broadcast (November 2023).
@@ -34,6 +35,7 @@ struct RunTruth {
   Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
   Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
   std::vector<SimDevice> devices;
+  std::vector<SimulatedLidar> lidars;      ///< By device: noise and biases.
   std::vector<ImuErrors> imu_errors;       ///< By device; zero where it has no IMU.
   std::vector<FaultCounts> point_packets;  ///< By device: what it sent, and what became of it on the way.
   std::vector<FaultCounts> imu_packets;

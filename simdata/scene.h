@@ -13,6 +13,12 @@ namespace rigcal::sim {
 struct Material {
   std::string name;
   double reflectivity = 40.0;  ///< 0 .. 100 of a Lambertian target, up to 150 for brighter ones (protocol scale).
+  /// What is not scattered; at most one of them, see surface_optics.h. Shares, 0 .. 1.
+  double glass = 0.0;   ///< Of the light that goes through a pane.
+  double mirror = 0.0;  ///< That a mirror reflects.
+  double wet = 0.0;     ///< Of the surface that is under water.
+
+  [[nodiscard]] bool is_plain() const { return glass == 0.0 && mirror == 0.0 && wet == 0.0; }
 };
 
 /// A flat rectangle (or parallelogram), or the ellipse inside it: the points center + a u + b v with |a|, |b| <= 1,

@@ -85,9 +85,29 @@ class SceneReader {
     if (!top.require("materials", "list them as name: reflectivity (0 .. 150)")) return;
     const YamlNode* node = top.get("materials");
     const YamlMap materials(*node, "materials", errors_, {});
-    for (const YamlKey& key : node->keys)
-      scene_.materials.push_back({key.name, materials.number(key.name, 0.0, 150.0).value_or(0.0)});
+    for (const YamlKey& key : node->keys) scene_.materials.push_back(read_material(materials, key.name));
     if (scene_.materials.empty()) top.fail("materials", "there is no material");
+  }
+
+  // A reflectivity, or a map of it and one of glass, mirror, wet.
+  Material read_material(const YamlMap& materials, const std::string& name) {
+    Material material;
+    material.name = name;
+    if (materials.get(name)->kind != YamlNode::Kind::map) {
+      material.reflectivity = materials.number(name, 0.0, 150.0).value_or(0.0);
+      return material;
+    }
+    const auto map = materials.map(name, {"reflectivity", "glass", "mirror", "wet"});
+    if (!map) return material;
+    material.reflectivity = required_number(*map, "reflectivity", 0.0, 150.0);
+    int kinds = 0;
+    for (const auto& [key, share] :
+         {std::pair{"glass", &material.glass}, {"mirror", &material.mirror}, {"wet", &material.wet}}) {
+      *share = map->number(key, 0.0, 1.0).value_or(0.0);
+      kinds += *share > 0.0 ? 1 : 0;
+    }
+    if (kinds > 1) materials.fail(name, "the material is more than one of glass, mirror and wet", "keep one of them");
+    return material;
   }
 
   template <class Body>

@@ -17,14 +17,17 @@ void add_sensors(const Rig& rig, const std::vector<SE3>& T_base_sensor, GroundTr
     truth.T_base_sensor.emplace_back(rig.sensors[i].name, T_base_sensor[i]);
 }
 
-void add_noise(const Rig& rig, GroundTruth& truth) {
-  for (const Sensor& sensor : rig.sensors) {
-    if (!sensor.is_lidar()) continue;
-    const LidarNoise noise = sensor.lidar->model == LidarModel::livox_avia ? LidarNoise::avia() : LidarNoise::mid40();
-    truth.noise[sensor.name] = {{"range_m", noise.range_sigma},
-                                {"range_per_m", noise.range_sigma_per_m},
-                                {"range_max_m", noise.range_sigma_max},
-                                {"angle_deg", to_deg(noise.angle_sigma_rad)}};
+// Noise and biases of the LiDARs.
+void add_errors(const Rig& rig, const std::vector<SimulatedLidar>& lidars, GroundTruth& truth) {
+  for (const SimulatedLidar& lidar : lidars) {
+    const std::string& name = rig.sensors[static_cast<std::size_t>(lidar.sensor)].name;
+    truth.noise[name] = {{"range_m", lidar.noise.range_sigma},
+                         {"range_per_m", lidar.noise.range_sigma_per_m},
+                         {"range_max_m", lidar.noise.range_sigma_max},
+                         {"angle_deg", to_deg(lidar.noise.angle_sigma_rad)}};
+    truth.biases[name] = {{"range_m", lidar.noise.range_bias},
+                          {"range_dark_m", lidar.noise.dark_bias},
+                          {"wobble_deg", to_deg(lidar.wobble.amplitude_rad)}};
   }
 }
 
@@ -81,7 +84,7 @@ std::string ground_truth_path(const std::string& session) {
 GroundTruth ground_truth_of(const Rig& rig, const RunTruth& run) {
   GroundTruth truth;
   add_sensors(rig, run.T_base_sensor, truth);
-  add_noise(rig, truth);
+  add_errors(rig, run.lidars, truth);
   for (std::size_t k = 0; k < run.stops.size(); ++k) truth.stops.push_back({run.stops[k], run.T_G_base[k]});
   truth.table_axis = TableAxis{run.axis_point, run.axis};
   for (std::size_t i = 0; i < run.devices.size(); ++i) {
@@ -89,7 +92,7 @@ GroundTruth ground_truth_of(const Rig& rig, const RunTruth& run) {
     const std::string& name = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
     const double before_s = static_cast<double>(run.start_ns - run.sampling_ns) * 1e-9;
     truth.clocks[name] = {device.clock.stamp_ns(before_s) - run.start_ns, device.clock.drift * 1e6};
-    if (device.has_imu) truth.biases[name] = named_biases(run.imu_errors[i]);
+    if (device.has_imu) truth.biases[name].merge(named_biases(run.imu_errors[i]));
     add_packets("point", run.point_packets[i], truth.packets[name]);
     add_packets("imu", run.imu_packets[i], truth.packets[name]);
   }
@@ -147,7 +150,7 @@ Expected<SessionSummary> simulate_patches(const Scene& scene, const Rig& rig, co
   if (const auto finished = folder->finish(); !finished) return finished.error();
   GroundTruth truth;
   add_sensors(rig, light->T_base_sensor, truth);
-  add_noise(rig, truth);
+  add_errors(rig, light->lidars, truth);
   truth.table_axis = TableAxis{light->axis_point, light->axis};
   for (std::size_t k = 0; k < light->T_G_base.size(); ++k)
     truth.stops.push_back({{static_cast<int>(k), 0, 0}, light->T_G_base[k]});

@@ -20,7 +20,7 @@ Error device_error(const Sensor& sensor, std::string what, std::string mend) {
 Expected<livox::DataType> data_type_of(const Sensor& sensor) {
   const LidarSettings& lidar = *sensor.lidar;
   const bool spherical = lidar.coordinates == CoordinateSystem::spherical;
-  const ReturnMode mode = lidar.return_mode.value_or(ReturnMode::first);
+  const ReturnMode mode = lidar.return_mode.value_or(ReturnMode::strongest);
   const bool single = mode == ReturnMode::first || mode == ReturnMode::strongest;
   if (lidar.model == LidarModel::livox_mid40) {
     if (!single) return device_error(sensor, "a MID-40 has no such return mode", "take return_mode away");
@@ -85,6 +85,7 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
     device.broadcast = {code_of(*sensor.lidar, device.sensor),
                         avia ? livox::DeviceType::avia : livox::DeviceType::mid40, livox::kDevicePort};
     device.points = *type;
+    device.nearest_only = sensor.lidar->return_mode == ReturnMode::first;
     // The last digit of a MID-100's code says which of its three units it is.
     const char digit = device.broadcast.broadcast_code.back();
     if (!avia && digit >= '1' && digit <= '3') device.lidar_id = static_cast<std::uint8_t>(digit - '0');

@@ -27,6 +27,7 @@ struct SimDevice {
   int sensor = 0;  ///< Index in the rig.
   livox::Broadcast broadcast;
   livox::DataType points = livox::DataType::cartesian;
+  bool nearest_only = false;  ///< Single return: the first echo, else the strongest.
   std::uint8_t lidar_id = 1;
   bool has_imu = false;
   Endpoint point_source;

@@ -9,7 +9,7 @@ namespace rigcal::sim {
 namespace {
 
 // One random stream a purpose, so that a change of one does not shift the others.
-enum Stream : std::uint64_t { motion_stream = 1, mount_stream = 100, scan_stream = 200 };
+enum Stream : std::uint64_t { motion_stream = 1, mount_stream = 100, scan_stream = 200, unit_stream = 600 };
 
 SE3 draw_mounting(const Sensor& sensor, const MountError& error, Random& random) {
   if (sensor.initial_T_base_sensor) {
@@ -23,6 +23,14 @@ SE3 draw_mounting(const Sensor& sensor, const MountError& error, Random& random)
   const Vector3d tilt_axis = random_level_direction(random);
   const double distance = random.uniform(0.0, 0.3);
   return {exp_so3(yaw * Vector3d::UnitZ()) * exp_so3(tilt * tilt_axis), distance * random_direction(random)};
+}
+
+void add_unit_errors(const UnitErrorOptions& options, std::uint64_t seed, SimulatedLidar& lidar) {
+  Random random(seed, unit_stream + static_cast<std::uint64_t>(lidar.sensor));
+  lidar.noise.range_bias = options.range_bias_sigma_m * random.normal();
+  lidar.noise.dark_bias = options.dark_bias_m;
+  lidar.noise.second_ray_share = options.footprint_share;
+  lidar.wobble = {options.wobble_rad, lidar.scanner.first_prism_turns_per_s(), random.uniform()};
 }
 
 SE3 backward(double yaw_deg, double y) {
@@ -56,7 +64,8 @@ Rig nominal_rig() {
 }
 
 Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_table, const TurntableOptions& turntable,
-                                          const MountError& error, std::uint64_t seed) {
+                                          const MountError& error, std::uint64_t seed,
+                                          const UnitErrorOptions& unit_errors) {
   Random motion_random(seed, motion_stream);
   SimulatedRig simulated{{}, {}, TurntableMotion(T_scene_table, turntable, motion_random)};
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
@@ -68,17 +77,24 @@ Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_tab
     if (!sensor.is_lidar()) continue;
     switch (sensor.lidar->model) {
       case LidarModel::livox_avia:
-        simulated.lidars.push_back(
-            {static_cast<int>(i), simulated.T_base_sensor.back(), PrismScanner::avia(scan_random), LidarNoise::avia()});
+        simulated.lidars.push_back({static_cast<int>(i),
+                                    simulated.T_base_sensor.back(),
+                                    PrismScanner::avia(scan_random),
+                                    LidarNoise::avia(),
+                                    {}});
         break;
       case LidarModel::livox_mid40:
-        simulated.lidars.push_back({static_cast<int>(i), simulated.T_base_sensor.back(),
-                                    PrismScanner::mid40(scan_random), LidarNoise::mid40()});
+        simulated.lidars.push_back({static_cast<int>(i),
+                                    simulated.T_base_sensor.back(),
+                                    PrismScanner::mid40(scan_random),
+                                    LidarNoise::mid40(),
+                                    {}});
         break;
       default:
         return input_error("the scan pattern of this LiDAR type is not known to the simulator",
                            "sensor '" + sensor.name + "' of the rig", "simulate livox_avia and livox_mid40 only");
     }
+    add_unit_errors(unit_errors, seed, simulated.lidars.back());
   }
   return simulated;
 }

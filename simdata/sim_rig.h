@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/rig/rig.h"
+#include "simdata/beam_wobble.h"
 #include "simdata/lidar_noise.h"
 #include "simdata/prism_scanner.h"
 #include "simdata/turntable_motion.h"
@@ -17,6 +18,14 @@ struct MountError {
   double rotation_deg = 10.0;
 };
 
+/// What real units have beyond noise; none of it by default.
+struct UnitErrorOptions {
+  double range_bias_sigma_m = 0.0;  ///< Each unit's own constant is drawn with this sigma.
+  double dark_bias_m = 0.0;         ///< See LidarNoise::dark_bias; alike for all units.
+  double wobble_rad = 0.0;          ///< Amplitude, see BeamWobble.
+  double footprint_share = 0.2;     ///< See LidarNoise::second_ray_share; 1 is the real sensor, at half the speed.
+};
+
 /// AVIA as base looking forward, three MID-40 looking backward (yaw 180 + 30, 0, -30 deg, 0.15 m behind and 0.1 m
 /// below): the rig in memory where no rig file is asked for.
 [[nodiscard]] Rig nominal_rig();
@@ -27,6 +36,7 @@ struct SimulatedLidar {
   SE3 T_base_sensor;
   PrismScanner scanner;
   LidarNoise noise;
+  BeamWobble wobble;
 };
 
 /// Everything that is drawn once a run: the true mounting, where the prisms stand, the motion.
@@ -41,6 +51,6 @@ struct SimulatedRig {
 /// known scan pattern.
 [[nodiscard]] Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_table,
                                                         const TurntableOptions& turntable, const MountError& error,
-                                                        std::uint64_t seed);
+                                                        std::uint64_t seed, const UnitErrorOptions& unit_errors = {});
 
 }  // namespace rigcal::sim

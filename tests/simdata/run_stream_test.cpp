@@ -145,6 +145,52 @@ TEST(RunStream, SendsTheDataTypeThatTheRigFileAsksFor) {
   EXPECT_GT(second_echoes, 100U);
 }
 
+TEST(RunStream, SendsEveryDataTypeWithItsEchoesInOrder) {
+  const struct {
+    ReturnMode mode;
+    CoordinateSystem coordinates;
+    livox::DataType type;
+    std::size_t most;
+  } kinds[] = {
+      {ReturnMode::first, CoordinateSystem::spherical, livox::DataType::spherical_tagged, 1},
+      {ReturnMode::dual, CoordinateSystem::spherical, livox::DataType::dual_spherical, 2},
+      {ReturnMode::triple, CoordinateSystem::cartesian, livox::DataType::triple_cartesian, 3},
+      {ReturnMode::triple, CoordinateSystem::spherical, livox::DataType::triple_spherical, 3},
+  };
+  for (const auto& kind : kinds) {
+    Rig rig = nominal_rig();
+    rig.sensors.resize(1);
+    rig.sensors[0].lidar->return_mode = kind.mode;
+    rig.sensors[0].lidar->coordinates = kind.coordinates;
+    RunOptions options = short_run(6);
+    options.unit_errors.footprint_share = 1.0;
+    const Recording recording = record(options, rig, "courtyard");
+    std::vector<Point> points;
+    std::size_t packets = 0;
+    std::size_t most = 0;
+    std::size_t of_one_shot = 0;
+    for (const Recorded& datagram : recording.datagrams) {
+      if (datagram.from.port != livox::kPointSourcePort) continue;
+      const auto packet = livox::parse_sample_packet(datagram.bytes);
+      ASSERT_TRUE(packet.has_value());
+      ASSERT_EQ(kind.type, packet->header.data_type);
+      ++packets;
+      livox::decode_points(*packet, points);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        of_one_shot = i > 0 && points[i].shot == points[i - 1].shot ? of_one_shot + 1 : 1;
+        most = std::max(most, of_one_shot);
+        ASSERT_EQ(of_one_shot, livox::decode_tag(points[i].tag).return_number);
+        if (of_one_shot == 1) continue;
+        const Vector3d near(points[i - 1].x, points[i - 1].y, points[i - 1].z);
+        ASSERT_GT(Vector3d(points[i].x, points[i].y, points[i].z).norm(), near.norm());
+      }
+    }
+    EXPECT_EQ(kind.most, most);
+    const double interval_s = 1e-9 * static_cast<double>(recording.truth.devices[0].packet_interval_ns);
+    EXPECT_NEAR(1.4 / interval_s, static_cast<double>(packets), 1.5);
+  }
+}
+
 TEST(RunStream, RefusesARigWithoutAddresses) {
   Rig rig = nominal_rig();
   rig.sensors[2].lidar->ip.reset();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace rigcal::sim {
 namespace {
 
@@ -11,6 +13,9 @@ TEST(SceneFile, ReadsEveryBuiltInScene) {
     ASSERT_TRUE(scene.has_value()) << scene.error().message();
     EXPECT_EQ(scene->name, name);
     EXPECT_GT(scene->flats.size(), 100U) << name;
+    const bool has_special = name == "glass_room" || name == "wet_yard";
+    EXPECT_EQ(has_special, std::any_of(scene->materials.begin(), scene->materials.end(),
+                                       [](const Material& material) { return !material.is_plain(); }));
   }
 }
 
@@ -39,6 +44,27 @@ TEST(SceneFile, RefusesWhatMakesNoSense) {
   EXPECT_NE(std::string::npos, error_of(frame + "people:\n  - {path: [0, 0, 0, 0], material: brick}\n").find("path"));
   EXPECT_NE(std::string::npos, error_of("rigcal: 1\nmaterials: {brick: 400}\n").find("brick"));
   EXPECT_NE(std::string::npos, error_of("rigcal: 1\nmaterials: {brick: 40}\n").find("turntable"));
+}
+
+TEST(SceneFile, ReadsWhatMaterialsDoWithTheLight) {
+  const auto scene = parse_scene(
+      "rigcal: 1\nmaterials: {brick: 40, pane: {reflectivity: 8, glass: 0.85}, water: {reflectivity: 20, wet: 1}, "
+      "silver: {reflectivity: 5, mirror: 0.9}}\nturntable: {position: [0, 0, 1]}\n",
+      "s.yaml");
+  ASSERT_TRUE(scene.has_value()) << scene.error().message();
+  ASSERT_EQ(4U, scene->materials.size());
+  EXPECT_TRUE(scene->materials[0].is_plain());
+  EXPECT_EQ(0.85, scene->materials[1].glass);
+  EXPECT_EQ(8.0, scene->materials[1].reflectivity);
+  EXPECT_EQ(1.0, scene->materials[2].wet);
+  EXPECT_EQ(0.9, scene->materials[3].mirror);
+  const auto refusal = [](const std::string& material) {
+    return error_of("rigcal: 1\nmaterials:\n  odd: {" + material + "}\nturntable: {position: [0, 0, 1]}\n");
+  };
+  EXPECT_NE(std::string::npos, refusal("reflectivity: 8, glas: 0.5").find("'glass'"));
+  EXPECT_NE(std::string::npos, refusal("reflectivity: 8, glass: 1.5").find("glass"));
+  EXPECT_NE(std::string::npos, refusal("glass: 0.5").find("reflectivity"));
+  EXPECT_NE(std::string::npos, refusal("reflectivity: 8, glass: 0.5, wet: 0.5").find("more than one"));
 }
 
 TEST(SceneFile, RefusesCopiesThatWouldFillTheMemory) {
