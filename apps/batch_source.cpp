@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "apps/datagram_file.h"
-
 namespace rigcal {
 namespace {
 
@@ -26,6 +24,7 @@ class PacketBatches final : public BatchSource {
   [[nodiscard]] double fraction() const override { return file_->fraction(); }
   [[nodiscard]] IngestSummary summary() const override { return ingest_.summary(); }
   [[nodiscard]] std::string truncation() const override { return file_->truncation(); }
+  [[nodiscard]] FileNotes notes() const override { return file_->notes(); }
   [[nodiscard]] std::optional<BroadcastCodes> better_codes() const override {
     if (!ingest_.learned_too_late()) return std::nullopt;
     return ingest_.codes();

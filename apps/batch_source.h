@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/datagram_file.h"
 #include "apps/lidar_ingest.h"
 
 namespace rigcal {
@@ -24,6 +25,7 @@ class BatchSource {
   [[nodiscard]] virtual IngestSummary summary() const = 0;
   /// Where and why the recording ended too soon or has a hole, one clause; empty otherwise.
   [[nodiscard]] virtual std::string truncation() const = 0;
+  [[nodiscard]] virtual FileNotes notes() const { return {}; }
   /// The codes to read the recording again with, where a device said too late who it is.
   [[nodiscard]] virtual std::optional<BroadcastCodes> better_codes() const { return std::nullopt; }
 };

@@ -4,8 +4,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/io/pcap_reader.h"
-
 namespace rigcal {
 namespace {
 
@@ -19,6 +17,9 @@ class PcapDatagrams final : public DatagramFile {
     return more;
   }
   [[nodiscard]] std::string truncation() const override { return reader_.truncation(); }
+  [[nodiscard]] FileNotes notes() const override {
+    return {capture_findings(reader_.counters()), reader_.counters()};
+  }
   [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / file_bytes_); }
 
  private:

@@ -1,12 +1,21 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/io/pcap_reader.h"
 #include "core/records/records.h"
 
 namespace rigcal {
+
+/// What a file tells beside its datagrams; complete at its end.
+struct FileNotes {
+  std::vector<std::string> findings;   ///< What a user should know, in clauses.
+  std::optional<PcapCounters> frames;  ///< Of a packet dump.
+};
 
 /// Datagrams out of a file, in the order in which they were recorded. Another format of datagrams is a class beside the
 /// one in datagram_file.cpp and a line in `open_datagrams`; calibrate, inspect, export and import then read it.
@@ -22,6 +31,7 @@ class DatagramFile {
   [[nodiscard]] virtual Expected<bool> next(Datagram& datagram) = 0;
   /// Where and why it ended too soon, one clause; empty otherwise.
   [[nodiscard]] virtual std::string truncation() const = 0;
+  [[nodiscard]] virtual FileNotes notes() const = 0;
   /// How much of the file is read, 0 .. 1.
   [[nodiscard]] virtual double fraction() const = 0;
 };

@@ -81,6 +81,18 @@ Inspection devices_json(const Rig& rig, const IngestSummary& ingest) {
   return devices;
 }
 
+Inspection frames_json(const PcapCounters& frames) {
+  return {{"read", frames.frames},
+          {"ipv6", frames.ipv6},
+          {"not_udp", frames.not_udp},
+          {"cut", frames.cut},
+          {"other_link", frames.other_link},
+          {"malformed", frames.malformed},
+          {"fragments", frames.parts.fragments},
+          {"put_together", frames.parts.whole},
+          {"not_put_together", frames.parts.lost()}};
+}
+
 Inspection stop_json(const Rig& rig, const StopRecord& stop) {
   Inspection points = Inspection::object();
   for (const auto& [sensor, count] : stop.points) points[rig.sensors[static_cast<std::size_t>(sensor)].name] = count;
@@ -164,6 +176,7 @@ Expected<Inspection> inspect_packets(const std::string& path, const RunContext& 
   json["complete"] = summary->truncation.empty();
   json["datagrams"] = summary->ingest.datagrams;
   json["not_livox"] = summary->ingest.not_livox;
+  if (summary->notes.frames) json["frames"] = frames_json(*summary->notes.frames);
   json["devices"] = devices_json(source.rig, summary->ingest);
   json["warnings"] = reading_warnings(source, *summary);
   return json;
@@ -179,6 +192,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   json["complete"] = source.complete && summary->truncation.empty();
   json["datagrams"] = summary->ingest.datagrams;
   json["not_livox"] = summary->ingest.not_livox;
+  if (summary->notes.frames) json["frames"] = frames_json(*summary->notes.frames);
   json["devices"] = devices_json(source.rig, summary->ingest);
   json["gyro"] = gyro_json(source.rig, *summary);
   json["stops"] = Inspection::array();

@@ -60,6 +60,7 @@ Expected<Pass> read_once(const StreamSource& source, const StopOptions& options,
   pass.summary.still = finder.figures();
   pass.summary.points = finder.point_counts();
   pass.summary.truncation = (*batches)->truncation();
+  pass.summary.notes = (*batches)->notes();
   pass.better_codes = (*batches)->better_codes();
   return pass;
 }
@@ -145,6 +146,7 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
 std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
   std::vector<std::string> warnings = summary.ingest.warnings;
   if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
+  for (const std::string& finding : summary.notes.findings) warnings.push_back(source.file + ": " + finding);
   if (!source.complete) {
     warnings.push_back(source.path + ": the recording was cut short; what is there is used");
   }

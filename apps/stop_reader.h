@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/datagram_file.h"
 #include "apps/lidar_ingest.h"
 #include "core/base/run_context.h"
 #include "core/stops/stop_finder.h"
@@ -38,6 +39,7 @@ struct StopReading {
   StillFigures still;
   PointCounts points;
   std::string truncation;  ///< Where and why the file ended too soon or has a hole; empty otherwise.
+  FileNotes notes;
   std::vector<StopRecord> stops;
 };
 

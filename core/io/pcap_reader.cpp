@@ -1,72 +1,84 @@
 #include "core/io/pcap_reader.h"
 
-#include <pcap/pcap.h>
-#include <sys/stat.h>
-
-#include <cerrno>
-#include <cstdio>
 #include <optional>
 #include <utility>
-#include <vector>
 
-#include "core/io/link_layer.h"
-#include "core/rig/text_file.h"
+#include "core/io/capture_file.h"
 
 namespace rigcal {
 
 struct PcapReader::State {
+  explicit State(CaptureFile capture) : file(std::move(capture)) {}
+
   std::string path;
-  std::vector<char> file_buffer;
-  std::FILE* file = nullptr;  ///< Owned by `capture`.
-  pcap_t* capture = nullptr;
-  LinkLayer link = LinkLayer::raw_ip;
+  CaptureFile file;
+  IpReassembler reassembler;
   PcapCounters counters;
+  std::uint32_t other_link_type = 0;  ///< The first that is not read.
   bool ended = false;
   std::string truncation;
 
-  State() = default;
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() {
-    if (capture != nullptr) pcap_close(capture);
-  }
+  bool deliver(const CapturedFrame& frame, Datagram& datagram);
 };
 
 namespace {
 
-/// libpcap reads frame by frame; a large buffer below it keeps the system calls few.
-constexpr std::size_t file_buffer_bytes = std::size_t{1} << 20;
-/// Seconds that fit into int64 nanoseconds.
-constexpr std::int64_t max_seconds = 9'223'372'035;
-
-std::optional<LinkLayer> link_layer_of(int link_type) {
+std::string link_name(std::uint32_t link_type) {
   switch (link_type) {
-    case DLT_EN10MB:
-      return LinkLayer::ethernet;
-    case DLT_RAW:
-    case 101:  // LINKTYPE_RAW where it differs from the system's DLT_RAW
-    case DLT_IPV4:
-      return LinkLayer::raw_ip;
-    case DLT_LINUX_SLL:
-      return LinkLayer::cooked_v1;
-    case DLT_LINUX_SLL2:
-      return LinkLayer::cooked_v2;
-    case DLT_NULL:
-    case DLT_LOOP:
-      return LinkLayer::null;
+    case 105:
+    case 127:
+      return "Wi-Fi in monitor mode";
+    case 189:
+    case 220:
+    case 249:
+      return "USB";
+    case 9:
+      return "PPP";
     default:
-      return std::nullopt;
+      return "unknown here";
   }
 }
 
-Error open_error(const std::string& path, const std::string& reason) {
-  if (reason.find("truncated") != std::string::npos) {
-    return input_error("ends within the header of the capture file", path, "record it again");
-  }
-  return input_error("is no packet dump that can be read (" + reason + ")", path, "give a pcap or pcapng file");
+std::string count_of(std::uint64_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
 }  // namespace
+
+/// True where the frame gave a datagram; otherwise it is counted.
+bool PcapReader::State::deliver(const CapturedFrame& frame, Datagram& datagram) {
+  const std::optional<LinkLayer> link = link_layer_of(frame.link_type);
+  if (!frame.broken && !link) {
+    if (++counters.other_link == 1) other_link_type = frame.link_type;
+    return false;
+  }
+  IpPart part;
+  const FrameKind kind = frame.broken ? FrameKind::malformed : find_udp(*link, frame.bytes, part);
+  if (kind == FrameKind::ipv6) ++counters.ipv6;
+  if (kind == FrameKind::not_udp) ++counters.not_udp;
+  if (kind == FrameKind::malformed) {
+    const bool cut = !frame.broken && frame.bytes.size() < frame.wire_bytes;
+    ++(cut ? counters.cut : counters.malformed);
+  }
+  if (kind != FrameKind::udp_part) return false;
+  if (!frame.stamp_ns) {
+    ++counters.malformed;
+    return false;
+  }
+  if (part.is_fragment()) {
+    const std::optional<IpPart> whole = reassembler.add(part, *frame.stamp_ns);
+    counters.parts = reassembler.counters();
+    if (!whole) return false;
+    part = *whole;
+  }
+  if (!parse_udp(part, datagram)) {
+    ++counters.malformed;
+    return false;
+  }
+  ++counters.datagrams;
+  datagram.stamp_ns = *frame.stamp_ns;
+  return true;
+}
 
 PcapReader::PcapReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 PcapReader::PcapReader(PcapReader&&) noexcept = default;
@@ -74,77 +86,39 @@ PcapReader& PcapReader::operator=(PcapReader&&) noexcept = default;
 PcapReader::~PcapReader() = default;
 
 Expected<PcapReader> PcapReader::open(const std::string& path) {
-  auto state = std::make_unique<State>();
+  Expected<CaptureFile> file = CaptureFile::open(path);
+  if (!file) return file.error();
+  auto state = std::make_unique<State>(std::move(*file));
   state->path = path;
-  state->file_buffer.resize(file_buffer_bytes);
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr) return cannot_read(path, errno);
-  struct stat status = {};
-  const bool known = fstat(fileno(file), &status) == 0;
-  if (known && (S_ISDIR(status.st_mode) || (S_ISREG(status.st_mode) && status.st_size == 0))) {
-    std::fclose(file);
-    if (S_ISDIR(status.st_mode)) return cannot_read(path, EISDIR);
-    return input_error("is empty", path, "give a packet dump (pcap or pcapng)");
-  }
-  std::setvbuf(file, state->file_buffer.data(), _IOFBF, file_buffer_bytes);
-  char reason[PCAP_ERRBUF_SIZE] = {};
-  state->capture = pcap_fopen_offline_with_tstamp_precision(file, PCAP_TSTAMP_PRECISION_NANO, reason);
-  if (state->capture == nullptr) {
-    std::fclose(file);
-    return open_error(path, reason);
-  }
-  state->file = file;
-  const int link_type = pcap_datalink(state->capture);
-  const std::optional<LinkLayer> link = link_layer_of(link_type);
-  if (!link) {
-    const char* name = pcap_datalink_val_to_name(link_type);
-    return input_error(std::string("has packets of the link type ") + (name != nullptr ? name : "?") + " (" +
-                           std::to_string(link_type) + "), which is not read",
-                       path, "record on an Ethernet, loopback or 'any' interface");
-  }
-  state->link = *link;
   return PcapReader(std::move(state));
 }
 
 Expected<bool> PcapReader::next(Datagram& datagram) {
   State& state = *state_;
-  while (!state.ended) {
-    pcap_pkthdr* header = nullptr;
-    const u_char* bytes = nullptr;
-    const int got = pcap_next_ex(state.capture, &header, &bytes);
-    if (got == PCAP_ERROR_BREAK) {
-      state.ended = true;
-      break;
-    }
-    if (got != 1) {
-      state.ended = true;
-      state.truncation = "after frame " + std::to_string(state.counters.frames) + ": " + pcap_geterr(state.capture);
-      if (state.counters.frames > 0) break;
-      return input_error("has no whole packet (" + std::string(pcap_geterr(state.capture)) + ")", state.path,
-                         "record it again");
-    }
+  if (state.ended) return false;
+  for (CapturedFrame frame; state.file.next(frame);) {
     ++state.counters.frames;
-    const std::int64_t seconds = header->ts.tv_sec;
-    const std::int64_t nanoseconds = header->ts.tv_usec;  // nanoseconds, as asked for
-    if (seconds < 0 || seconds > max_seconds || nanoseconds < 0 || nanoseconds >= 1'000'000'000) {
-      ++state.counters.malformed;
-      continue;
+    if (state.deliver(frame, datagram)) return true;
+  }
+  return end();
+}
+
+Expected<bool> PcapReader::end() {
+  State& state = *state_;
+  state.ended = true;
+  state.reassembler.finish();
+  state.counters.parts = state.reassembler.counters();
+  const PcapCounters& counters = state.counters;
+  if (!state.file.damage().empty()) {
+    state.truncation = "after frame " + std::to_string(counters.frames) + ": " + state.file.damage();
+    if (counters.frames == 0) {
+      return input_error("has no whole packet (" + state.file.damage() + ")", state.path, "record it again");
     }
-    switch (parse_udp(state.link, ByteView(bytes, header->caplen), datagram)) {
-      case FrameKind::udp:
-        ++state.counters.datagrams;
-        datagram.stamp_ns = seconds * 1'000'000'000 + nanoseconds;
-        return true;
-      case FrameKind::not_udp:
-        ++state.counters.not_udp;
-        break;
-      case FrameKind::fragment:
-        ++state.counters.fragments;
-        break;
-      case FrameKind::malformed:
-        ++state.counters.malformed;
-        break;
-    }
+  }
+  if (counters.other_link > 0 && counters.other_link == counters.frames) {
+    return input_error("has packets of the link type " + std::to_string(state.other_link_type) + " only (" +
+                           link_name(state.other_link_type) + "), which is not read",
+                       state.path, "record on an Ethernet, loopback or 'any' interface");
   }
   return false;
 }
@@ -152,5 +126,34 @@ Expected<bool> PcapReader::next(Datagram& datagram) {
 bool PcapReader::truncated() const { return !state_->truncation.empty(); }
 const std::string& PcapReader::truncation() const { return state_->truncation; }
 const PcapCounters& PcapReader::counters() const { return state_->counters; }
+
+std::vector<std::string> capture_findings(const PcapCounters& counters) {
+  std::vector<std::string> findings;
+  if (counters.cut > 0) {
+    findings.push_back(count_of(counters.cut, "packet was", "packets were") +
+                       " cut short by the snapshot length of the recording; record with tcpdump -s 0");
+  }
+  if (counters.malformed > 0) {
+    findings.push_back(count_of(counters.malformed, "packet was", "packets were") +
+                       " left out, whose headers or stamps contradict themselves");
+  }
+  if (counters.other_link > 0) {
+    findings.push_back(count_of(counters.other_link, "packet was", "packets were") +
+                       " left out, from an interface of a link type that is not read");
+  }
+  const FragmentCounters& parts = counters.parts;
+  if (parts.lost() > 0) {
+    std::string text =
+        count_of(parts.lost(), "fragmented packet", "fragmented packets") + " could not be put together:";
+    if (parts.incomplete > 0) text += " " + std::to_string(parts.incomplete) + " for want of parts,";
+    if (parts.contradictory > 0) {
+      text += " " + std::to_string(parts.contradictory) + " with parts that contradict each other,";
+    }
+    if (parts.crowded_out > 0) text += " " + std::to_string(parts.crowded_out) + " because too many came at a time,";
+    text.pop_back();
+    findings.push_back(text);
+  }
+  return findings;
+}
 
 }  // namespace rigcal

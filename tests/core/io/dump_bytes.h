@@ -86,6 +86,24 @@ inline Bytes ip_udp(const Bytes& payload, std::uint16_t fragment_field = 0x4000,
                payload});
 }
 
+/// The IPv4 packet `ip_udp(payload)` in pieces of `piece_bytes` (a multiple of 8).
+inline std::vector<Bytes> fragments(const Bytes& payload, std::size_t piece_bytes) {
+  const Bytes whole = ip_udp(payload);
+  std::vector<Bytes> pieces;
+  for (std::size_t at = 20; at < whole.size(); at += piece_bytes) {
+    const std::size_t end = std::min(at + piece_bytes, whole.size());
+    const auto begin = whole.begin() + static_cast<std::ptrdiff_t>(at);
+    Bytes head(whole.begin(), whole.begin() + 20);
+    const std::size_t field = (at - 20) / 8 + (end < whole.size() ? 0x2000 : 0);
+    const Bytes size = number(20 + end - at, 2, true);
+    const Bytes place = number(field, 2, true);
+    std::copy(size.begin(), size.end(), head.begin() + 2);
+    std::copy(place.begin(), place.end(), head.begin() + 6);
+    pieces.push_back(join({head, Bytes(begin, whole.begin() + static_cast<std::ptrdiff_t>(end))}));
+  }
+  return pieces;
+}
+
 /// A classic capture file. `frames` are whole frames of the link type; frame i has the stamp 1600000000 s + i units.
 inline Bytes pcap_file(std::uint32_t link_type, const std::vector<Bytes>& frames, bool nano = true, bool big = false) {
   Bytes file = join({number(nano ? 0xA1B23C4D : 0xA1B2C3D4, 4, big), number(2, 2, big), number(4, 2, big),

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/bytes.h"
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// A file, or a pipe, read once from front to back through a buffer. The buffer grows only to hold bytes that are
+/// really there, so that a size in a hostile file costs no memory. Not thread-safe.
+class InputFile {
+ public:
+  /// Errors: those of `cannot_read`.
+  [[nodiscard]] static Expected<InputFile> open(const std::string& path);
+
+  InputFile(InputFile&& other) noexcept;
+  InputFile& operator=(InputFile&& other) noexcept;
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+  ~InputFile();
+
+  /// The next `size` bytes, or what is left where the file ends before. The view lives until the next call.
+  [[nodiscard]] ByteView take(std::size_t size) {
+    const ByteView bytes = peek(size);
+    begin_ += bytes.size();
+    return bytes;
+  }
+  /// The same without moving on.
+  [[nodiscard]] ByteView peek(std::size_t size) {
+    if (end_ - begin_ < size) fill(size);
+    return {buffer_.data() + begin_, end_ - begin_ < size ? end_ - begin_ : size};
+  }
+  /// Moves on by `size` bytes; false where fewer are left.
+  bool skip(std::uint64_t size);
+
+  /// Of the next byte, from the start of the file.
+  [[nodiscard]] std::uint64_t offset() const { return read_ - (end_ - begin_); }
+  /// Of the whole file when it was opened; nothing for a pipe.
+  [[nodiscard]] std::optional<std::uint64_t> size() const { return size_; }
+  /// What went wrong when reading ("Input/output error"); empty where all went well or the file just ended.
+  [[nodiscard]] const std::string& failure() const { return failure_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  InputFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
+  void fill(std::size_t size);
+
+  int descriptor_ = -1;
+  std::string path_;
+  std::optional<std::uint64_t> size_;
+  std::vector<std::uint8_t> buffer_;
+  std::size_t begin_ = 0;   ///< Of the bytes not yet taken.
+  std::size_t end_ = 0;     ///< Of the bytes read.
+  std::uint64_t read_ = 0;  ///< Bytes read off the file so far.
+  std::string failure_;
+};
+
+}  // namespace rigcal
