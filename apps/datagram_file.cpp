@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "apps/lvx_datagrams.h"
+
 namespace rigcal {
 namespace {
 
@@ -18,7 +20,7 @@ class PcapDatagrams final : public DatagramFile {
   }
   [[nodiscard]] std::string truncation() const override { return reader_.truncation(); }
   [[nodiscard]] FileNotes notes() const override {
-    return {capture_findings(reader_.counters()), reader_.counters()};
+    return {capture_findings(reader_.counters()), reader_.counters(), {}};
   }
   [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / file_bytes_); }
 
@@ -31,6 +33,7 @@ class PcapDatagrams final : public DatagramFile {
 }  // namespace
 
 Expected<std::unique_ptr<DatagramFile>> open_datagrams(const std::string& path) {
+  if (is_lvx(path)) return open_lvx_datagrams(path);
   Expected<PcapReader> reader = PcapReader::open(path);
   if (!reader) return reader.error();
   std::error_code error;

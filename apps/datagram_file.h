@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/lvx_reader.h"
 #include "core/io/pcap_reader.h"
 #include "core/records/records.h"
 
@@ -15,6 +16,7 @@ namespace rigcal {
 struct FileNotes {
   std::vector<std::string> findings;   ///< What a user should know, in clauses.
   std::optional<PcapCounters> frames;  ///< Of a packet dump.
+  std::vector<LvxDevice> lvx_devices;  ///< Of an .lvx file.
 };
 
 /// Datagrams out of a file, in the order in which they were recorded. Another format of datagrams is a class beside the

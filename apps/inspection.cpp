@@ -1,6 +1,7 @@
 #include "apps/inspection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "core/base/version.h"
@@ -93,6 +94,30 @@ Inspection frames_json(const PcapCounters& frames) {
           {"not_put_together", frames.parts.lost()}};
 }
 
+/// The extrinsics that an .lvx file holds, of the devices for which somebody entered some.
+Inspection file_extrinsics_json(const std::vector<LvxDevice>& devices) {
+  Inspection json = Inspection::array();
+  for (const LvxDevice& device : devices) {
+    const std::array<float, 3>& angles = device.roll_pitch_yaw_deg;
+    const std::array<float, 3>& shift = device.translation_m;
+    const auto finite = [](float value) { return std::isfinite(value); };
+    const auto set = [](float value) { return value != 0.0F; };
+    if (!std::all_of(angles.begin(), angles.end(), finite) || !std::all_of(shift.begin(), shift.end(), finite))
+      continue;
+    if (std::none_of(angles.begin(), angles.end(), set) && std::none_of(shift.begin(), shift.end(), set)) continue;
+    json.push_back({{"broadcast_code", device.broadcast_code},
+                    {"in_use", device.has_extrinsics},
+                    {"roll_pitch_yaw_deg", angles},
+                    {"translation", shift}});
+  }
+  return json;
+}
+
+void add_notes(const FileNotes& notes, Inspection& json) {
+  if (notes.frames) json["frames"] = frames_json(*notes.frames);
+  if (!notes.lvx_devices.empty()) json["file_extrinsics"] = file_extrinsics_json(notes.lvx_devices);
+}
+
 Inspection stop_json(const Rig& rig, const StopRecord& stop) {
   Inspection points = Inspection::object();
   for (const auto& [sensor, count] : stop.points) points[rig.sensors[static_cast<std::size_t>(sensor)].name] = count;
@@ -176,7 +201,7 @@ Expected<Inspection> inspect_packets(const std::string& path, const RunContext& 
   json["complete"] = summary->truncation.empty();
   json["datagrams"] = summary->ingest.datagrams;
   json["not_livox"] = summary->ingest.not_livox;
-  if (summary->notes.frames) json["frames"] = frames_json(*summary->notes.frames);
+  add_notes(summary->notes, json);
   json["devices"] = devices_json(source.rig, summary->ingest);
   json["warnings"] = reading_warnings(source, *summary);
   return json;
@@ -192,7 +217,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   json["complete"] = source.complete && summary->truncation.empty();
   json["datagrams"] = summary->ingest.datagrams;
   json["not_livox"] = summary->ingest.not_livox;
-  if (summary->notes.frames) json["frames"] = frames_json(*summary->notes.frames);
+  add_notes(summary->notes, json);
   json["devices"] = devices_json(source.rig, summary->ingest);
   json["gyro"] = gyro_json(source.rig, *summary);
   json["stops"] = Inspection::array();

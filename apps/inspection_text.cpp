@@ -70,6 +70,16 @@ void append_images(std::string& text, const Inspection& images) {
   }
 }
 
+void append_file_extrinsics(std::string& text, const Inspection& extrinsics) {
+  for (const Inspection& device : extrinsics) {
+    const auto angles = device["roll_pitch_yaw_deg"].get<std::vector<double>>();
+    const auto shift = device["translation"].get<std::vector<double>>();
+    append(text, "the file puts %s at roll %.3f, pitch %.3f, yaw %.3f deg, t [%.4f, %.4f, %.4f] m%s: not used\n",
+           device["broadcast_code"].get<std::string>().c_str(), angles[0], angles[1], angles[2], shift[0], shift[1],
+           shift[2], device["in_use"].get<bool>() ? "" : " (switched off)");
+  }
+}
+
 void append_stops(std::string& text, const Inspection& stops) {
   if (stops.empty()) {
     text += "no stops\n";
@@ -134,6 +144,7 @@ std::string inspection_text(const Inspection& inspection) {
     append_devices(text, inspection["devices"]);
     append_streams(text, inspection["devices"]);
   }
+  if (inspection.contains("file_extrinsics")) append_file_extrinsics(text, inspection["file_extrinsics"]);
   if (inspection.contains("gyro")) append_gyro(text, inspection["gyro"]);
   if (inspection.contains("stops")) append_stops(text, inspection["stops"]);
   if (inspection.contains("images")) append_images(text, inspection["images"]);

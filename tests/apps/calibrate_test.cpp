@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -13,8 +14,10 @@
 #include <vector>
 
 #include "core/io/extrinsics_file.h"
+#include "core/io/pcap_reader.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
+#include "tests/support/make_lvx.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 
@@ -156,6 +159,54 @@ TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
   EXPECT_FALSE(fs::exists(scratch / "without_rig"));
 }
 
+/// The packets of a dump as a recorder of the vendor keeps them: without addresses and receive stamps, in frames.
+void save_as_lvx(const fs::path& dump, const fs::path& lvx) {
+  std::array<LvxDevice, 2> devices;
+  devices[0].broadcast_code = "3JEDHC900100791";
+  devices[0].type = 7;
+  devices[1].broadcast_code = "0TFDG3B00600551";
+  devices[1].index = 1;
+  devices[1].type = 1;
+  devices[1].roll_pitch_yaw_deg = {1.0F, 2.0F, 3.0F};
+  LvxBuilder file(1, {devices.begin(), devices.end()});
+  Expected<PcapReader> reader = PcapReader::open(dump.string());
+  ASSERT_TRUE(reader);
+  std::int64_t frame_end_ns = 0;
+  for (Datagram datagram; *reader->next(datagram);) {
+    if (datagram.from.port != 60001 && datagram.from.port != 60003) continue;
+    if (frame_end_ns == 0) frame_end_ns = datagram.stamp_ns + 50'000'000;
+    for (; datagram.stamp_ns >= frame_end_ns; frame_end_ns += 50'000'000) file.end_frame();
+    file.add_package(datagram.from.ip[3] == 179 ? 0 : 1, datagram.bytes);
+  }
+  file.end_frame();
+  file.save(lvx.string());
+}
+
+TEST_F(Calibrate, GivesTheSameFromAnLvxRecording) {
+  save_as_lvx(scratch / "session/lidar.pcapng", scratch / "run.lvx");
+  const ProgramRun run = rigcal("calibrate run.lvx --rig rig.yaml --out from_lvx");
+  EXPECT_EQ(run.code, 0) << run.err;
+  // The same points; the edges of the stops differ by what the paths of the packets are known to.
+  expect_near("from_lvx/extrinsics.yaml", "first/extrinsics.yaml", 1.0, 0.01);
+
+  const ProgramRun look = rigcal("inspect run.lvx --rig rig.yaml --json");
+  EXPECT_EQ(look.code, 0) << look.err;
+  const auto json = nlohmann::json::parse(look.out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["stops"].size(), 10U);
+  EXPECT_EQ(json["devices"][0]["sensor"], "avia");
+  EXPECT_EQ(json["devices"][1]["sensor"], "mid40");
+  EXPECT_EQ(json["devices"][1]["point_packets"]["lost"], 0);
+  ASSERT_EQ(json["file_extrinsics"].size(), 1U);
+  EXPECT_EQ(json["file_extrinsics"][0]["broadcast_code"], "0TFDG3B00600551");
+  EXPECT_THAT(rigcal("inspect run.lvx").out, HasSubstr("roll 1.000, pitch 2.000, yaw 3.000 deg"));
+  fs::resize_file(scratch / "run.lvx", fs::file_size(scratch / "run.lvx") - 1);
+  const ProgramRun cut = rigcal("export run.lvx --rig rig.yaml --format patches --out lvx_patches");
+  EXPECT_EQ(cut.code, 1);
+  EXPECT_THAT(cut.err, HasSubstr("run.lvx: after frame "));
+  fs::remove(scratch / "run.lvx");
+}
+
 TEST_F(Calibrate, TakesWhatIsWholeOfADumpThatWasCut) {
   const fs::path cut = scratch / "cut.pcapng";
   fs::copy_file(scratch / "session/lidar.pcapng", cut);
@@ -177,7 +228,8 @@ TEST_F(Calibrate, DoesNotCallSolvedWhatAnEarlyEndLeftUnsolved) {
 
   EXPECT_EQ(rigcal("calibrate session --out rough --stages extrinsics").code, 1);
   EXPECT_EQ(extrinsics("rough/extrinsics.yaml").status.at("mid40"), "weak");
-  EXPECT_THAT(file("rough/extrinsics.yaml"), HasSubstr("the run ended before poses and extrinsics were adjusted together"));
+  EXPECT_THAT(file("rough/extrinsics.yaml"),
+              HasSubstr("the run ended before poses and extrinsics were adjusted together"));
   // Poses of the base alone, one pass with loose gates: a centimetre or two (seen: 1.0 mm, 0.001 deg).
   expect_near("rough/extrinsics.yaml", "session/ground_truth.yaml", 20.0, 0.2);
 }
