@@ -49,9 +49,14 @@ class Export : public testing::Test {
 
 TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   simulate("--stops 3 --dwell 1.5 --loss 0.01 --duplicate 0.002 --reorder 0.003");
+  fs::create_directories(scratch / "s/images/camera_left");
+  for (const char* name : {"000000.png", "000001.png", "frames.csv"}) {
+    std::ofstream(scratch / "s/images/camera_left" / name) << "only counted";
+  }
   const auto session = parse(rigcal("inspect s --json"));
   EXPECT_THAT(SchemaCheck("inspect.json").violations(session), IsEmpty());
   EXPECT_EQ(session["kind"], "session");
+  EXPECT_EQ(session["images"]["camera_left"]["files"], 2);
   ASSERT_EQ(session["stops"].size(), 3U);
   ASSERT_EQ(session["devices"].size(), 4U);
   for (const auto& device : session["devices"]) EXPECT_GT(device["control_frames"]["broadcast"], 0);
