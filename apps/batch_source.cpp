@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "apps/bag_batches.h"
+
 namespace rigcal {
 namespace {
 
@@ -39,6 +41,7 @@ class PacketBatches final : public BatchSource {
 
 Expected<std::unique_ptr<BatchSource>> open_batches(const std::string& path, const Rig& rig, BatchSinks sinks,
                                                     const BroadcastCodes& codes) {
+  if (is_bag(path)) return open_bag_batches(path, rig, std::move(sinks));
   Expected<std::unique_ptr<DatagramFile>> file = open_datagrams(path);
   if (!file) return file.error();
   return std::unique_ptr<BatchSource>(std::make_unique<PacketBatches>(std::move(*file), rig, std::move(sinks), codes));

@@ -57,8 +57,8 @@ Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& cont
 
 void add_export_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<ExportOptions>();
-  CLI::App* command = app.add_subcommand("export", "Write the stops of a dump or session as patches or clouds");
-  command->add_option("PATH", options->path, "A dump or a session")->required();
+  CLI::App* command = app.add_subcommand("export", "Write the stops of a dump, bag or session as patches or clouds");
+  command->add_option("PATH", options->path, "A dump, a bag or a session")->required();
   command
       ->add_option("--format", options->format,
                    "patches: a patch folder for calibrate; pcd: one cloud a sensor and stop, side by side")
@@ -66,7 +66,7 @@ void add_export_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::IsMember({"patches", "pcd"}))
       ->option_text("FORMAT");
   command->add_option("--out", options->out, "Folder to make; must not exist")->required()->option_text("PATH");
-  command->add_option("--rig", options->rig, "Rig file; needed for a dump")->option_text("RIG");
+  command->add_option("--rig", options->rig, "Rig file; a session brings its own")->option_text("RIG");
   command->footer("Example:\n  rigcal export run.pcap --rig rig.yaml --format patches --out patches");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_export(*options, context); }; });

@@ -34,7 +34,7 @@ Expected<Inspection> inspect(const InspectOptions& options, const RunContext& co
   } else {
     const std::string ending = fs::path(options.path).extension().string();
     if (ending == ".yaml" || ending == ".yml") return inspect_result(options.path);
-    if (options.rig.empty()) return inspect_packets(options.path, context);
+    if (options.rig.empty()) return inspect_stream(options.path, context);
   }
   const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
@@ -57,9 +57,10 @@ Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& co
 
 void add_inspect_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<InspectOptions>();
-  CLI::App* command = app.add_subcommand("inspect", "Show what is in a dump, session, patch folder or result");
-  command->add_option("PATH", options->path, "A dump, session, patch folder or result")->required();
-  command->add_option("--rig", options->rig, "Rig file: then the stops of a dump are shown too")->option_text("RIG");
+  CLI::App* command = app.add_subcommand("inspect", "Show what is in a dump, bag, session, patch folder or result");
+  command->add_option("PATH", options->path, "A dump, bag, session, patch folder or result")->required();
+  command->add_option("--rig", options->rig, "Rig file: then the stops of a dump or bag are shown too")
+      ->option_text("RIG");
   command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_inspect(*options, context); }; });

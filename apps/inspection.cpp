@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/bag_batches.h"
 #include "core/base/version.h"
 #include "core/io/extrinsics_file.h"
 #include "core/io/patch_folder.h"
@@ -118,6 +119,38 @@ void add_notes(const FileNotes& notes, Inspection& json) {
   if (!notes.lvx_devices.empty()) json["file_extrinsics"] = file_extrinsics_json(notes.lvx_devices);
 }
 
+Inspection topic_json(const Rig& rig, const TopicIngest& topic) {
+  const double seconds = 1e-9 * static_cast<double>(topic.last_ns - topic.first_ns);
+  Inspection json{{"topic", topic.topic}, {"type", topic.type}};
+  if (topic.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(topic.sensor)].name;
+  json["seconds"] = seconds;
+  json["messages"] = topic.messages;
+  json["messages_per_s"] = seconds > 0.0 ? static_cast<double>(topic.messages - 1) / seconds : 0.0;
+  json["lost"] = topic.lost;
+  json["malformed"] = topic.malformed;
+  json["points"] = topic.points;
+  json["noise"] = topic.noise;
+  json["out_of_range"] = topic.out_of_range;
+  json["not_finite"] = topic.not_finite;
+  json["untimed"] = topic.untimed;
+  json["imu_samples"] = topic.imu_samples;
+  return json;
+}
+
+/// What was heard: the devices of datagrams, or the topics of a bag.
+void put_sources(const Rig& rig, const StopReading& reading, Inspection& json) {
+  const IngestSummary& ingest = reading.ingest;
+  if (!ingest.topics.empty()) {
+    json["topics"] = Inspection::array();
+    for (const TopicIngest& topic : ingest.topics) json["topics"].push_back(topic_json(rig, topic));
+    return;
+  }
+  json["datagrams"] = ingest.datagrams;
+  json["not_livox"] = ingest.not_livox;
+  add_notes(reading.notes, json);
+  json["devices"] = devices_json(rig, ingest);
+}
+
 Inspection stop_json(const Rig& rig, const StopRecord& stop) {
   Inspection points = Inspection::object();
   for (const auto& [sensor, count] : stop.points) points[rig.sensors[static_cast<std::size_t>(sensor)].name] = count;
@@ -187,22 +220,20 @@ Expected<Rig> rig_of_folders(const std::string& path) {
 
 }  // namespace
 
-Expected<Inspection> inspect_packets(const std::string& path, const RunContext& context) {
+Expected<Inspection> inspect_stream(const std::string& path, const RunContext& context) {
   StreamSource source;
   source.path = path;
   source.file = path;
   CountingSink sink;
   const Expected<StopReading> summary = read_stops(source, {}, sink, context);
   if (!summary) return summary.error();
-  if (summary->ingest.devices.empty()) {
+  if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    if (is_bag(path)) return input_error("holds no message", path, "record or copy it again");
     return input_error("holds no Livox packet", path, "record the UDP traffic of the LiDARs, ports 55000 to 65000");
   }
-  Inspection json = begin("dump", path);
+  Inspection json = begin(is_bag(path) ? "bag" : "dump", path);
   json["complete"] = summary->truncation.empty();
-  json["datagrams"] = summary->ingest.datagrams;
-  json["not_livox"] = summary->ingest.not_livox;
-  add_notes(summary->notes, json);
-  json["devices"] = devices_json(source.rig, summary->ingest);
+  put_sources(source.rig, *summary, json);
   json["warnings"] = reading_warnings(source, *summary);
   return json;
 }
@@ -212,13 +243,13 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   const StopOptions options;
   const Expected<StopReading> summary = read_stops(source, options, sink, context);
   if (!summary) return summary.error();
-  if (summary->ingest.devices.empty()) return *reading_error(source, options, *summary);
-  Inspection json = begin(source.path == source.file ? "dump" : "session", source.path);
+  if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    return *reading_error(source, options, *summary);
+  }
+  const char* file_kind = is_bag(source.file) ? "bag" : "dump";
+  Inspection json = begin(source.path == source.file ? file_kind : "session", source.path);
   json["complete"] = source.complete && summary->truncation.empty();
-  json["datagrams"] = summary->ingest.datagrams;
-  json["not_livox"] = summary->ingest.not_livox;
-  add_notes(summary->notes, json);
-  json["devices"] = devices_json(source.rig, summary->ingest);
+  put_sources(source.rig, *summary, json);
   json["gyro"] = gyro_json(source.rig, *summary);
   json["stops"] = Inspection::array();
   for (const StopRecord& stop : summary->stops) json["stops"].push_back(stop_json(source.rig, stop));

@@ -10,8 +10,8 @@ namespace rigcal {
 /// What `inspect` shows, as JSON by docs/schema/inspect.json; the text is made from it, so that both say the same.
 using Inspection = nlohmann::ordered_json;
 
-/// Devices of a dump without a rig file: nothing is known of sensors and stops then.
-[[nodiscard]] Expected<Inspection> inspect_packets(const std::string& path, const RunContext& context);
+/// Devices of a dump or topics of a bag without a rig file: nothing is known of sensors and stops then.
+[[nodiscard]] Expected<Inspection> inspect_stream(const std::string& path, const RunContext& context);
 [[nodiscard]] Expected<Inspection> inspect_recording(const StreamSource& source, const RunContext& context);
 /// A patch folder; its sensors are those of the rig file, or, where `rig_path` is empty, its folders.
 [[nodiscard]] Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path,

@@ -80,6 +80,16 @@ void append_file_extrinsics(std::string& text, const Inspection& extrinsics) {
   }
 }
 
+void append_topics(std::string& text, const Inspection& topics) {
+  append(text, "%-16s %-32s %-30s %9s %9s %9s %7s\n", "sensor", "topic", "type", "seconds", "per s", "points", "lost");
+  for (const Inspection& topic : topics) {
+    append(text, "%-16s %-32s %-30s %9.1f %9.1f %8.2fM %7.0f\n", topic.value("sensor", "-").c_str(),
+           topic["topic"].get<std::string>().c_str(), topic["type"].get<std::string>().c_str(),
+           number(topic, "seconds"), number(topic, "messages_per_s"), 1e-6 * number(topic, "points"),
+           number(topic, "lost"));
+  }
+}
+
 void append_stops(std::string& text, const Inspection& stops) {
   if (stops.empty()) {
     text += "no stops\n";
@@ -145,6 +155,7 @@ std::string inspection_text(const Inspection& inspection) {
     append_streams(text, inspection["devices"]);
   }
   if (inspection.contains("file_extrinsics")) append_file_extrinsics(text, inspection["file_extrinsics"]);
+  if (inspection.contains("topics")) append_topics(text, inspection["topics"]);
   if (inspection.contains("gyro")) append_gyro(text, inspection["gyro"]);
   if (inspection.contains("stops")) append_stops(text, inspection["stops"]);
   if (inspection.contains("images")) append_images(text, inspection["images"]);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/lidar_findings.h"
+#include "apps/point_filter.h"
 #include "core/clocks/pulse_time.h"
 #include "drivers/livox_codec/sample_packet.h"
 
@@ -12,21 +13,9 @@ namespace {
 
 // A rig has a dozen sensors; more addresses than this are somebody's noise and are not told apart.
 constexpr std::size_t kMaxDevices = 256;
-constexpr double kMidShotNs = 10'000.0;                   // 100 000 shots a second.
-constexpr double kOtherShotNs = 1e9 / 240'000.0;          // Horizon, Tele-15, Avia.
-constexpr double kImuIntervalNs = 5e6;                    // 200 Hz.
-constexpr std::array<double, 2> kLivoxRange{1.5, 200.0};  // Distorted nearer than 1.5 m; mostly noise beyond 200 m.
-
-const std::array<std::uint8_t, 256>& noise_tags() {
-  static const std::array<std::uint8_t, 256> table = [] {
-    std::array<std::uint8_t, 256> values{};
-    for (unsigned tag = 0; tag < values.size(); ++tag) {
-      values[tag] = livox::is_noise(livox::decode_tag(static_cast<std::uint8_t>(tag))) ? 1 : 0;
-    }
-    return values;
-  }();
-  return table;
-}
+constexpr double kMidShotNs = 10'000.0;           // 100 000 shots a second.
+constexpr double kOtherShotNs = 1e9 / 240'000.0;  // Horizon, Tele-15, Avia.
+constexpr double kImuIntervalNs = 5e6;            // 200 Hz.
 
 struct Device {
   DeviceIngest counts;
@@ -36,8 +25,7 @@ struct Device {
   StreamLedger imu;
   std::optional<std::uint16_t> imu_port;  ///< Where its IMU packets come from, when that is not where its points do.
   bool mid70 = false;
-  float least_square_m2 = 0.0F;
-  float most_square_m2 = 0.0F;
+  PointFilter filter;
 };
 
 bool is_mid70(const Rig& rig, const DeviceIngest& device) {
@@ -60,26 +48,6 @@ void drop_repeated(Device& device, std::vector<Point>& points) {
   const auto end = std::unique(points.begin(), points.end(), repeats);
   device.counts.repeated += static_cast<std::uint64_t>(points.end() - end);
   points.erase(end, points.end());
-}
-
-/// Takes noise and points out of range out of the batch and counts them; without branches, as both come scattered.
-void filter(Device& device, std::vector<Point>& points) {
-  const std::array<std::uint8_t, 256>& is_noise = noise_tags();
-  std::size_t kept = 0;
-  std::size_t noise = 0;
-  for (const Point point : points) {
-    const float square = point.x * point.x + point.y * point.y + point.z * point.z;
-    const unsigned in_range = static_cast<unsigned>(square >= device.least_square_m2) &
-                              static_cast<unsigned>(square <= device.most_square_m2);
-    const unsigned bad = is_noise[point.tag];
-    points[kept] = point;
-    kept += in_range & (bad ^ 1U);
-    noise += bad;
-  }
-  device.counts.noise += noise;
-  device.counts.out_of_range += points.size() - noise - kept;
-  device.counts.points += kept;
-  points.resize(kept);
 }
 
 }  // namespace
@@ -142,10 +110,8 @@ void LidarIngest::Devices::assign(Device& device) {
   const auto told = codes_.find(device.counts.ip);
   if (told != codes_.end()) device.counts.broadcast_code = told->second;
   device.mid70 = is_mid70(rig_, device.counts);
-  std::array<double, 2> range = kLivoxRange;
-  if (sensor >= 0) range = rig_.sensors[static_cast<std::size_t>(sensor)].lidar->range_m.value_or(kLivoxRange);
-  device.least_square_m2 = static_cast<float>(range[0] * range[0]);
-  device.most_square_m2 = static_cast<float>(range[1] * range[1]);
+  device.filter =
+      sensor < 0 ? PointFilter() : PointFilter(true, rig_.sensors[static_cast<std::size_t>(sensor)].lidar->range_m);
 }
 
 void LidarIngest::Devices::learn(const Datagram& datagram) {
@@ -252,7 +218,10 @@ void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket&
   batch_.shots = livox::record_layout(packet.header.data_type).slots;
   livox::decode_points(packet, batch_.points);
   if (livox::record_layout(packet.header.data_type).echoes > 1) drop_repeated(device, batch_.points);
-  filter(device, batch_.points);
+  const PointFilter::LeftOut left_out = device.filter.apply(batch_.points);
+  device.counts.noise += left_out.noise;
+  device.counts.out_of_range += left_out.out_of_range;
+  device.counts.points += batch_.points.size();
   device.counts.shots += batch_.shots;
   if (point_sink_) point_sink_(batch_);
 }

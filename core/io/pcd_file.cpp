@@ -16,6 +16,7 @@
 
 #include "core/io/output_file.h"
 #include "core/io/pcd_header.h"
+#include "core/io/point_values.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -55,40 +56,6 @@ class Collector {
   std::vector<Point> chunk_;
   PcdSummary summary_;
 };
-
-template <class T>
-double load(const std::uint8_t* at) {
-  T value;
-  std::memcpy(&value, at, sizeof(T));
-  return static_cast<double>(value);
-}
-
-double load(const std::uint8_t* at, char type, std::size_t size) {
-  if (type == 'F') return size == 4 ? load<float>(at) : load<double>(at);
-  if (type == 'U') {
-    if (size == 1) return load<std::uint8_t>(at);
-    if (size == 2) return load<std::uint16_t>(at);
-    return size == 4 ? load<std::uint32_t>(at) : load<std::uint64_t>(at);
-  }
-  if (size == 1) return load<std::int8_t>(at);
-  if (size == 2) return load<std::int16_t>(at);
-  return size == 4 ? load<std::int32_t>(at) : load<std::int64_t>(at);
-}
-
-/// A number rounded and kept within what `Whole` holds; NaN gives 0.
-template <class Whole>
-Whole rounded(double value) {
-  constexpr Whole most = std::numeric_limits<Whole>::max();
-  if (!(value > 0.0)) return 0;
-  const double raised = value + 0.5;  // then cut off: values are positive, and no call as std::lround would be
-  return value < static_cast<double>(most) ? static_cast<Whole>(raised) : most;
-}
-
-/// A double may be too large for a float; then the point is as good as infinite.
-float to_float(double value) {
-  constexpr double largest = 3.4e38;
-  return std::abs(value) > largest ? std::numeric_limits<float>::infinity() : static_cast<float>(value);
-}
 
 /// The fields that make up a Point.
 struct PointFields {
@@ -221,7 +188,7 @@ class PcdReader {
       if (std::fread(chunk.data(), step, count, file_.get()) != count) return too_short(done);
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* at = chunk.data() + i * step;
-        out.add(fields.assemble([&](const PcdField& f) { return load(at + f.offset, f.type, f.size); }));
+        out.add(fields.assemble([&](const PcdField& f) { return load_value(at + f.offset, f.type, f.size); }));
       }
       done += count;
     }
@@ -250,7 +217,7 @@ class PcdReader {
     const auto points = static_cast<std::size_t>(header().points);
     for (std::size_t i = 0; i < points; ++i) {
       out.add(fields.assemble([&](const PcdField& f) {
-        return load(values.data() + points * f.offset + i * f.size * f.count, f.type, f.size);
+        return load_value(values.data() + points * f.offset + i * f.size * f.count, f.type, f.size);
       }));
     }
     return {};

@@ -41,12 +41,14 @@ struct Point {
 };
 static_assert(sizeof(Point) == 16);
 
-/// The returns of one packet (slots without a return are left out) of one sensor of the rig.
+/// The returns of one packet or message (slots without a return are left out) of one sensor of the rig.
 struct PointBatch {
   int sensor = 0;             ///< Index of the sensor in the rig.
   std::int64_t stamp_ns = 0;  ///< Session time of shot 0.
   double shot_interval_ns = 0.0;
   std::uint16_t shots = 0;  ///< Shots fired, with or without a return.
+  /// The points have no times of their own: they came at some moment of the batch, which nobody knows.
+  bool undivided = false;
   std::vector<Point> points;
 };
 

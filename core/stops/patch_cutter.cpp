@@ -23,7 +23,8 @@ void PatchCutter::add(const PointBatch& batch) {
       std::max_element(batch.points.begin(), batch.points.end(), [](const Point& a, const Point& b) {
         return a.shot < b.shot;
       })->shot;
-  const std::int64_t end_ns = batch.stamp_ns + static_cast<std::int64_t>(last_shot * batch.shot_interval_ns) + 1;
+  const int shots = batch.undivided ? batch.shots : last_shot;
+  const std::int64_t end_ns = batch.stamp_ns + static_cast<std::int64_t>(shots * batch.shot_interval_ns) + 1;
   Queue& queue = queues_[batch.sensor];
   for (std::size_t first = 0; first < batch.points.size(); first += block_points) {
     const std::size_t count = std::min(block_points, batch.points.size() - first);
@@ -39,7 +40,8 @@ void PatchCutter::hold(Queue& queue, const PointBatch& batch, std::span<const Po
   }
   Block* block = queue.blocks.back().get();
   std::copy(points.begin(), points.end(), block->points.begin() + static_cast<std::ptrdiff_t>(queue.filled));
-  queue.held.push_back({batch.stamp_ns, batch.shot_interval_ns, end_ns, block, queue.filled, points.size()});
+  queue.held.push_back(
+      {batch.stamp_ns, batch.shot_interval_ns, end_ns, block, queue.filled, points.size(), batch.undivided});
   queue.filled += points.size();
 }
 
@@ -110,6 +112,12 @@ void PatchCutter::hand_out(int sensor, Queue& queue, const Held& held) {
   const Verdict& first = verdict_at(held.stamp_ns);
   if (held.end_ns <= first.until_ns) {
     deliver(sensor, queue, first, points);
+    return;
+  }
+  if (held.undivided) {
+    // Some of its points are of the time when the rig moved, and none says which.
+    const Verdict& last = verdict_at(held.end_ns - 1);
+    counts_.dropped[static_cast<std::size_t>(first.stop < 0 ? first.reason : last.reason)] += points.size();
     return;
   }
   // The batch straddles a border: cut by shot time.

@@ -57,6 +57,7 @@ class PatchCutter final : public StillListener {
     Block* block;
     std::size_t first;
     std::size_t count;
+    bool undivided;
   };
   struct Queue {
     std::deque<Held> held;

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "core/base/bytes.h"
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// Pixels in memory, rows from the top, as cameras and messages hold them.
+struct PixelView {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  int channels = 1;  ///< 1 grey (also Bayer), 3 colour, 4 colour and opacity.
+  int bits = 8;      ///< Of a channel: 8 or 16.
+  bool blue_first = false;
+  bool big_endian = false;  ///< Of 16 bits.
+  std::size_t step = 0;     ///< Bytes from row to row.
+  ByteView data;
+};
+
+/// Writes a PNG file without loss: the values read back as they were. Errors: a size that contradicts itself (kind
+/// input), the disk (kind system).
+Expected<void> write_png(const std::string& path, const PixelView& pixels);
+
+}  // namespace rigcal

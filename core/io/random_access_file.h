@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// A regular file that is read at any place. Not thread-safe.
+class RandomAccessFile {
+ public:
+  /// Errors (kind input): missing, no permission, a folder, a device, empty.
+  [[nodiscard]] static Expected<RandomAccessFile> open(const std::string& path);
+
+  RandomAccessFile(RandomAccessFile&& other) noexcept;
+  RandomAccessFile& operator=(RandomAccessFile&& other) noexcept;
+  RandomAccessFile(const RandomAccessFile&) = delete;
+  RandomAccessFile& operator=(const RandomAccessFile&) = delete;
+  ~RandomAccessFile();
+
+  /// Fills all of `bytes` from `offset` on; false where the file ends before or cannot be read.
+  [[nodiscard]] bool read_at(std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  /// Bytes, as it was when it was opened.
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  RandomAccessFile(int descriptor, std::uint64_t size, std::string path);
+
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::string path_;
+};
+
+}  // namespace rigcal
