@@ -80,6 +80,7 @@ const Table& rooms() {
         {"core/io", {"core/rig"}},
         {"core/stops", {"core/clocks"}},
         {"core/voxel", {"core/records"}},
+        {"core/edges", {"core/voxel", "core/rig"}},
         {"core/planes", {"core/voxel"}},
         {"core/start", {"core/planes"}},
         {"core/quality", {"core/planes"}},

@@ -1,0 +1,220 @@
+#include "core/edges/lidar_edges.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/base/parallel.h"
+#include "core/edges/edge_candidates.h"
+#include "core/edges/edge_points.h"
+#include "core/geometry/symmetric_eigen.h"
+
+namespace rigcal {
+namespace {
+
+// A face of a piece: a plane fitted to the points around it, and how sure it is where the edge runs.
+struct Face {
+  WorldPlane plane;
+  std::vector<const EdgePoint*> points;  // those that lie on it
+  double thickness_m = 0.0;              // rms of their distances
+  double offset_variance = 0.0;          // of its distance at the edge's middle, m^2
+};
+
+// What a real surface is not, over such a length.
+constexpr double flatness_m = 0.001;
+
+class PieceFitter {
+ public:
+  PieceFitter(const EdgePiece& piece, const EdgePoints& points, const std::vector<NoiseModel>& noise,
+              const LidarEdgeOptions& options)
+      : piece_(piece), noise_(noise), options_(options) {
+    points.around(piece.middle, reach(), around_);
+  }
+
+  // Samples of this piece; none where it is no edge.
+  [[nodiscard]] std::vector<LidarEdge> run() {
+    Face a{piece_.a, {}, 0.0, 0.0};
+    Face b{piece_.b, {}, 0.0, 0.0};
+    Line3 line{piece_.middle, piece_.direction};
+    // Leaves are metres large: the first gate takes what they are off here, the later ones only noise.
+    for (const double slack : {0.03, 0.01, 0.0}) {
+      const bool fits = fit(a, b.plane, line, slack) && fit(b, a.plane, line, slack);
+      if (!fits || std::abs(a.plane.n.dot(b.plane.n)) > std::cos(options_.min_angle_rad)) return {};
+      line = intersect(a.plane, b.plane, piece_.middle);
+      if ((line.p - piece_.middle).norm() > 0.15) return {};  // it has left the place where the leaves meet
+    }
+    return sample(a, b, line);
+  }
+
+ private:
+  [[nodiscard]] double reach() const { return std::hypot(0.5 * options_.piece_m, options_.reach_m); }
+
+  [[nodiscard]] double sigma(const EdgePoint& point, const Vector3d& n) const {
+    return std::sqrt(point.variance_along(n, noise_[point.lidar]));
+  }
+
+  bool fit(Face& face, const WorldPlane& other, const Line3& line, double slack) const {
+    face.points.clear();
+    const Vector3d n = face.plane.n;
+    for (const EdgePoint* point : around_) {
+      const Vector3d d = point->p_G.cast<double>() - line.p;
+      const double along = line.direction.dot(d);
+      if (std::abs(along) > 0.5 * options_.piece_m || (d - along * line.direction).norm() > options_.reach_m) continue;
+      if (std::abs(other.distance(line.p + d)) < options_.footprint_m) continue;
+      const auto holds = [&](const WorldPlane& third) {
+        return std::abs(third.distance(line.p + d)) < options_.footprint_m;
+      };
+      if (std::any_of(piece_.others.begin(), piece_.others.end(), holds)) continue;
+      if (std::abs(face.plane.distance(line.p + d)) > 2.5 * sigma(*point, n) + slack) continue;
+      face.points.push_back(point);
+    }
+    if (static_cast<double>(face.points.size()) < options_.min_points) return false;
+    double weight = 0.0;
+    Vector3d q = Vector3d::Zero();
+    for (const EdgePoint* point : face.points) {
+      const double w = 1.0 / point->variance_along(n, noise_[point->lidar]);
+      weight += w;
+      q += w * point->p_G.cast<double>();
+    }
+    q /= weight;
+    Matrix3d scatter = Matrix3d::Zero();
+    for (const EdgePoint* point : face.points) {
+      const NoiseModel& noise = noise_[point->lidar];
+      const double variance = point->variance_along(n, noise);
+      const Vector3d d = point->p_G.cast<double>() - q;
+      // The noise along the ray would turn the plane; its share goes out.
+      const Matrix3d S = noise.point_covariance(static_cast<double>(point->range_m) * point->ray_G.cast<double>());
+      scatter += (d * d.transpose() - S) / variance + Matrix3d::Identity();
+    }
+    const SymmetricEigen eigen = symmetric_eigen(scatter);
+    Vector3d normal = eigen.vectors.col(0);
+    if (normal.dot(n) < 0.0) normal = -normal;
+    if (normal.dot(n) < std::cos(to_rad(15.0))) return false;
+    face.plane = {normal, normal.dot(q)};
+    const auto count = static_cast<double>(face.points.size());
+    double squares = 0.0;
+    for (const EdgePoint* point : face.points) squares += std::pow(face.plane.distance(point->p_G.cast<double>()), 2);
+    face.thickness_m = std::sqrt(squares / count);
+    // Noise that is larger than the model says counts.
+    const double chi2 = std::max(1.0, eigen.values[0] / count);
+    face.offset_variance = flatness_m * flatness_m + chi2 / weight;
+    for (int k = 1; k < 3; ++k) {
+      const double lever = eigen.vectors.col(k).dot(line.p - q);
+      face.offset_variance += chi2 * lever * lever / std::max(eigen.values[k], 1.0);
+    }
+    return true;
+  }
+
+  // Of the line across itself, from the offsets of both faces.
+  static Matrix3d line_covariance(const Face& a, const Face& b, const Line3& line) {
+    Matrix3d M;
+    M << a.plane.n.transpose(), b.plane.n.transpose(), line.direction.transpose();
+    const Matrix3d inverse = M.inverse();
+    return inverse * Vector3d(a.offset_variance, b.offset_variance, 0.0).asDiagonal() * inverse.transpose();
+  }
+
+  // Whether the face goes on beside the edge at p: two of three places next to it have points, on one side at least.
+  [[nodiscard]] static bool occupied(const Face& face, const Vector3d& p, const Vector3d& direction) {
+    constexpr double places_m[] = {0.07, 0.11, 0.15};
+    constexpr double near_m = 0.03;
+    const Vector3d across = face.plane.n.cross(direction);
+    int filled[2][3] = {};
+    for (const EdgePoint* point : face.points) {
+      const Vector3d d = point->p_G.cast<double>() - p;
+      if (std::abs(direction.dot(d)) > 0.04) continue;
+      const double c = across.dot(d);
+      for (int k = 0; k < 3; ++k) {
+        if (std::abs(std::abs(c) - places_m[k]) < near_m) filled[c > 0.0 ? 1 : 0][k] = 1;
+      }
+    }
+    const auto count = [](const int(&side)[3]) { return side[0] + side[1] + side[2]; };
+    return count(filled[0]) >= 2 || count(filled[1]) >= 2;
+  }
+
+  [[nodiscard]] std::vector<LidarEdge> sample(const Face& a, const Face& b, const Line3& line) const {
+    LidarEdge edge;
+    edge.direction_G = line.direction;
+    edge.normal_a_G = a.plane.n;
+    edge.normal_b_G = b.plane.n;
+    edge.covariance_G = line_covariance(a, b, line);
+    const double worst = symmetric_eigen(edge.covariance_G).values[2];
+    if (!(worst < options_.max_sigma_m * options_.max_sigma_m)) return {};
+    std::vector<LidarEdge> out;
+    const double step = options_.sample_m;
+    const int half = static_cast<int>(std::floor(0.5 * options_.piece_m / step));
+    for (int k = -half; k < half; ++k) {
+      edge.p_G = line.p + (k + 0.5) * step * line.direction;
+      if (occupied(a, edge.p_G, line.direction) && occupied(b, edge.p_G, line.direction)) out.push_back(edge);
+    }
+    return out;
+  }
+
+  const EdgePiece& piece_;
+  const std::vector<NoiseModel>& noise_;
+  const LidarEdgeOptions& options_;
+  std::vector<const EdgePoint*> around_;
+};
+
+// Gives the samples of one physical edge the same number, and drops those that two pieces give.
+class LineBook {
+ public:
+  explicit LineBook(double sample_m) : sample_m_(sample_m) {}
+
+  void add(const std::vector<LidarEdge>& piece) {
+    if (piece.empty()) return;
+    const LidarEdge& middle = piece[piece.size() / 2];
+    std::size_t line = 0;
+    while (line < lines_.size() && !is_on(lines_[line], middle)) ++line;
+    if (line == lines_.size()) lines_.push_back({middle.p_G, middle.direction_G, {}});
+    Line& book = lines_[line];
+    for (const LidarEdge& edge : piece) {
+      const auto at = static_cast<std::int64_t>(std::floor(book.direction.dot(edge.p_G - book.p) / sample_m_));
+      const auto place = std::lower_bound(book.taken.begin(), book.taken.end(), at);
+      if (place != book.taken.end() && *place == at) continue;
+      book.taken.insert(place, at);
+      edges_.push_back(edge);
+      edges_.back().line = static_cast<int>(line);
+    }
+  }
+
+  [[nodiscard]] std::vector<LidarEdge> take() { return std::move(edges_); }
+
+ private:
+  struct Line {
+    Vector3d p;
+    Vector3d direction;
+    std::vector<std::int64_t> taken;  // ascending
+  };
+
+  static bool is_on(const Line& line, const LidarEdge& edge) {
+    if (std::abs(line.direction.dot(edge.direction_G)) < std::cos(to_rad(4.0))) return false;
+    const Vector3d d = edge.p_G - line.p;
+    const double along = line.direction.dot(d);
+    return (d - along * line.direction).norm() < 0.02 + 0.01 * std::abs(along);
+  }
+
+  double sample_m_;
+  std::vector<Line> lines_;
+  std::vector<LidarEdge> edges_;
+};
+
+}  // namespace
+
+std::vector<LidarEdge> find_lidar_edges(const std::vector<PlaneFeature>& leaves, const std::vector<PatchCells>& patches,
+                                        const RigState& state, const std::vector<NoiseModel>& noise,
+                                        const std::vector<char>& use, const LidarEdgeOptions& options) {
+  const std::vector<EdgePiece> pieces = edge_candidates(leaves, options);
+  const double reach = std::hypot(0.5 * options.piece_m, options.reach_m);
+  const EdgePoints points(pieces, patches, state, use, reach);
+  std::vector<std::vector<LidarEdge>> of_piece(pieces.size());
+  parallel_for(pieces.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) of_piece[i] = PieceFitter(pieces[i], points, noise, options).run();
+  });
+  LineBook book(options.sample_m);
+  for (const std::vector<LidarEdge>& piece : of_piece) book.add(piece);
+  return book.take();
+}
+
+}  // namespace rigcal
