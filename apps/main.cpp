@@ -5,47 +5,16 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <map>
 #include <new>
 #include <string>
 #include <thread>
 
-#include "apps/command.h"
+#include "apps/command_line.h"
 #include "apps/stop_signal.h"
 #include "core/base/parallel.h"
-#include "core/base/version.h"
 
 namespace rigcal {
 namespace {
-
-struct GlobalOptions {
-  std::string level = "info";
-  int threads = 0;
-};
-
-const std::map<std::string, LogLevel> levels{
-    {"debug", LogLevel::debug}, {"info", LogLevel::info}, {"warning", LogLevel::warning}, {"error", LogLevel::error}};
-
-void add_global_options(CLI::App& app, CommandContext& context, GlobalOptions& options) {
-  app.set_version_flag("--version", std::string("rigcal ") + version());
-  app.add_flag("--quiet,-q", context.quiet, "No progress and no summary, only warnings and errors");
-  app.add_flag("--json", context.json, "Print the summary as one JSON object on stdout");
-  app.add_option("--log-level", options.level, "What to tell on stderr: debug, info (default), warning or error")
-      ->check(CLI::IsMember({"debug", "info", "warning", "error"}))
-      ->option_text("LEVEL");
-  app.add_option("--threads", options.threads, "Threads to use (default: all cores); no result depends on it")
-      ->check(CLI::Range(1, 1024))
-      ->option_text("N");
-}
-
-// The commands in the order in which --help lists them.
-void add_commands(CLI::App& app, CommandContext& context) {
-  add_simulate_command(app, context);
-  add_calibrate_command(app, context);
-  add_inspect_command(app, context);
-  add_export_command(app, context);
-  add_evaluate_command(app, context);
-}
 
 int finish(CommandContext& context, ExitCode code) {
   context.reporter.clear();
@@ -72,12 +41,8 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
   CommandContext context{reporter, stop_signal.token(), false, false, {}};
   GlobalOptions options;
 
-  CLI::App app("rigcal: extrinsics of rigs of LiDARs and cameras, from a recording of a turntable run", "rigcal");
-  app.footer("Example:\n  rigcal calibrate run.pcap --rig rig.yaml --out result\nManual: docs/manual.md");
-  app.fallthrough();  // the global options may stand behind the subcommand too
-  app.require_subcommand(1);
-  add_global_options(app, context, options);
-  add_commands(app, context);
+  CLI::App app;
+  describe_command_line(app, context, options);
 
   try {
     app.parse(argc, argv);
@@ -90,7 +55,7 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
     return static_cast<int>(ExitCode::usage);
   }
 
-  reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, levels.at(options.level)});
+  reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, log_levels().at(options.level)});
   if (!stop_signal.ready()) reporter.warn(stop_signal.ready().error().message());
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   set_thread_count(options.threads > 0 ? options.threads : std::max(cores, 1));
@@ -104,8 +69,6 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
 }
 
 }  // namespace
-
-void CommandContext::print(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
 }  // namespace rigcal
 

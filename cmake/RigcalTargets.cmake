@@ -9,6 +9,7 @@ if(RIGCAL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${RIGCAL_CCACHE}")
 endif()
 
+include(GNUInstallDirs)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 
 add_library(rigcal_rules INTERFACE)
@@ -40,7 +41,10 @@ function(rigcal_add_library name)
   list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
   target_link_libraries(rigcal_${name} PUBLIC ${ARG_DEPS} PRIVATE $<BUILD_INTERFACE:rigcal_rules> ${ARG_PRIVATE_DEPS})
   target_compile_features(rigcal_${name} PUBLIC cxx_std_20)
-  target_include_directories(rigcal_${name} PUBLIC "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>")
+  target_include_directories(rigcal_${name} PUBLIC
+    "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/rigcal>")
+  install(TARGETS rigcal_${name} EXPORT rigcal
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}/rigcal" COMPONENT dev)
 endfunction()
 
 # rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])

@@ -1,0 +1,50 @@
+# What `cmake --install` and `cpack` take: the program with its data (component rigcal), and the libraries of the rooms
+# with their headers for find_package(rigcal) (component dev).
+
+include(CMakePackageConfigHelpers)
+
+set(doc_dir "${CMAKE_INSTALL_DATADIR}/doc/rigcal")
+install(TARGETS rigcal RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT rigcal)
+install(DIRECTORY config/rigs config/scenes DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal)
+install(DIRECTORY docs/schema DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal)
+install(FILES README.md docs/manual.md docs/licences.md docs/real-recordings.md
+  DESTINATION "${doc_dir}" COMPONENT rigcal)
+install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}" COMPONENT rigcal)
+install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}-dev" COMPONENT dev)
+
+install(DIRECTORY apps core drivers simdata DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/rigcal" COMPONENT dev
+  FILES_MATCHING PATTERN "*.h" PATTERN pages EXCLUDE)
+set(config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/rigcal")
+install(EXPORT rigcal NAMESPACE rigcal:: FILE rigcalTargets.cmake DESTINATION "${config_dir}" COMPONENT dev)
+configure_package_config_file(cmake/rigcalConfig.cmake.in "${CMAKE_BINARY_DIR}/rigcalConfig.cmake"
+  INSTALL_DESTINATION "${config_dir}")
+write_basic_package_version_file("${CMAKE_BINARY_DIR}/rigcalConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_BINARY_DIR}/rigcalConfig.cmake" "${CMAKE_BINARY_DIR}/rigcalConfigVersion.cmake"
+  DESTINATION "${config_dir}" COMPONENT dev)
+
+# cpack -G DEB in the build folder makes rigcal_*.deb and rigcal-dev_*.deb.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME rigcal)
+set(CPACK_PACKAGE_VENDOR rigcal)
+set(CPACK_PACKAGE_CONTACT "the maintainers of rigcal <maintainers@rigcal.example>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL rigcal dev)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_RIGCAL_PACKAGE_NAME rigcal)
+set(CPACK_DEBIAN_RIGCAL_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_RIGCAL_DESCRIPTION
+"From one recording of a rig on a turntable, without targets and without a
+trajectory, rigcal finds where its LiDARs sit, and says for each of them
+whether the answer can be trusted.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, nlohmann-json3-dev, zlib1g-dev")
+set(CPACK_COMPONENT_DEV_DESCRIPTION
+"Headers and static libraries of rigcal, for find_package(rigcal): what the
+program does, from C++.")
+include(CPack)
