@@ -107,7 +107,8 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
 void add_calibrate_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<CalibrateOptions>();
   CLI::App* command = app.add_subcommand("calibrate", "Find the extrinsics of a rig from a recording: the main job");
-  command->add_option("INPUT", options->input, "A packet dump, a ROS 1 bag, a session or a patch folder")->required();
+  command->add_option("INPUT", options->input, "A packet dump, an .lvx file, a ROS 1 bag, a session or a patch folder")
+      ->required();
   command->add_option("--out", options->out, "The result folder; an older result there is replaced as a whole")
       ->required()
       ->option_text("RESULT");

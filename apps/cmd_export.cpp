@@ -58,7 +58,7 @@ Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& cont
 void add_export_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* command = app.add_subcommand("export", "Write the stops of a dump, bag or session as patches or clouds");
-  command->add_option("PATH", options->path, "A dump, a bag or a session")->required();
+  command->add_option("PATH", options->path, "A dump, an .lvx file, a bag or a session")->required();
   command
       ->add_option("--format", options->format,
                    "patches: a patch folder for calibrate; pcd: one cloud a sensor and stop, side by side")

@@ -58,7 +58,7 @@ Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& co
 void add_inspect_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand("inspect", "Show what is in a dump, bag, session, patch folder or result");
-  command->add_option("PATH", options->path, "A dump, bag, session, patch folder or result")->required();
+  command->add_option("PATH", options->path, "A dump, .lvx file, bag, session, patch folder or result")->required();
   command->add_option("--rig", options->rig, "Rig file: then the stops of a dump or bag are shown too")
       ->option_text("RIG");
   command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");
