@@ -1,0 +1,240 @@
+#include "core/edges/image_edges.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2f;
+
+constexpr int least_side = 16;
+
+std::vector<float> gaussian(double sigma) {
+  const int radius = std::max(1, static_cast<int>(std::ceil(4.0 * sigma)));
+  std::vector<float> kernel;
+  double sum = 0.0;
+  for (int i = -radius; i <= radius; ++i) sum += std::exp(-0.5 * i * i / (sigma * sigma));
+  for (int i = -radius; i <= radius; ++i) {
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma)) / sum));
+  }
+  return kernel;
+}
+
+// Its derivative, such that a slope of one grey value a pixel gives one.
+std::vector<float> gaussian_derivative(double sigma) {
+  std::vector<float> kernel = gaussian(sigma);
+  const int radius = static_cast<int>(kernel.size() / 2);
+  double moment = 0.0;
+  for (int i = -radius; i <= radius; ++i) {
+    float& k = kernel[static_cast<std::size_t>(i + radius)];
+    k *= static_cast<float>(i);
+    moment += static_cast<double>(k) * i;
+  }
+  for (float& k : kernel) k /= static_cast<float>(moment);
+  return kernel;
+}
+
+// Correlates rows, or columns, with a kernel.
+GreyImage filtered(const GreyImage& image, const std::vector<float>& kernel, bool rows) {
+  const int radius = static_cast<int>(kernel.size() / 2);
+  const int w = image.width;
+  const int h = image.height;
+  GreyImage out{w, h, std::vector<float>(image.values.size(), 0.0F)};
+  const auto row = [w](int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w); };
+  std::vector<float> line(static_cast<std::size_t>(w + 2 * radius));
+  for (int y = 0; y < h; ++y) {
+    float* target = out.values.data() + row(y);
+    if (rows) {
+      const float* source = image.values.data() + row(y);
+      for (int x = -radius; x < w + radius; ++x)
+        line[static_cast<std::size_t>(x + radius)] = source[std::clamp(x, 0, w - 1)];
+    }
+    for (int i = -radius; i <= radius; ++i) {
+      const float k = kernel[static_cast<std::size_t>(i + radius)];
+      const float* source = rows ? line.data() + i + radius : image.values.data() + row(std::clamp(y + i, 0, h - 1));
+      for (int x = 0; x < w; ++x) target[x] += k * source[x];
+    }
+  }
+  return out;
+}
+
+class EdgeFinder {
+ public:
+  EdgeFinder(const GreyImage& image, const ImageEdgeOptions& options) : options_(options) {
+    const std::vector<float> smooth = gaussian(options.blur_px);
+    const std::vector<float> slope = gaussian_derivative(options.blur_px);
+    gx_ = filtered(filtered(image, smooth, false), slope, true);
+    gy_ = filtered(filtered(image, smooth, true), slope, false);
+    gradient_ = {image.width, image.height, std::vector<float>(image.values.size())};
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+      gradient_.values[i] = std::hypot(gx_.values[i], gy_.values[i]);
+    const double noise = gradient_noise();
+    low_ = static_cast<float>(std::max(options.min_gradient, options.low_sigmas * noise));
+    high_ = static_cast<float>(std::max(2.0 * options.min_gradient, options.high_sigmas * noise));
+  }
+
+  std::vector<ImageEdge> run() {
+    find_maxima();
+    std::vector<ImageEdge> out;
+    int chains = 0;
+    for (std::size_t i = 0; i < maxima_.size(); ++i) {
+      if (maxima_[i].used || maxima_[i].strength < high_) continue;
+      const std::vector<int> chain = trace(static_cast<int>(i));
+      if (static_cast<int>(chain.size()) < options_.min_chain_px) continue;
+      add_chain(chain, chains++, out);
+    }
+    return out;
+  }
+
+ private:
+  struct Maximum {
+    Vector2f position;
+    Vector2f normal;
+    float strength = 0.0F;
+    int x = 0;
+    int y = 0;
+    bool used = false;
+  };
+
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(gradient_.width) + static_cast<std::size_t>(x);
+  }
+
+  // Of one component: a fifth of any picture is calm, and there the length of the gradient is Rayleigh distributed.
+  [[nodiscard]] double gradient_noise() const {
+    std::vector<float> values;
+    values.reserve(gradient_.values.size() / 7 + 1);
+    for (std::size_t i = 0; i < gradient_.values.size(); i += 7) values.push_back(gradient_.values[i]);
+    const auto fifth = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 5);
+    std::nth_element(values.begin(), fifth, values.end());
+    return *fifth / std::sqrt(-2.0 * std::log(0.8));
+  }
+
+  [[nodiscard]] float interpolated(float x, float y) const {
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    const float top = (1.0F - fx) * gradient_.at(x0, y0) + fx * gradient_.at(x0 + 1, y0);
+    const float bottom = (1.0F - fx) * gradient_.at(x0, y0 + 1) + fx * gradient_.at(x0 + 1, y0 + 1);
+    return (1.0F - fy) * top + fy * bottom;
+  }
+
+  void find_maxima() {
+    at_.assign(gradient_.values.size(), -1);
+    // At the border the gradient is of what was made up beyond it.
+    const int margin = 2 + static_cast<int>(std::ceil(2.0 * options_.blur_px));
+    for (int y = margin; y < gradient_.height - margin; ++y) {
+      for (int x = margin; x < gradient_.width - margin; ++x) {
+        const float m = gradient_.at(x, y);
+        if (m < low_) continue;
+        const Vector2f n(gx_.at(x, y) / m, gy_.at(x, y) / m);
+        const auto px = static_cast<float>(x);
+        const auto py = static_cast<float>(y);
+        const float before = interpolated(px - n.x(), py - n.y());
+        const float after = interpolated(px + n.x(), py + n.y());
+        if (m < before || m <= after) continue;
+        const float curvature = before - 2.0F * m + after;
+        const float shift = curvature < 0.0F ? std::clamp(0.5F * (before - after) / curvature, -0.7F, 0.7F) : 0.0F;
+        at_[index(x, y)] = static_cast<int>(maxima_.size());
+        maxima_.push_back({Vector2f(px, py) + shift * n, n, m, x, y, false});
+      }
+    }
+  }
+
+  // The free neighbour that goes on best in the direction (+1 or -1 along the edge); -1: the edge ends.
+  [[nodiscard]] int next(const Maximum& from, float sign) const {
+    const Vector2f along = sign * Vector2f(-from.normal.y(), from.normal.x());
+    int best = -1;
+    float best_score = 0.0F;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const int i = at_[index(from.x + dx, from.y + dy)];
+        if (i < 0 || maxima_[static_cast<std::size_t>(i)].used) continue;
+        const Maximum& to = maxima_[static_cast<std::size_t>(i)];
+        const float same_way = from.normal.dot(to.normal);
+        const Vector2f step = to.position - from.position;
+        const float length = step.norm();
+        if (same_way < 0.85F || length < 1e-3F || along.dot(step) < 0.5F * length) continue;
+        const float score = same_way + along.dot(step) / length;
+        if (score > best_score) {
+          best_score = score;
+          best = i;
+        }
+      }
+    }
+    return best;
+  }
+
+  std::vector<int> trace(int start) {
+    std::vector<int> forwards;
+    std::vector<int> backwards;
+    maxima_[static_cast<std::size_t>(start)].used = true;
+    for (const float sign : {1.0F, -1.0F}) {
+      std::vector<int>& side = sign > 0.0F ? forwards : backwards;
+      for (int at = next(maxima_[static_cast<std::size_t>(start)], sign); at >= 0;
+           at = next(maxima_[static_cast<std::size_t>(at)], sign)) {
+        maxima_[static_cast<std::size_t>(at)].used = true;
+        side.push_back(at);
+      }
+    }
+    std::vector<int> chain(backwards.rbegin(), backwards.rend());
+    chain.push_back(start);
+    chain.insert(chain.end(), forwards.begin(), forwards.end());
+    return chain;
+  }
+
+  void add_chain(const std::vector<int>& chain, int number, std::vector<ImageEdge>& out) const {
+    const int size = static_cast<int>(chain.size());
+    for (int i = 0; i < size; ++i) {
+      const Maximum& m = maxima_[static_cast<std::size_t>(chain[static_cast<std::size_t>(i)])];
+      const int first = std::max(0, i - options_.fit_px);
+      const int last = std::min(size - 1, i + options_.fit_px);
+      Vector2d mean = Vector2d::Zero();
+      for (int k = first; k <= last; ++k) mean += position(chain, k);
+      mean /= last - first + 1;
+      Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+      for (int k = first; k <= last; ++k) {
+        const Vector2d d = position(chain, k) - mean;
+        scatter += d * d.transpose();
+      }
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(scatter);
+      Vector2d normal = eigen.eigenvectors().col(0);
+      if (normal.dot(m.normal.cast<double>()) < 0.0) normal = -normal;
+      const Vector2d p = m.position.cast<double>();
+      out.push_back({(p - normal.dot(p - mean) * normal).cast<float>(), normal.cast<float>(), m.strength, number});
+    }
+  }
+
+  [[nodiscard]] Vector2d position(const std::vector<int>& chain, int k) const {
+    return maxima_[static_cast<std::size_t>(chain[static_cast<std::size_t>(k)])].position.cast<double>();
+  }
+
+  const ImageEdgeOptions& options_;
+  GreyImage gx_;
+  GreyImage gy_;
+  GreyImage gradient_;
+  float low_ = 0.0F;
+  float high_ = 0.0F;
+  std::vector<Maximum> maxima_;
+  std::vector<int> at_;  // of each pixel: its maximum, or -1
+};
+
+}  // namespace
+
+std::vector<ImageEdge> find_image_edges(const GreyImage& image, const ImageEdgeOptions& options) {
+  if (image.width < least_side || image.height < least_side) return {};
+  return EdgeFinder(image, options).run();
+}
+
+GreyImage blurred(const GreyImage& image, double sigma_px) {
+  if (image.width < 1 || image.height < 1 || sigma_px <= 0.0) return image;
+  const std::vector<float> kernel = gaussian(sigma_px);
+  return filtered(filtered(image, kernel, true), kernel, false);
+}
+
+}  // namespace rigcal

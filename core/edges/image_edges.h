@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace rigcal {
+
+/// Grey values, 0 .. 255 whatever the depth of the camera was, rows from the top.
+struct GreyImage {
+  int width = 0;
+  int height = 0;
+  std::vector<float> values;
+
+  [[nodiscard]] float at(int x, int y) const {
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
+};
+
+/// A place where the grey value steps, in the image as it came (not undistorted).
+struct ImageEdge {
+  Eigen::Vector2f position;  ///< Pixels; (0, 0) is the centre of the top left one.
+  Eigen::Vector2f normal;    ///< Unit, towards the brighter side.
+  float strength = 0.0F;     ///< Gradient, grey values a pixel.
+  int chain = 0;             ///< Number of the connected edge that it is part of.
+};
+
+struct ImageEdgeOptions {
+  double blur_px = 1.2;        ///< Sigma at which the gradient is taken.
+  double low_sigmas = 3.0;     ///< An edge goes on where the gradient is above so much noise,
+  double high_sigmas = 8.0;    ///< and is one if it is above so much somewhere.
+  double min_gradient = 0.75;  ///< Likewise at least, in grey values a pixel: what is smaller is no edge of a surface.
+  int min_chain_px = 20;       ///< Shorter ones are clutter.
+  int fit_px = 6;              ///< Position and normal are those of a line through so many neighbours on either side.
+};
+
+/// Edges of an image by the maxima of the gradient across themselves (Canny 1986), to a fraction of a pixel. The noise
+/// is estimated from the image itself. In the order of the chains, along each; images of less than 16 pixels a side
+/// have none.
+[[nodiscard]] std::vector<ImageEdge> find_image_edges(const GreyImage& image, const ImageEdgeOptions& options = {});
+
+/// A copy blurred by a Gaussian of `sigma_px`; the borders go on as they end.
+[[nodiscard]] GreyImage blurred(const GreyImage& image, double sigma_px);
+
+}  // namespace rigcal
