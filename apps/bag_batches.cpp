@@ -9,6 +9,7 @@
 
 #include "apps/bag_topics.h"
 #include "apps/point_filter.h"
+#include "core/io/bag_reader.h"
 
 namespace rigcal {
 namespace {
@@ -72,13 +73,8 @@ void warn_of(const TopicIngest& counts, std::vector<std::string>& warnings) {
 
 class BagBatches final : public BatchSource {
  public:
-  BagBatches(BagReader bag, std::string path, const Rig& rig, BatchSinks sinks, BagImageSink images)
-      : bag_(std::move(bag)),
-        path_(std::move(path)),
-        rig_(rig),
-        wishes_(topic_wishes(rig)),
-        sinks_(std::move(sinks)),
-        images_(std::move(images)) {}
+  BagBatches(BagReader bag, std::string path, const Rig& rig, BatchSinks sinks)
+      : bag_(std::move(bag)), path_(std::move(path)), rig_(rig), wishes_(topic_wishes(rig)), sinks_(std::move(sinks)) {}
 
   /// What is wrong with the topics that are known so far.
   [[nodiscard]] std::optional<Error> topics_error() const {
@@ -119,7 +115,6 @@ class BagBatches final : public BatchSource {
   Rig rig_;
   std::vector<TopicWish> wishes_;
   BatchSinks sinks_;
-  BagImageSink images_;
   std::map<std::string, Topic> topics_;
   std::map<const BagConnection*, Topic*> by_sender_;
   RosCloud cloud_;
@@ -249,7 +244,7 @@ void BagBatches::add_image(Topic& topic, const BagMessage& message, RosType type
   }
   topic.count_lost(message.connection, image->header.seq);
   const std::int64_t stamp_ns = topic.session_ns(image->header.stamp_ns, message.stamp_ns);
-  if (images_) images_({topic.wish->sensor, stamp_ns, type, *image});
+  if (sinks_.images) sinks_.images({topic.wish->sensor, stamp_ns, type, *image});
 }
 
 /// A LiDAR's topic that is there, but without a point that could be used.
@@ -303,12 +298,11 @@ bool is_bag(const std::string& path) {
   return start == "#ROSBAG V" || start == "#ROSRECOR";
 }
 
-Expected<std::unique_ptr<BatchSource>> open_bag_batches(const std::string& path, const Rig& rig, BatchSinks sinks,
-                                                        BagImageSink images) {
+Expected<std::unique_ptr<BatchSource>> open_bag_batches(const std::string& path, const Rig& rig, BatchSinks sinks) {
   Expected<BagReader> bag = BagReader::open(path);
   if (!bag) return bag.error();
   const bool indexed = bag->indexed();
-  auto batches = std::make_unique<BagBatches>(std::move(*bag), path, rig, std::move(sinks), std::move(images));
+  auto batches = std::make_unique<BagBatches>(std::move(*bag), path, rig, std::move(sinks));
   if (std::optional<Error> error = indexed ? batches->topics_error() : std::nullopt) {
     error->where = path;
     return *error;

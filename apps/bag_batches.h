@@ -2,22 +2,10 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "apps/batch_source.h"
-#include "core/io/bag_reader.h"
-#include "core/io/ros_messages.h"
 
 namespace rigcal {
-
-/// An image of a camera of the rig, as its message holds it.
-struct BagImage {
-  int sensor = 0;
-  std::int64_t stamp_ns = 0;  ///< Session time; when the image came, but for the jitter.
-  RosType type = RosType::image;
-  const RosImage& image;
-};
-using BagImageSink = std::function<void(const BagImage&)>;
 
 /// Whether a file begins like a ROS bag of any version.
 [[nodiscard]] bool is_bag(const std::string& path);
@@ -27,6 +15,6 @@ using BagImageSink = std::function<void(const BagImage&)>;
 /// sensor, the rig file says. Errors: no bag; with an index also a topic of a LiDAR that is not in the bag; later a
 /// message of a type that its sensor cannot send.
 [[nodiscard]] Expected<std::unique_ptr<BatchSource>> open_bag_batches(const std::string& path, const Rig& rig,
-                                                                      BatchSinks sinks, BagImageSink images = {});
+                                                                      BatchSinks sinks);
 
 }  // namespace rigcal

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "apps/datagram_file.h"
 #include "apps/lidar_ingest.h"
+#include "core/io/ros_messages.h"
 
 namespace rigcal {
 
@@ -30,9 +32,19 @@ class BatchSource {
   [[nodiscard]] virtual std::optional<BroadcastCodes> better_codes() const { return std::nullopt; }
 };
 
+/// An image of a camera of the rig, as its message holds it.
+struct RecordedImage {
+  int sensor = 0;
+  std::int64_t stamp_ns = 0;  ///< Session time; when the image came, but for the jitter.
+  RosType type = RosType::image;
+  const RosImage& image;
+};
+
+/// Empty ones are not called.
 struct BatchSinks {
   LidarIngest::PointSink points;
   LidarIngest::ImuSink imu;
+  std::function<void(const RecordedImage&)> images;
 };
 
 /// Opens a file by what is in it. A rig without sensors: all is counted, nothing is handed on. Errors: missing,

@@ -41,7 +41,9 @@ std::string summary_json(const ExportOptions& options, const PatchExport& done) 
 Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& context) {
   const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
-  const PatchLayout layout = options.format == "pcd" ? PatchLayout::clouds : PatchLayout::patches;
+  const std::map<std::string, PatchLayout> layouts{
+      {"patches", PatchLayout::patches}, {"pcd", PatchLayout::pcd}, {"las", PatchLayout::las}};
+  const PatchLayout layout = layouts.at(options.format);
   const Expected<PatchExport> done = export_patches(*source, layout, options.out, context.run_context());
   if (!done) return done.error();
   if (context.json) {
@@ -61,9 +63,9 @@ void add_export_command(CLI::App& app, CommandContext& context) {
   command->add_option("PATH", options->path, "A dump, an .lvx file, a bag or a session")->required();
   command
       ->add_option("--format", options->format,
-                   "patches: a patch folder for calibrate; pcd: one cloud a sensor and stop, side by side")
+                   "patches: a patch folder for calibrate; pcd, las: one cloud a sensor and stop, side by side")
       ->required()
-      ->check(CLI::IsMember({"patches", "pcd"}))
+      ->check(CLI::IsMember({"patches", "pcd", "las"}))
       ->option_text("FORMAT");
   command->add_option("--out", options->out, "Folder to make; must not exist")->required()->option_text("PATH");
   command->add_option("--rig", options->rig, "Rig file; a session brings its own")->option_text("RIG");

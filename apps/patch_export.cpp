@@ -1,7 +1,9 @@
 #include "apps/patch_export.h"
 
 #include <filesystem>
+#include <variant>
 
+#include "core/io/las_file.h"
 #include "core/io/patch_folder.h"
 
 namespace rigcal {
@@ -10,7 +12,8 @@ namespace {
 /// Writes each sensor's cloud as it comes.
 class PatchFiles final : public StopSink {
  public:
-  PatchFiles(const Rig& rig, PatchLayout layout, std::string out) : rig_(rig), layout_(layout), out_(std::move(out)) {}
+  PatchFiles(const Rig& rig, PatchLayout layout, std::string out, ImageFiles* images)
+      : rig_(rig), layout_(layout), out_(std::move(out)), images_(images) {}
 
   Expected<void> restart() override {
     open_.clear();
@@ -26,16 +29,20 @@ class PatchFiles final : public StopSink {
       if (!folder) return folder.error();
       clouds_.emplace(std::move(*folder));
     }
-    return {};
+    return images_ == nullptr ? Expected<void>{} : images_->restart();
   }
 
-  [[nodiscard]] Expected<void> status() const override { return status_; }
+  [[nodiscard]] Expected<void> status() const override {
+    return status_ && images_ != nullptr ? images_->status() : status_;
+  }
 
-  void points(int sensor, int stop, std::span<const Point> points) override {
+  void points(int sensor, int stop, std::span<const Point> part) override { timed_points(sensor, stop, {}, part); }
+
+  void timed_points(int sensor, int stop, const ShotTimes& times, std::span<const Point> part) override {
     if (!status_) return;
     auto place = open_.find(sensor);
     if (place == open_.end()) {
-      Expected<PcdWriter> writer = open(sensor, stop);
+      Expected<CloudFile> writer = open(sensor, stop);
       if (!writer) {
         status_ = writer.error();
         return;
@@ -43,12 +50,16 @@ class PatchFiles final : public StopSink {
       place = open_.emplace(sensor, std::move(*writer)).first;
       ++files_;
     }
-    place->second.write(points);
+    std::visit([&](auto& file) { file.write(part, times.stamp_ns, times.shot_interval_ns); }, place->second);
+  }
+
+  void image(const RecordedImage& image) override {
+    if (images_ != nullptr) images_->write(image);
   }
 
   void stop_done(const StopRecord&) override {
     for (auto& [sensor, writer] : open_) {
-      const Expected<void> finished = writer.finish();
+      const Expected<void> finished = std::visit([](auto& file) { return file.finish(); }, writer);
       if (status_ && !finished) status_ = finished;
     }
     open_.clear();
@@ -67,10 +78,21 @@ class PatchFiles final : public StopSink {
   [[nodiscard]] std::uint64_t files() const { return files_; }
 
  private:
-  Expected<PcdWriter> open(int sensor, int stop) const {
-    if (patches_) return patches_->open(sensor, stop);
-    const std::string name = rig_.sensors[static_cast<std::size_t>(sensor)].name + "_" + std::to_string(stop) + ".pcd";
-    return PcdWriter::create((std::filesystem::path(clouds_->path()) / name).string());
+  using CloudFile = std::variant<PcdWriter, LasWriter>;
+
+  template <class Writer>
+  static Expected<CloudFile> either(Expected<Writer> writer) {
+    if (!writer) return writer.error();
+    return CloudFile(std::move(*writer));
+  }
+
+  Expected<CloudFile> open(int sensor, int stop) const {
+    if (patches_) return either(patches_->open(sensor, stop));
+    const std::string name = rig_.sensors[static_cast<std::size_t>(sensor)].name + "_" + std::to_string(stop);
+    const std::filesystem::path path = std::filesystem::path(clouds_->path()) / name;
+    if (layout_ == PatchLayout::pcd) return either(PcdWriter::create(path.string() + ".pcd", true));
+    // Its point source ids begin at 1: 0 is for points of no source.
+    return either(LasWriter::create(path.string() + ".las", {static_cast<std::uint16_t>(sensor + 1), true}));
   }
 
   const Rig& rig_;
@@ -78,7 +100,8 @@ class PatchFiles final : public StopSink {
   std::string out_;
   std::optional<PatchFolderWriter> patches_;
   std::optional<StagedFolder> clouds_;
-  std::map<int, PcdWriter> open_;
+  std::map<int, CloudFile> open_;
+  ImageFiles* images_;
   Expected<void> status_;
   std::uint64_t files_ = 0;
 };
@@ -98,8 +121,8 @@ std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>
 }
 
 Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout layout, const std::string& out,
-                                     const RunContext& context) {
-  PatchFiles files(source.rig, layout, out);
+                                     const RunContext& context, ImageFiles* images) {
+  PatchFiles files(source.rig, layout, out, images);
   const StopOptions options;
   Expected<StopReading> summary = read_stops(source, options, files, context);
   if (!summary) return summary.error();

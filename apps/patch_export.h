@@ -4,13 +4,15 @@
 #include <map>
 #include <string>
 
+#include "apps/image_files.h"
 #include "apps/stop_reader.h"
 
 namespace rigcal {
 
 enum class PatchLayout {
   patches,  ///< A patch folder (contract section 4) with rig.yaml and trajectory.tum.
-  clouds,   ///< <sensor>_<stop>.pcd side by side, for viewers.
+  pcd,      ///< <sensor>_<stop>.pcd side by side, with the time of each point.
+  las,      ///< <sensor>_<stop>.las side by side.
 };
 
 struct PatchExport {
@@ -23,10 +25,12 @@ struct PatchExport {
 /// say how that is mounted.
 [[nodiscard]] std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops);
 
-/// Writes the points of a recording's stops, float metres exactly as decoded. The folder appears as a whole at the end;
-/// an existing path is never touched. The points go straight to the disk: memory does not grow with a stop's length.
-/// Errors: those of `read_stops` and `reading_error`, the disk.
+/// Writes the points of a recording's stops, in the sensors' own frames; patches and pcd as float metres exactly as
+/// decoded, las to a tenth of a millimetre. `images`: where images go that the recording has, if they are wanted. The
+/// folder appears as a whole at the end; an existing path is never touched. The points go straight to the disk: memory
+/// does not grow with a stop's length. Errors: those of `read_stops` and `reading_error`, the disk.
 [[nodiscard]] Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout layout,
-                                                   const std::string& out, const RunContext& context);
+                                                   const std::string& out, const RunContext& context,
+                                                   ImageFiles* images = nullptr);
 
 }  // namespace rigcal

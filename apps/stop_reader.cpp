@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/batch_source.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
@@ -22,6 +21,9 @@ class NotingSink final : public PatchSink {
  public:
   NotingSink(PatchSink& sink, std::vector<StopRecord>& stops) : sink_(sink), stops_(stops) {}
   void points(int sensor, int stop, std::span<const Point> points) override { sink_.points(sensor, stop, points); }
+  void timed_points(int sensor, int stop, const ShotTimes& times, std::span<const Point> part) override {
+    sink_.timed_points(sensor, stop, times, part);
+  }
   void stop_done(const StopRecord& stop) override {
     stops_.push_back(stop);
     sink_.stop_done(stop);
@@ -44,7 +46,8 @@ Expected<Pass> read_once(const StreamSource& source, const StopOptions& options,
   NotingSink noting(sink, pass.summary.stops);
   StopFinder finder(options, noting);
   const BatchSinks sinks{[&](PointBatch& batch) { finder.add_points(batch); },
-                         [&](const ImuSample& sample) { finder.add_imu(sample); }};
+                         [&](const ImuSample& sample) { finder.add_imu(sample); },
+                         [&](const RecordedImage& image) { sink.image(image); }};
   const Expected<std::unique_ptr<BatchSource>> batches = open_batches(source.file, source.rig, sinks, codes);
   if (!batches) return batches.error();
   while (true) {

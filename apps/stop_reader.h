@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/batch_source.h"
 #include "apps/datagram_file.h"
-#include "apps/lidar_ingest.h"
 #include "core/base/run_context.h"
 #include "core/stops/stop_finder.h"
 
@@ -29,6 +29,8 @@ class StopSink : public PatchSink {
  public:
   /// Called before the first point, and again when the recording must be read anew: forget all that came.
   virtual Expected<void> restart() = 0;
+  /// An image of a camera, whenever it was taken.
+  virtual void image(const RecordedImage& /*image*/) {}
   /// An Error ends the reading.
   [[nodiscard]] virtual Expected<void> status() const = 0;
 };

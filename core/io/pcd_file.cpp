@@ -236,12 +236,13 @@ class PcdReader {
 };
 
 /// As long for every number of points, so that it can be written again over itself.
-std::string binary_header(std::uint64_t points) {
+std::string binary_header(std::uint64_t points, bool timed) {
   std::string count = std::to_string(points);
   count.resize(20, ' ');
-  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag\nSIZE 4 4 4 4 1\n"
-         "TYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH " +
-         count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
+  return std::string("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag") +
+         (timed ? " timestamp" : "") + "\nSIZE 4 4 4 4 1" + (timed ? " 8" : "") + "\nTYPE F F F F U" +
+         (timed ? " F" : "") + "\nCOUNT 1 1 1 1 1" + (timed ? " 1" : "") + "\nWIDTH " + count +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
 }
 
 }  // namespace
@@ -267,26 +268,31 @@ Expected<PcdCloud> read_pcd(const std::string& path) {
   return cloud;
 }
 
-Expected<PcdWriter> PcdWriter::create(const std::string& path) {
+Expected<PcdWriter> PcdWriter::create(const std::string& path, bool timed) {
   Expected<OutputFile> file = OutputFile::create(path);
   if (!file) return file.error();
-  PcdWriter writer(std::move(*file));
-  writer.file_.write(binary_header(0));
+  PcdWriter writer(std::move(*file), timed);
+  writer.file_.write(binary_header(0, timed));
   return writer;
 }
 
-void PcdWriter::write(std::span<const Point> points) {
+void PcdWriter::write(std::span<const Point> points, std::int64_t stamp_ns, double shot_interval_ns) {
+  const std::size_t size = 4 * sizeof(float) + 1 + (timed_ ? sizeof(double) : 0);
   for (const Point& point : points) {
     const std::array<float, 4> values{point.x, point.y, point.z, static_cast<float>(point.reflectivity)};
-    std::uint8_t* room = file_.reserve(sizeof(values) + 1);
+    std::uint8_t* room = file_.reserve(size);
     std::memcpy(room, values.data(), sizeof(values));
     room[sizeof(values)] = point.tag;
+    if (!timed_) continue;
+    const std::int64_t time_ns = stamp_ns + static_cast<std::int64_t>(point.shot * shot_interval_ns);
+    const double time_s = 1e-9 * static_cast<double>(time_ns);
+    std::memcpy(room + sizeof(values) + 1, &time_s, sizeof(time_s));
   }
   points_ += points.size();
 }
 
 Expected<void> PcdWriter::finish() {
-  file_.overwrite(0, binary_header(points_));
+  file_.overwrite(0, binary_header(points_, timed_));
   return file_.close();
 }
 

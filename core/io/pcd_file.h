@@ -41,17 +41,19 @@ struct PcdCloud {
 /// so it need not be known before.
 class PcdWriter {
  public:
-  /// Makes the file, or empties an existing one.
-  [[nodiscard]] static Expected<PcdWriter> create(const std::string& path);
+  /// Makes the file, or empties an existing one. `timed`: with a column timestamp, seconds as a double.
+  [[nodiscard]] static Expected<PcdWriter> create(const std::string& path, bool timed = false);
 
-  void write(std::span<const Point> points);
+  /// Point::shot counts from `stamp_ns` in steps of `shot_interval_ns`; both matter to the column timestamp only.
+  void write(std::span<const Point> points, std::int64_t stamp_ns = 0, double shot_interval_ns = 0.0);
   /// Completes the file. The first error of any write is reported here.
   Expected<void> finish();
 
  private:
-  explicit PcdWriter(OutputFile file) : file_(std::move(file)) {}
+  PcdWriter(OutputFile file, bool timed) : file_(std::move(file)), timed_(timed) {}
 
   OutputFile file_;
+  bool timed_ = false;
   std::uint64_t points_ = 0;
 };
 

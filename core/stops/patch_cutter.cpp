@@ -103,6 +103,7 @@ void PatchCutter::drain(int sensor, Queue& queue) {
 
 void PatchCutter::hand_out(int sensor, Queue& queue, const Held& held) {
   const std::span<const Point> points(held.block->points.data() + held.first, held.count);
+  const ShotTimes times{held.stamp_ns, held.shot_interval_ns};
   const Verdict forgotten{forgotten_until_ns_, -1, DropReason::late};
   const auto verdict_at = [&](std::int64_t stamp_ns) -> const Verdict& {
     if (stamp_ns < forgotten_until_ns_) return forgotten;
@@ -111,7 +112,7 @@ void PatchCutter::hand_out(int sensor, Queue& queue, const Held& held) {
   };
   const Verdict& first = verdict_at(held.stamp_ns);
   if (held.end_ns <= first.until_ns) {
-    deliver(sensor, queue, first, points);
+    deliver(sensor, queue, first, times, points);
     return;
   }
   if (held.undivided) {
@@ -128,12 +129,13 @@ void PatchCutter::hand_out(int sensor, Queue& queue, const Held& held) {
     const Verdict& verdict = of_point(points[begin]);
     std::size_t end = begin + 1;
     while (end < points.size() && &of_point(points[end]) == &verdict) ++end;
-    deliver(sensor, queue, verdict, points.subspan(begin, end - begin));
+    deliver(sensor, queue, verdict, times, points.subspan(begin, end - begin));
     begin = end;
   }
 }
 
-void PatchCutter::deliver(int sensor, Queue& queue, const Verdict& verdict, std::span<const Point> points) {
+void PatchCutter::deliver(int sensor, Queue& queue, const Verdict& verdict, const ShotTimes& times,
+                          std::span<const Point> points) {
   if (verdict.stop < 0 || verdict.stop <= last_stop_done_) {
     const DropReason reason = verdict.stop < 0 ? verdict.reason : DropReason::late;
     counts_.dropped[static_cast<std::size_t>(reason)] += points.size();
@@ -141,7 +143,7 @@ void PatchCutter::deliver(int sensor, Queue& queue, const Verdict& verdict, std:
   }
   counts_.in_stops += points.size();
   queue.points_in_stop += points.size();
-  sink_.points(sensor, verdict.stop, points);
+  sink_.timed_points(sensor, verdict.stop, times, points);
 }
 
 void PatchCutter::stop_ended(const StillStop& stop) {

@@ -16,6 +16,12 @@ struct StopRecord : StillStop {
   std::map<int, std::uint64_t> points;  ///< Points in the stop for each sensor that had any.
 };
 
+/// When points were seen: Point::shot counts from `stamp_ns` in steps of `shot_interval_ns`, session time.
+struct ShotTimes {
+  std::int64_t stamp_ns = 0;
+  double shot_interval_ns = 0.0;
+};
+
 /// Where the points of the stops go. A stop's points come before its `stop_done`, those of one sensor in the order in
 /// which they arrived; stops come in order.
 class PatchSink {
@@ -23,6 +29,10 @@ class PatchSink {
   virtual ~PatchSink() = default;
   /// `points` lives only for the call.
   virtual void points(int sensor, int stop, std::span<const Point> points) = 0;
+  /// The same for who wants the points' times too; `points` need not do anything then.
+  virtual void timed_points(int sensor, int stop, const ShotTimes& /*times*/, std::span<const Point> part) {
+    points(sensor, stop, part);
+  }
   virtual void stop_done(const StopRecord& stop) = 0;
 };
 
@@ -73,7 +83,7 @@ class PatchCutter final : public StillListener {
   void decide(const Verdict& verdict);
   void drain(int sensor, Queue& queue);
   void hand_out(int sensor, Queue& queue, const Held& held);
-  void deliver(int sensor, Queue& queue, const Verdict& verdict, std::span<const Point> points);
+  void deliver(int sensor, Queue& queue, const Verdict& verdict, const ShotTimes& times, std::span<const Point> points);
   void hold(Queue& queue, const PointBatch& batch, std::span<const Point> points, std::int64_t end_ns);
   [[nodiscard]] bool take_block(Queue& queue);
   static void drop_head(Queue& queue, std::vector<std::unique_ptr<Block>>& free_blocks);

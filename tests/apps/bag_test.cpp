@@ -67,6 +67,10 @@ class Bag : public testing::Test {
     EXPECT_TRUE(loaded.has_value() && loaded->T_base_sensor.count("mid40") == 1) << result;
     return loaded && loaded->T_base_sensor.count("mid40") == 1 ? loaded->T_base_sensor.at("mid40") : SE3{};
   }
+  static std::string text_of(const std::string& name) {
+    std::ifstream in(scratch / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
   /// The rig file with a part of its text replaced.
   static std::string rig_with(const std::string& part, const std::string& other) {
     std::string text = rig_yaml;
@@ -131,6 +135,101 @@ TEST_F(Bag, CompressedOrCutIsReadAlike) {
   EXPECT_EQ(json["complete"], false);
   EXPECT_GE(json["stops"].size(), 3U);
   EXPECT_LE(json["stops"].size(), 5U);
+}
+
+TEST_F(Bag, IsImportedWithEveryPointOfItsStopsAndItsImages) {
+  BagBytes bytes = bag_of_dump((scratch / "session/lidar.pcapng").string(), 21, "lz4");
+  const auto stops = nlohmann::json::parse(rigcal("inspect run.bag --rig rig.yaml --json").out)["stops"];
+  const auto in_stop_ns = (stops[2]["start_ns"].get<std::int64_t>() + stops[2]["end_ns"].get<std::int64_t>()) / 2;
+  const auto moving_ns = (stops[2]["end_ns"].get<std::int64_t>() + stops[3]["start_ns"].get<std::int64_t>()) / 2;
+  const RosBytes jpeg{0xFF, 0xD8, 0xFF, 0xE0, 1, 2, 3};
+  bytes.add("/cam", compressed_type, compressed_md5, in_stop_ns,
+            compressed_message(0, in_stop_ns - 5, "bayer_rggb8; jpeg compressed", jpeg));
+  bytes.add("/cam", compressed_type, compressed_md5, moving_ns,
+            compressed_message(1, moving_ns - 5, "tiff", {'I', 'I', 42, 0}));
+  bytes.add("/raw", image_type, image_md5, moving_ns,
+            image_message(0, 0, 3, 2, "bayer_rggb8", 4, {1, 2, 3, 0, 4, 5, 6, 0}));
+  write("images.bag", bytes.finish());
+  rig_with("initial_extrinsics:",
+           "  cam: {type: camera, topic: /cam}\n  raw: {type: camera, topic: raw}\ninitial_extrinsics:");
+  const ProgramRun run = rigcal("import images.bag --rig changed.yaml --out imported --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("cam: 1 images are of an encoding that is not known (tiff)"));
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("import.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["kind"], "bag");
+  EXPECT_EQ(json["stops"], 8);
+  EXPECT_EQ(json["images"], 2);
+  EXPECT_EQ(text_of("imported/rig.yaml"), text_of("changed.yaml"));
+  EXPECT_EQ(text_of("imported/images/cam/000000.jpg"), std::string(jpeg.begin(), jpeg.end()));
+  EXPECT_THAT(text_of("imported/images/cam/frames.csv"),
+              HasSubstr("000000.jpg," + std::to_string(in_stop_ns) + ",,," + std::to_string(in_stop_ns - 5) + ",2\n"));
+  EXPECT_THAT(text_of("imported/images/raw/frames.csv"),
+              HasSubstr("000000.png," + std::to_string(moving_ns) + ",,,,\n"));
+  EXPECT_THAT(text_of("imported/images/raw/000000.png"), HasSubstr("IHDR"));
+
+  ASSERT_EQ(rigcal("export run.bag --rig rig.yaml --format patches --out exported").code, 0);
+  for (const char* cloud : {"avia/0.pcd", "avia/7.pcd", "mid40/3.pcd"}) {
+    EXPECT_TRUE(text_of(std::string("imported/patches/") + cloud) == text_of(std::string("exported/") + cloud))
+        << cloud;
+  }
+  EXPECT_TRUE(text_of("imported/trajectory.tum") == text_of("exported/trajectory.tum"));
+  ASSERT_LE(rigcal("calibrate imported --out from_imported --quiet").code, 1);
+  ASSERT_LE(rigcal("calibrate run.bag --rig rig.yaml --out from_bag --quiet").code, 1);
+  // The rotations between the stops have gone through a trajectory's quaternions: equal but for their last bits.
+  EXPECT_THAT(mid40("from_imported/extrinsics.yaml"), SE3Near(mid40("from_bag/extrinsics.yaml"), 1e-6, 1e-4));
+}
+
+TEST_F(Bag, ADumpIsImportedToTheLastDatagram) {
+  const ProgramRun run = rigcal("import session/lidar.pcapng --rig rig.yaml --out again --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("import.json").violations(json), IsEmpty());
+  EXPECT_TRUE(text_of("again/lidar.pcapng") == text_of("session/lidar.pcapng")) << "it was a session's dump";
+  const auto record = nlohmann::json::parse(text_of("again/session.json"));
+  const auto original = nlohmann::json::parse(text_of("session/session.json"));
+  EXPECT_EQ(record["counters"]["avia"]["packets"], original["counters"]["avia"]["packets"]);
+  EXPECT_TRUE(record["end_ns"].is_number_integer());
+  ASSERT_LE(rigcal("calibrate again --out from_again --quiet").code, 1);
+  ASSERT_LE(rigcal("calibrate session/lidar.pcapng --rig rig.yaml --out from_dump --quiet").code, 1);
+  EXPECT_TRUE(text_of("from_again/extrinsics.yaml") == text_of("from_dump/extrinsics.yaml"));
+
+  const ProgramRun twice = rigcal("import session/lidar.pcapng --rig rig.yaml --out again");
+  EXPECT_EQ(twice.code, 3) << "a session is never overwritten";
+  EXPECT_TRUE(fs::exists(scratch / "again/lidar.pcapng"));
+  fs::copy_file(scratch / "session/lidar.pcapng", scratch / "cut.pcapng");
+  fs::resize_file(scratch / "cut.pcapng", fs::file_size(scratch / "cut.pcapng") - 77);
+  EXPECT_EQ(rigcal("import cut.pcapng --rig rig.yaml --out cut").code, 1);
+  EXPECT_EQ(rigcal("inspect cut").code, 1) << "as the dump itself would be";
+}
+
+TEST_F(Bag, PatchesAreImportedAsTheyAre) {
+  ASSERT_EQ(rigcal("export session --format patches --out folder").code, 0);
+  const ProgramRun run = rigcal("import folder --out of_patches --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out)["kind"], "patches");
+  EXPECT_TRUE(text_of("of_patches/patches/avia/4.pcd") == text_of("folder/avia/4.pcd"));
+  ASSERT_LE(rigcal("calibrate folder --rig folder/rig.yaml --out from_folder --quiet").code, 1);
+  ASSERT_LE(rigcal("calibrate of_patches --out from_of_patches --quiet").code, 1);
+  EXPECT_TRUE(text_of("from_of_patches/extrinsics.yaml") == text_of("from_folder/extrinsics.yaml"));
+}
+
+TEST_F(Bag, NothingIsLeftOfAnImportThatFails) {
+  const auto refused = [](const std::string& arguments, const std::string& why) {
+    const ProgramRun run = rigcal("import " + arguments + " --out failed");
+    EXPECT_EQ(run.code, 3) << run.err;
+    EXPECT_THAT(run.err, HasSubstr(why));
+    EXPECT_FALSE(fs::exists(scratch / "failed"));
+  };
+  refused("run.bag", "add --rig");
+  refused("missing.bag --rig rig.yaml", "no such file");
+  refused("session", "is a session already");
+  refused("run.bag --rig " + rig_with("/livox/imu_179", "/imu"), "has no topic /imu");
+  std::ofstream(scratch / "text.txt") << "neither a dump nor a bag, but some bytes to look at";
+  refused("text.txt --rig rig.yaml", "text.txt");
+  for (const auto& entry : fs::directory_iterator(scratch)) {
+    EXPECT_EQ(entry.path().filename().string().find("failed"), std::string::npos) << entry.path();
+  }
 }
 
 TEST_F(Bag, NamesTopicsThatAreNotThereTheNearestFirst) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,11 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 class Export : public testing::Test {
  protected:
@@ -107,6 +113,26 @@ TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   const auto patch = read_pcd((scratch / "p/avia/2.pcd").string());
   ASSERT_TRUE(cloud.has_value() && patch.has_value());
   EXPECT_EQ(cloud->points.size(), patch->points.size());
+
+  const auto las_summary = parse(rigcal("export s --format las --out l --json"));
+  EXPECT_THAT(SchemaCheck("export.json").violations(las_summary), IsEmpty());
+  EXPECT_EQ(las_summary["points"], session["points"]["in_stops"]);
+  const std::string las = text_of(scratch / "l/avia_2.las");
+  EXPECT_EQ(las.size(), 375 + 28 * patch->points.size());
+  const auto seconds_after_start = [&](double time_s) {
+    return time_s - 1e-9 * static_cast<double>(session["stops"][2]["start_ns"].get<std::int64_t>());
+  };
+  const double length_s = session["stops"][2]["seconds"].get<double>();
+  double gps_s = 0.0;
+  std::memcpy(&gps_s, las.data() + 375 + 28 * 1000 + 20, sizeof gps_s);
+  EXPECT_GT(seconds_after_start(gps_s + 1e9 + 315964800.0 - 18.0), -1e-3);
+  EXPECT_LT(seconds_after_start(gps_s + 1e9 + 315964800.0 - 18.0), length_s);
+  const std::string pcd = text_of(scratch / "c/avia_2.pcd");
+  EXPECT_THAT(pcd.substr(0, 300), HasSubstr("FIELDS x y z intensity tag timestamp"));
+  double last_s = 0.0;
+  std::memcpy(&last_s, pcd.data() + pcd.size() - sizeof last_s, sizeof last_s);
+  EXPECT_GT(seconds_after_start(last_s), 0.9 * length_s);
+  EXPECT_LT(seconds_after_start(last_s), length_s + 1e-3);
 
   const auto dump = parse(rigcal("inspect s/lidar.pcapng --json"));
   EXPECT_THAT(SchemaCheck("inspect.json").violations(dump), IsEmpty());

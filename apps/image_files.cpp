@@ -1,0 +1,148 @@
+#include "apps/image_files.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "core/io/output_file.h"
+#include "core/io/png_file.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Encoding {
+  std::string_view name;  ///< Of sensor_msgs/image_encodings.h.
+  int channels;
+  int bits;
+  bool blue_first;
+};
+
+constexpr std::array<Encoding, 16> encodings{{{"mono8", 1, 8, false},
+                                              {"mono16", 1, 16, false},
+                                              {"8UC1", 1, 8, false},
+                                              {"16UC1", 1, 16, false},
+                                              {"rgb8", 3, 8, false},
+                                              {"bgr8", 3, 8, true},
+                                              {"8UC3", 3, 8, true},
+                                              {"rgb16", 3, 16, false},
+                                              {"bgr16", 3, 16, true},
+                                              {"16UC3", 3, 16, true},
+                                              {"rgba8", 4, 8, false},
+                                              {"bgra8", 4, 8, true},
+                                              {"8UC4", 4, 8, true},
+                                              {"rgba16", 4, 16, false},
+                                              {"bgra16", 4, 16, true},
+                                              {"16UC4", 4, 16, true}}};
+
+std::optional<PixelView> pixels_of(const RosImage& image) {
+  for (const Encoding& known : encodings) {
+    if (image.encoding != known.name) continue;
+    return PixelView{image.width,      image.height,     known.channels, known.bits,
+                     known.blue_first, image.big_endian, image.step,     image.data};
+  }
+  const bool bayer = image.encoding.starts_with("bayer_");
+  const bool deep = image.encoding.ends_with("16");
+  if (!bayer || (!deep && !image.encoding.ends_with("8"))) return std::nullopt;
+  return PixelView{image.width, image.height, 1, deep ? 16 : 8, false, image.big_endian, image.step, image.data};
+}
+
+/// ".png" or ".jpg" by the first bytes; empty: neither.
+std::string ending_of(ByteView data) {
+  constexpr std::array<std::uint8_t, 4> png{0x89, 'P', 'N', 'G'};
+  constexpr std::array<std::uint8_t, 3> jpeg{0xFF, 0xD8, 0xFF};
+  if (data.size() >= png.size() && std::equal(png.begin(), png.end(), data.begin())) return ".png";
+  if (data.size() >= jpeg.size() && std::equal(jpeg.begin(), jpeg.end(), data.begin())) return ".jpg";
+  return "";
+}
+
+std::string stop_at(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
+  for (const Stop& stop : stops) {
+    if (stamp_ns >= stop.start_ns && stamp_ns <= stop.end_ns) return std::to_string(stop.index);
+  }
+  return "";
+}
+
+}  // namespace
+
+Expected<void> ImageFiles::restart() {
+  std::error_code error;
+  fs::remove_all(folder_, error);
+  cameras_.clear();
+  status_ = {};
+  return error ? Expected<void>(cannot_write(folder_, error.value())) : Expected<void>{};
+}
+
+std::string ImageFiles::camera_folder(int sensor) const {
+  return (fs::path(folder_) / rig_.sensors[static_cast<std::size_t>(sensor)].name).string();
+}
+
+void ImageFiles::write(const RecordedImage& image) {
+  if (status_) status_ = write_frame(image, cameras_[image.sensor]);
+}
+
+Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camera) const {
+  const bool packed = image.type == RosType::compressed_image;
+  const std::string ending = packed ? ending_of(image.image.data) : ".png";
+  const std::optional<PixelView> pixels = packed ? std::nullopt : pixels_of(image.image);
+  if (ending.empty() || (!packed && !pixels)) {
+    if (++camera.unknown == 1) camera.first_unknown = image.image.encoding;
+    return {};
+  }
+  const std::string folder = camera_folder(image.sensor);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return cannot_write(folder, error.value());
+  char name[32];
+  std::snprintf(name, sizeof name, "%06zu", camera.frames.size());
+  const Frame frame{name + ending, image.stamp_ns, image.image.header.stamp_ns};
+  const std::string path = (fs::path(folder) / frame.file).string();
+  if (packed) {
+    Expected<OutputFile> file = OutputFile::create(path);
+    if (!file) return file.error();
+    file->write(image.image.data);
+    if (Expected<void> closed = file->close(); !closed) return closed;
+  } else if (const Expected<void> written = write_png(path, *pixels); !written) {
+    if (written.error().kind != ErrorKind::input) return written;
+    if (++camera.unknown == 1) camera.first_unknown = image.image.encoding + " of a size that does not fit";
+    return {};
+  }
+  camera.frames.push_back(frame);
+  return {};
+}
+
+Expected<void> ImageFiles::finish(const std::vector<Stop>& stops) {
+  for (const auto& [sensor, camera] : cameras_) {
+    if (camera.frames.empty()) continue;
+    std::string text = "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n";
+    for (const Frame& frame : camera.frames) {
+      text += frame.file + "," + std::to_string(frame.stamp_ns) + ",,," +
+              (frame.device_ns > 0 ? std::to_string(frame.device_ns) : "") + "," + stop_at(stops, frame.stamp_ns) +
+              "\n";
+    }
+    const std::string path = (fs::path(camera_folder(sensor)) / "frames.csv").string();
+    if (Expected<void> written = replace_file(path, text); !written) return written;
+  }
+  return {};
+}
+
+std::uint64_t ImageFiles::images() const {
+  std::uint64_t count = 0;
+  for (const auto& [sensor, camera] : cameras_) count += camera.frames.size();
+  return count;
+}
+
+std::vector<std::string> ImageFiles::warnings() const {
+  std::vector<std::string> warnings;
+  for (const auto& [sensor, camera] : cameras_) {
+    if (camera.unknown == 0) continue;
+    warnings.push_back(rig_.sensors[static_cast<std::size_t>(sensor)].name + ": " + std::to_string(camera.unknown) +
+                       " images are of an encoding that is not known (" + camera.first_unknown + ") and were left out");
+  }
+  return warnings;
+}
+
+}  // namespace rigcal

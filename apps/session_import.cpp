@@ -1,0 +1,228 @@
+#include "apps/session_import.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <optional>
+
+#include "apps/bag_batches.h"
+#include "apps/datagram_file.h"
+#include "apps/image_files.h"
+#include "apps/lidar_ingest.h"
+#include "apps/lvx_datagrams.h"
+#include "apps/patch_export.h"
+#include "core/base/version.h"
+#include "core/io/patch_folder.h"
+#include "core/io/pcapng_writer.h"
+#include "core/io/session_folder.h"
+#include "core/io/staged_folder.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ImportTask {
+  std::string input;
+  std::string rig_path;
+  Rig rig;
+  std::string folder;  ///< Of the session that is being made.
+  const RunContext& context;
+};
+
+std::string below(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
+
+Expected<void> copy_file(const std::string& from, const std::string& to) {
+  std::error_code error;
+  if (!fs::copy_file(from, to, error) || error) return cannot_write(to, error.value());
+  return {};
+}
+
+/// The path of what `name` becomes in `to`, where it is in `from`.
+Expected<void> move_up(const std::string& from, const std::string& to, const char* name) {
+  std::error_code error;
+  if (!fs::exists(below(from, name), error)) return {};
+  fs::rename(below(from, name), below(to, name), error);
+  return error ? Expected<void>(cannot_write(below(to, name), error.value())) : Expected<void>{};
+}
+
+using Counters = std::map<std::string, std::map<std::string, std::uint64_t>>;
+
+Counters counters_of(const Rig& rig, const IngestSummary& ingest) {
+  const auto name = [&rig](int sensor, const std::string& other) {
+    return sensor < 0 ? other : rig.sensors[static_cast<std::size_t>(sensor)].name;
+  };
+  Counters counters;
+  for (const DeviceIngest& device : ingest.devices) {
+    auto& of_device = counters[name(device.sensor, to_string(device.ip))];
+    of_device["packets"] += device.packets;
+    of_device["lost"] += device.point_stream.lost + device.imu_stream.lost;
+    of_device["duplicates"] += device.point_stream.duplicated + device.imu_stream.duplicated;
+    of_device["malformed"] += device.malformed;
+    of_device["points"] += device.points;
+    of_device["imu_samples"] += device.imu_samples;
+  }
+  for (const TopicIngest& topic : ingest.topics) {
+    if (topic.sensor < 0) continue;
+    auto& of_sensor = counters[name(topic.sensor, "")];
+    of_sensor["messages"] += topic.messages;
+    of_sensor["lost"] += topic.lost;
+    of_sensor["malformed"] += topic.malformed;
+    of_sensor["points"] += topic.points;
+    of_sensor["imu_samples"] += topic.imu_samples;
+  }
+  return counters;
+}
+
+/// A session that was cut has no end, as one that a power cut ended.
+Expected<void> write_record(const ImportTask& task, std::int64_t start_ns, std::int64_t end_ns, Counters counters,
+                            const std::string& truncation) {
+  SessionRecord record;
+  record.software = version();
+  record.start_ns = start_ns;
+  record.counters = std::move(counters);
+  if (truncation.empty()) {
+    record.end_ns = end_ns;
+  } else {
+    record.gaps.push_back(fs::path(task.input).filename().string() + " " + truncation);
+    task.context.reporter.warn(task.input + ": " + truncation);
+  }
+  return write_session_record(task.folder, record);
+}
+
+Expected<ImportSummary> import_datagrams(const ImportTask& task) {
+  const Expected<std::unique_ptr<DatagramFile>> file = open_datagrams(task.input);
+  if (!file) return file.error();
+  Expected<PcapngWriter> writer = PcapngWriter::create(session_packets_path(task.folder));
+  if (!writer) return writer.error();
+  LidarIngest ingest(task.rig, {}, {});
+  std::int64_t start_ns = std::numeric_limits<std::int64_t>::max();
+  std::int64_t end_ns = 0;
+  for (Datagram datagram;;) {
+    const Expected<bool> more = (*file)->next(datagram);
+    if (!more) return more.error();
+    if (!*more) break;
+    if (const Expected<void> written = writer->write(datagram); !written) return written.error();
+    ingest.add(datagram);
+    start_ns = std::min(start_ns, datagram.stamp_ns);
+    end_ns = std::max(end_ns, datagram.stamp_ns);
+    if (writer->datagrams() % 4096 != 0) continue;
+    if (task.context.cancelled()) return Error{ErrorKind::cancelled, "stopped", task.input, {}};
+    task.context.reporter.progress("importing", (*file)->fraction());
+  }
+  if (const Expected<void> synced = writer->sync(); !synced) return synced.error();
+  if (const Expected<void> closed = writer->close(); !closed) return closed.error();
+  const IngestSummary summary = ingest.summary();
+  if (summary.unfit) {
+    Error error = *summary.unfit;
+    error.where = task.input;
+    if (summary.devices.empty()) return error;
+    task.context.reporter.warn("not fit for calibrate: " + error.message());
+  }
+  for (const std::string& warning : summary.warnings) task.context.reporter.warn(warning);
+  const std::string truncation = (*file)->truncation();
+  const Expected<void> record = write_record(task, start_ns, end_ns, counters_of(task.rig, summary), truncation);
+  if (!record) return record.error();
+  return ImportSummary{is_lvx(task.input) ? "lvx" : "dump", truncation.empty(), writer->datagrams(), 0, 0, 0};
+}
+
+Expected<ImportSummary> import_bag(const ImportTask& task) {
+  StreamSource source;
+  source.path = task.input;
+  source.file = task.input;
+  source.rig_path = task.rig_path;
+  source.rig = task.rig;
+  ImageFiles images(below(task.folder, "images"), task.rig);
+  const std::string patches = below(task.folder, "patches");
+  const Expected<PatchExport> done = export_patches(source, PatchLayout::patches, patches, task.context, &images);
+  if (!done) return done.error();
+  // A session holds these beside its patches. The rig file is there already.
+  if (const Expected<void> moved = move_up(patches, task.folder, "trajectory.tum"); !moved) return moved.error();
+  std::error_code ignored;
+  fs::remove(below(patches, "rig.yaml"), ignored);
+  std::vector<Stop> stops;
+  for (const StopRecord& stop : done->reading.stops) stops.push_back(stop.stop);
+  if (const Expected<void> finished = images.finish(stops); !finished) return finished.error();
+  for (const std::string& warning : images.warnings()) task.context.reporter.warn(warning);
+  std::int64_t start_ns = std::numeric_limits<std::int64_t>::max();
+  std::int64_t end_ns = 0;
+  for (const TopicIngest& topic : done->reading.ingest.topics) {
+    if (topic.messages == 0) continue;
+    start_ns = std::min(start_ns, topic.first_ns);
+    end_ns = std::max(end_ns, topic.last_ns);
+  }
+  const std::string& truncation = done->reading.truncation;
+  const Expected<void> record =
+      write_record(task, start_ns, end_ns, counters_of(task.rig, done->reading.ingest), truncation);
+  if (!record) return record.error();
+  return ImportSummary{"bag", truncation.empty(), 0, stops.size(), done->reading.points.in_stops, images.images()};
+}
+
+/// Every cloud is read before it is copied, so that a damaged one is named now and not by calibrate.
+Expected<ImportSummary> import_patches(const ImportTask& task) {
+  const Expected<PatchFolder> folder = list_patch_folder(task.input, task.rig);
+  if (!folder) return folder.error();
+  ImportSummary summary{"patches", true, 0, folder->stops.size(), 0, 0};
+  const fs::path out = below(task.folder, "patches");
+  double done = 0.0;
+  for (const std::vector<PatchFile>& files : folder->patches) {
+    for (const PatchFile& file : files) {
+      if (task.context.cancelled()) return Error{ErrorKind::cancelled, "stopped", task.input, {}};
+      const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
+      if (!cloud) return cloud.error();
+      summary.points += cloud->points;
+      const fs::path from(file.path);
+      const fs::path to = out / from.parent_path().filename();
+      std::error_code error;
+      fs::create_directories(to, error);
+      if (error) return cannot_write(to.string(), error.value());
+      const Expected<void> copied = copy_file(from.string(), (to / from.filename()).string());
+      if (!copied) return copied.error();
+    }
+    task.context.reporter.progress("importing", ++done / static_cast<double>(folder->patches.size()));
+  }
+  std::error_code error;
+  if (fs::is_directory(fs::path(task.input) / "image", error)) {
+    fs::copy(fs::path(task.input) / "image", out / "image", fs::copy_options::recursive, error);
+    if (error) return cannot_write((out / "image").string(), error.value());
+  }
+  if (folder->trajectory) {
+    const Expected<void> copied = copy_file(below(task.input, "trajectory.tum"), below(task.folder, "trajectory.tum"));
+    if (!copied) return copied.error();
+  }
+  for (const std::string& name : folder->unknown) {
+    task.context.reporter.warn(task.input + ": " + name + " belongs to no sensor and was left out");
+  }
+  if (const Expected<void> record = write_record(task, 0, 0, {}, {}); !record) return record.error();
+  return summary;
+}
+
+}  // namespace
+
+Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path, const std::string& out,
+                                       const RunContext& context) {
+  std::error_code error;
+  const bool folder = fs::is_directory(input, error);
+  if (!folder && !fs::exists(input, error)) return input_error("no such file or folder", input, "check the path");
+  if (folder && is_session_folder(input)) {
+    return input_error("is a session already", input, "calibrate it as it is");
+  }
+  const std::string own = below(input, "rig.yaml");
+  const std::string rig_file = rig_path.empty() && folder && fs::exists(own, error) ? own : rig_path;
+  if (rig_file.empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
+  Expected<Rig> rig = load_rig(rig_file);
+  if (!rig) return rig.error();
+  Expected<StagedFolder> staged = StagedFolder::create(out);
+  if (!staged) return staged.error();
+  if (const Expected<void> copied = copy_file(rig_file, below(staged->path(), "rig.yaml")); !copied) {
+    return copied.error();
+  }
+  const ImportTask task{input, rig_file, std::move(*rig), staged->path(), context};
+  Expected<ImportSummary> summary =
+      folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
+  if (!summary) return summary;
+  if (const Expected<void> done = staged->commit(); !done) return done.error();
+  return summary;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+
+namespace rigcal {
+
+/// What an import has made.
+struct ImportSummary {
+  std::string kind;             ///< "dump", "lvx", "bag" or "patches".
+  bool complete = true;         ///< False: the input was cut; what is whole was taken.
+  std::uint64_t datagrams = 0;  ///< Of a dump or an .lvx file,
+  std::uint64_t stops = 0;      ///< of the others,
+  std::uint64_t points = 0;     ///< of the others,
+  std::uint64_t images = 0;     ///< of a bag.
+};
+
+/// Turns a foreign recording into a session, which appears as a whole at the end; an existing path is never touched.
+/// Datagrams become lidar.pcapng, every one as it is; bags become the patches of their stops and their images, patch
+/// folders are copied. The rig file is copied to the letter. What is worth telling goes to the reporter. Errors: no
+/// rig, an input that cannot be read or has nothing of this rig, a session (which needs no import), the disk.
+[[nodiscard]] Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path,
+                                                     const std::string& out, const RunContext& context);
+
+}  // namespace rigcal

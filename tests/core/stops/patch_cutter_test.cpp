@@ -1,0 +1,46 @@
+#include "core/stops/patch_cutter.h"
+
+#include <gtest/gtest.h>
+
+namespace rigcal {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+class Clouds final : public PatchSink {
+ public:
+  void points(int, int, std::span<const Point>) override { ADD_FAILURE() << "timed_points is what is called"; }
+  void timed_points(int, int, const ShotTimes& times, std::span<const Point> part) override {
+    points_ += part.size();
+    first_ns_ = std::min(first_ns_, times.stamp_ns);
+  }
+  void stop_done(const StopRecord&) override {}
+
+  std::size_t points_ = 0;
+  std::int64_t first_ns_ = 1'000'000 * ms;
+};
+
+TEST(PatchCutter, TakesAPointsCloudWithoutTimesAsAWholeOrNotAtAll) {
+  Clouds clouds;
+  PatchCutter cutter(100'000, clouds);
+  PointBatch batch;
+  batch.undivided = true;
+  batch.shots = 1;
+  batch.shot_interval_ns = 100.0 * ms;
+  batch.points.resize(10);
+  for (int i = 0; i < 6; ++i) {
+    batch.stamp_ns = 1000 * ms + i * 100 * ms;
+    cutter.add(batch);
+  }
+  // Still from 1150 to 1480 ms: of the six clouds only those at 1200 and 1300 lie inside.
+  cutter.not_still_until(1150 * ms, DropReason::moving);
+  cutter.still_until(1480 * ms, 0);
+  cutter.not_still_until(2000 * ms, DropReason::moving);
+  EXPECT_EQ(clouds.points_, 20U);
+  EXPECT_EQ(clouds.first_ns_, 1200 * ms);
+  EXPECT_EQ(cutter.counts().in_stops, 20U);
+  EXPECT_EQ(cutter.counts().dropped[static_cast<std::size_t>(DropReason::moving)], 40U);
+}
+
+}  // namespace
+}  // namespace rigcal
