@@ -8,6 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/patch_export.h"
+#include "apps/result_export.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -38,7 +39,35 @@ std::string summary_json(const ExportOptions& options, const PatchExport& done) 
   return json.dump(2) + "\n";
 }
 
+std::string result_text(const ExportOptions& options, const ResultExport& done) {
+  std::string text = options.out + ":";
+  for (const std::string& sensor : done.sensors) text += " " + sensor;
+  return text + "\n";
+}
+
+std::string result_json(const ExportOptions& options, const ResultExport& done) {
+  const nlohmann::ordered_json json{
+      {"rigcal", format_version}, {"command", "export"},       {"format", options.format},        {"out", options.out},
+      {"sensors", done.sensors},  {"left_out", done.left_out}, {"status", to_string(done.status)}};
+  return json.dump(2) + "\n";
+}
+
+Expected<ExitCode> run_result_export(const ExportOptions& options, ResultFormat format, CommandContext& context) {
+  const Expected<ResultExport> done = export_result_file(options.path, options.rig, format, options.out);
+  if (!done) return done.error();
+  for (const std::string& warning : done->warnings) context.reporter.warn(warning);
+  if (context.json) {
+    CommandContext::print(result_json(options, *done));
+  } else if (!context.quiet) {
+    CommandContext::print(result_text(options, *done));
+  }
+  return exit_code_of(done->status);
+}
+
 Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& context) {
+  if (const std::optional<ResultFormat> format = result_format(options.format)) {
+    return run_result_export(options, *format, context);
+  }
   const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
   const std::map<std::string, PatchLayout> layouts{
@@ -59,17 +88,26 @@ Expected<ExitCode> run_export(const ExportOptions& options, CommandContext& cont
 
 void add_export_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<ExportOptions>();
-  CLI::App* command = app.add_subcommand("export", "Write the stops of a dump, bag or session as patches or clouds");
-  command->add_option("PATH", options->path, "A dump, an .lvx file, a bag or a session")->required();
+  CLI::App* command =
+      app.add_subcommand("export", "Write a result for other tools, or the stops of a recording as patches or clouds");
+  command->add_option("PATH", options->path, "A result, a dump, an .lvx file, a bag or a session")->required();
+  std::vector<std::string> formats{"patches", "pcd", "las"};
+  formats.insert(formats.end(), result_format_names().begin(), result_format_names().end());
   command
-      ->add_option("--format", options->format,
-                   "patches: a patch folder for calibrate; pcd, las: one cloud a sensor and stop, side by side")
+      ->add_option(
+          "--format", options->format,
+          "Of a recording: patches (a patch folder for calibrate), pcd or las (one cloud a sensor and stop, side "
+          "by side). Of a result: ros2-tf, urdf, autoware, kalibr, opencv, colmap, mlcc, json")
       ->required()
-      ->check(CLI::IsMember({"patches", "pcd", "las"}))
+      ->check(CLI::IsMember(formats))
       ->option_text("FORMAT");
-  command->add_option("--out", options->out, "Folder to make; must not exist")->required()->option_text("PATH");
-  command->add_option("--rig", options->rig, "Rig file; a session brings its own")->option_text("RIG");
-  command->footer("Example:\n  rigcal export run.pcap --rig rig.yaml --format patches --out patches");
+  command->add_option("--out", options->out, "File or folder to make; must not exist")->required()->option_text("PATH");
+  command
+      ->add_option(
+          "--rig", options->rig,
+          "Rig file; a session brings its own; tells which sensors of a result are cameras, and their intrinsics")
+      ->option_text("RIG");
+  command->footer("Example:\n  rigcal export result --format ros2-tf --out rig.launch.xml");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_export(*options, context); }; });
 }

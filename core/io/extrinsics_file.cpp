@@ -22,7 +22,9 @@ Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& na
   ExtrinsicsFile file;
   file.base = rig->base_sensor().name;
   for (const Sensor& sensor : rig->sensors) {
-    if (sensor.initial_T_base_sensor) file.T_base_sensor[sensor.name] = *sensor.initial_T_base_sensor;
+    if (!sensor.initial_T_base_sensor) continue;
+    file.names.push_back(sensor.name);
+    file.T_base_sensor[sensor.name] = *sensor.initial_T_base_sensor;
   }
   if (file.T_base_sensor.empty()) {
     return input_error("is a rig file without initial_extrinsics", name, "add them or give an extrinsics.yaml");
@@ -54,12 +56,24 @@ std::optional<Matrix6d> read_covariance(const YamlMap& entry) {
   return covariance;
 }
 
+/// A list of texts; other items are passed over, as nothing depends on them.
+std::vector<std::string> read_reasons(const YamlMap& entry) {
+  std::vector<std::string> reasons;
+  const YamlNode* list = entry.get("reasons");
+  if (list == nullptr || list->kind != YamlNode::Kind::sequence) return reasons;
+  for (const YamlNode& item : list->items) {
+    if (item.kind == YamlNode::Kind::scalar) reasons.push_back(item.text);
+  }
+  return reasons;
+}
+
 }  // namespace
 
 ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
   ExtrinsicsFile file;
   top.require("base", "name the sensor whose frame the transforms map into");
   file.base = top.text("base").value_or("");
+  if (top.has("method")) file.method = top.text("method").value_or("");
   if (!top.require("sensors", "list the sensors and their transforms")) return file;
   const std::optional<YamlMap> list = top.map("sensors", {});
   if (!list) return file;
@@ -69,6 +83,8 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     if (!is_plain_name(key.name))
       top.errors().add(key.line, "the name of sensor " + std::to_string(i + 1) + " is not usable");
     const YamlMap entry(node.items[i], "sensors." + key.name, top.errors(), {});
+    file.names.push_back(key.name);
+    if (entry.has("reasons")) file.reasons[key.name] = read_reasons(entry);
     constexpr std::array<const char*, 3> words{"good", "weak", "failed"};
     const std::optional<std::size_t> status = entry.choice("status", {"good", "weak", "failed"});
     if (status) file.status[key.name] = words[*status];

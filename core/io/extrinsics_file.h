@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/geometry/se3.h"
@@ -11,8 +12,11 @@ namespace rigcal {
 /// Transforms by sensor name, from a result's extrinsics.yaml, a ground_truth.yaml or a rig file.
 struct ExtrinsicsFile {
   std::string base;
-  std::map<std::string, SE3> T_base_sensor;   ///< Sensors without a transform (failed ones) are not here.
-  std::map<std::string, std::string> status;  ///< good, weak or failed, where the file says it.
+  std::string method;              ///< How it was found; empty where the file does not say it.
+  std::vector<std::string> names;  ///< Of the sensors that the file lists, in its order, failed ones included.
+  std::map<std::string, SE3> T_base_sensor;                 ///< Sensors without a transform (failed ones) are not here.
+  std::map<std::string, std::string> status;                ///< good, weak or failed, where the file says it.
+  std::map<std::string, std::vector<std::string>> reasons;  ///< Why not good, where the file says it.
   /// Of xi = [rotation rad; translation m] in T exp(xi), where the file has it.
   std::map<std::string, Matrix6d> covariance;
 };

@@ -1,0 +1,59 @@
+#include "apps/result_export.h"
+
+#include <filesystem>
+#include <optional>
+
+#include "core/io/output_file.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+Expected<CalibrationResult> read_result(const std::string& path) {
+  std::error_code error;
+  std::string file = path;
+  if (fs::is_directory(path, error)) {
+    file = (fs::path(path) / "extrinsics.yaml").string();
+    if (!fs::exists(file, error)) {
+      return input_error("is no result: it holds no extrinsics.yaml", path, "give what calibrate wrote");
+    }
+  }
+  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(file);
+  if (!extrinsics) return extrinsics.error();
+  Expected<CalibrationResult> result = result_from(*extrinsics);
+  if (result) return result;
+  Error wrong = result.error();
+  wrong.where = file;
+  return wrong;
+}
+
+}  // namespace
+
+Expected<ResultExport> export_result_file(const std::string& path, const std::string& rig_path, ResultFormat format,
+                                          const std::string& out) {
+  const Expected<CalibrationResult> result = read_result(path);
+  if (!result) return result.error();
+  std::optional<Rig> rig;
+  if (!rig_path.empty()) {
+    Expected<Rig> loaded = load_rig(rig_path);
+    if (!loaded) return loaded.error();
+    rig = std::move(*loaded);
+  }
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(out, error))) {
+    return input_error("exists already", out, "choose another --out, or move it away yourself");
+  }
+  ExportedResult exported = export_result(*result, rig ? &*rig : nullptr, format);
+  if (const Expected<void> written = replace_file(out, exported.text); !written) return written.error();
+  ResultExport done;
+  done.sensors = std::move(exported.sensors);
+  done.warnings = std::move(exported.warnings);
+  done.status = result->status;
+  for (const SensorResult& sensor : result->sensors) {
+    if (!sensor.T_base_sensor) done.left_out.push_back(sensor.name);
+  }
+  return done;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,131 @@
+#include "core/report/result_formats.h"
+
+#include <algorithm>
+
+#include "core/report/result_writers.h"
+
+namespace rigcal {
+namespace {
+
+Status status_of(const ExtrinsicsFile& file, const std::string& name) {
+  const auto found = file.status.find(name);
+  if (found == file.status.end()) return Status::good;  // A rig file or a ground truth, which say nothing of it.
+  if (found->second == to_string(Status::good)) return Status::good;
+  return found->second == to_string(Status::weak) ? Status::weak : Status::failed;
+}
+
+SensorResult sensor_from(const ExtrinsicsFile& file, const std::string& name) {
+  SensorResult sensor;
+  sensor.name = name;
+  sensor.status = status_of(file, name);
+  if (const auto reasons = file.reasons.find(name); reasons != file.reasons.end()) sensor.reasons = reasons->second;
+  if (const auto T = file.T_base_sensor.find(name); T != file.T_base_sensor.end()) sensor.T_base_sensor = T->second;
+  if (const auto c = file.covariance.find(name); c != file.covariance.end()) sensor.covariance = c->second;
+  return sensor;
+}
+
+PlacedRig placed_rig(const CalibrationResult& result, const Rig* rig) {
+  PlacedRig placed;
+  placed.base = result.base;
+  for (const SensorResult& sensor : result.sensors) {
+    if (!sensor.T_base_sensor) continue;
+    PlacedSensor& place = placed.sensors.emplace_back();
+    place.name = sensor.name;
+    place.T_base_sensor = *sensor.T_base_sensor;
+    const int index = rig == nullptr ? -1 : rig->find(sensor.name);
+    if (index < 0) continue;
+    const Sensor& known = rig->sensors[static_cast<std::size_t>(index)];
+    place.is_camera = known.camera.has_value();
+    if (known.camera && known.camera->intrinsics) place.intrinsics = &*known.camera->intrinsics;
+  }
+  return placed;
+}
+
+/// The cameras, or all sensors where none is known for a camera.
+PlacedRig cameras_of(PlacedRig rig) {
+  const auto is_no_camera = [](const PlacedSensor& sensor) { return !sensor.is_camera; };
+  if (std::all_of(rig.sensors.begin(), rig.sensors.end(), is_no_camera)) return rig;
+  std::erase_if(rig.sensors, is_no_camera);
+  return rig;
+}
+
+/// The LiDARs beside the base.
+PlacedRig lidars_around_base(PlacedRig rig) {
+  std::erase_if(rig.sensors,
+                [&rig](const PlacedSensor& sensor) { return sensor.is_camera || sensor.name == rig.base; });
+  return rig;
+}
+
+}  // namespace
+
+const std::vector<std::string>& result_format_names() {
+  static const std::vector<std::string> names{"ros2-tf", "urdf",   "autoware", "kalibr",
+                                              "opencv",  "colmap", "mlcc",     "json"};
+  return names;
+}
+
+std::optional<ResultFormat> result_format(std::string_view name) {
+  const auto& names = result_format_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<ResultFormat>(found - names.begin());
+}
+
+Expected<CalibrationResult> result_from(const ExtrinsicsFile& file) {
+  if (!is_plain_name(file.base)) return input_error("the name of the base cannot stand for a frame");
+  CalibrationResult result;
+  result.base = file.base;
+  result.method = file.method;
+  for (const std::string& name : file.names) result.sensors.push_back(sensor_from(file, name));
+  const bool has_base = std::find(file.names.begin(), file.names.end(), file.base) != file.names.end();
+  if (!has_base) {
+    SensorResult base = sensor_from(file, file.base);
+    base.T_base_sensor = SE3{};
+    result.sensors.insert(result.sensors.begin(), base);
+  }
+  result.status = Status::good;
+  for (const SensorResult& sensor : result.sensors) result.status = std::max(result.status, sensor.status);
+  return result;
+}
+
+ExportedResult export_result(const CalibrationResult& result, const Rig* rig, ResultFormat format) {
+  ExportedResult out;
+  PlacedRig placed = placed_rig(result, rig);
+  for (const SensorResult& sensor : result.sensors) {
+    if (!sensor.T_base_sensor) out.warnings.push_back(sensor.name + " is failed: it has no transform and is left out");
+    if (sensor.status == Status::weak) out.warnings.push_back(sensor.name + " is weak: see its reasons in the result");
+  }
+  switch (format) {
+    case ResultFormat::ros2_tf:
+      out.text = ros2_launch(placed);
+      break;
+    case ResultFormat::urdf:
+      out.text = urdf(placed);
+      break;
+    case ResultFormat::autoware:
+      out.text = autoware_yaml(placed);
+      break;
+    case ResultFormat::kalibr:
+      placed = cameras_of(std::move(placed));
+      out.text = kalibr_yaml(placed, out.warnings);
+      break;
+    case ResultFormat::opencv:
+      out.text = opencv_yaml(placed);
+      break;
+    case ResultFormat::colmap:
+      placed = cameras_of(std::move(placed));
+      out.text = colmap_json(placed);
+      break;
+    case ResultFormat::mlcc:
+      placed = lidars_around_base(std::move(placed));
+      out.text = mlcc_lines(placed);
+      break;
+    case ResultFormat::json:
+      out.text = result_json(result, placed);
+      break;
+  }
+  for (const PlacedSensor& sensor : placed.sensors) out.sensors.push_back(sensor.name);
+  return out;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,104 @@
+// `rigcal export` of a result as a user runs it; what the files hold is tested in core/report.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/report/result_folder.h"
+#include "core/report/result_formats.h"
+#include "tests/core/report/make_result.h"
+#include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class ExportResult : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    scratch = fs::path(testing::TempDir()) / (std::string("rigcal_export_result_") + test->name());
+    fs::remove_all(scratch);
+    fs::create_directories(scratch);
+    CalibrationResult result = make_result();
+    ASSERT_TRUE(write_result_folder(result, (scratch / "partly").string()));
+    result.sensors.resize(1);
+    result.status = Status::good;
+    result.sensors.push_back(result.sensors[0]);
+    result.sensors[1].name = "mid40";
+    result.sensors[1].T_base_sensor->t = {1.0, 2.0, 3.0};
+    result.map.clear();
+    ASSERT_TRUE(write_result_folder(result, (scratch / "good").string()));
+  }
+  void TearDown() override { fs::remove_all(scratch); }
+
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+
+  fs::path scratch;
+};
+
+TEST_F(ExportResult, WritesAGoodResultInEveryFormat) {
+  for (const std::string& format : result_format_names()) {
+    const ProgramRun run = rigcal("export good --format " + format + " --out " + format + ".txt --json");
+    EXPECT_EQ(run.code, 0) << format << run.err;
+    EXPECT_EQ(run.err, "") << format;
+    const auto json = nlohmann::json::parse(run.out);
+    EXPECT_THAT(SchemaCheck("export.json").violations(json), IsEmpty());
+    EXPECT_THAT(json["left_out"], IsEmpty());
+    EXPECT_GT(fs::file_size(scratch / (format + ".txt")), 10U) << format;
+  }
+}
+
+TEST_F(ExportResult, LeavesAFailedSensorOutAndSaysSo) {
+  const ProgramRun run = rigcal("export partly/extrinsics.yaml --format ros2-tf --out rig.launch.xml --json");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("mid40_right is failed: it has no transform and is left out"));
+  EXPECT_THAT(run.err, HasSubstr("mid40_left is weak"));
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json["sensors"], (std::vector<std::string>{"avia", "mid40_left"}));
+  EXPECT_EQ(json["left_out"], (std::vector<std::string>{"mid40_right"}));
+  EXPECT_EQ(json["status"], "failed");
+}
+
+TEST_F(ExportResult, TakesTheCamerasFromTheRigFile) {
+  std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nname: r\nbase: avia\nsensors:\n"
+                                         "  avia: {type: lidar}\n"
+                                         "  mid40: {type: camera, driver: images, intrinsics: {model: radtan, width: "
+                                         "640, height: 480, fx: 500, fy: 500, cx: 320, cy: 240, distortion: [0.1, 0, "
+                                         "0, 0, 0]}}\n";
+  const ProgramRun run = rigcal("export good --rig rig.yaml --format colmap --out rig_config.json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  std::ifstream in(scratch / "rig_config.json");
+  const auto cameras = nlohmann::json::parse(in)[0]["cameras"];
+  ASSERT_EQ(cameras.size(), 1U);
+  EXPECT_EQ(cameras[0]["image_prefix"], "mid40/");
+  EXPECT_EQ(cameras[0]["camera_params"][2], 320.5);
+}
+
+TEST_F(ExportResult, NamesWhatIsWrongAndTouchesNothing) {
+  std::ofstream(scratch / "mine.txt") << "years of work";
+  const std::string cases[] = {"export good --format urdf --out mine.txt", "export nothing --format urdf --out a",
+                               "export . --format urdf --out a", "export mine.txt --format urdf --out a",
+                               "export good --rig nothing.yaml --format urdf --out a"};
+  for (const std::string& arguments : cases) {
+    const ProgramRun run = rigcal(arguments);
+    EXPECT_EQ(run.code, 3) << arguments;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+  EXPECT_EQ(fs::file_size(scratch / "mine.txt"), 13U);
+  EXPECT_FALSE(fs::exists(scratch / "a"));
+  EXPECT_EQ(rigcal("export good --format urdf --out no/such/folder/a").code, 4);
+}
+
+}  // namespace
+}  // namespace rigcal
