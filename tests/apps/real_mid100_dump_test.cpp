@@ -169,7 +169,7 @@ TEST_F(RealMid100Dump, ExportGivesEveryPointBackInOrderAndToTheBit) {
   ASSERT_TRUE(export_patches(*source, PatchLayout::patches, (folder_ / "patches").string(), {reporter_}));
   expect_cloud(folder_ / "patches" / "mid100_middle" / "0.pcd", 0);
   expect_cloud(folder_ / "patches" / "mid100_right" / "0.pcd", 1);
-  ASSERT_TRUE(export_patches(*source, PatchLayout::clouds, (folder_ / "clouds").string(), {reporter_}));
+  ASSERT_TRUE(export_patches(*source, PatchLayout::pcd, (folder_ / "clouds").string(), {reporter_}));
   expect_cloud(folder_ / "clouds" / "mid100_middle_0.pcd", 0);
   expect_cloud(folder_ / "clouds" / "mid100_right_0.pcd", 1);
 }
