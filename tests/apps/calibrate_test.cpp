@@ -189,6 +189,10 @@ TEST_F(Calibrate, GivesTheSameFromAnLvxRecording) {
   // The same points; the edges of the stops differ by what the paths of the packets are known to.
   expect_near("from_lvx/extrinsics.yaml", "first/extrinsics.yaml", 1.0, 0.01);
 
+  ASSERT_EQ(rigcal("import run.lvx --rig rig.yaml --out of_lvx --quiet").code, 0);
+  ASSERT_LE(rigcal("calibrate of_lvx --out from_of_lvx --quiet").code, 1);
+  EXPECT_TRUE(file("from_of_lvx/extrinsics.yaml") == file("from_lvx/extrinsics.yaml")) << "to the bit";
+
   const ProgramRun look = rigcal("inspect run.lvx --rig rig.yaml --json");
   EXPECT_EQ(look.code, 0) << look.err;
   const auto json = nlohmann::json::parse(look.out);
