@@ -160,20 +160,29 @@ Inspection stop_json(const Rig& rig, const StopRecord& stop) {
           {"seconds", 1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns)},
           {"turned_deg", to_deg(log_so3(stop.R_previous_this).norm())},
           {"turn_known", stop.rotation_known},
+          {"ended_by", to_string(stop.end)},
           {"points", points}};
 }
 
 Inspection gyro_json(const Rig& rig, const StopReading& summary) {
-  Inspection json{{"samples", summary.still.imu_samples},
-                  {"noise_deg_s", to_deg(summary.still.gyro_noise_rad_s)},
-                  {"longest_rest_s", summary.still.longest_still_s}};
-  if (!summary.stops.empty()) {
+  Inspection json{{"samples", summary.gyro.imu_samples},
+                  {"noise_deg_s", to_deg(summary.gyro.gyro_noise_rad_s)},
+                  {"longest_rest_s", summary.gyro.longest_still_s}};
+  if (summary.source == StopSource::gyro && !summary.stops.empty()) {
     const StopRecord& last = summary.stops.back();
-    json["sensor"] = rig.sensors[static_cast<std::size_t>(last.imu_sensor)].name;
+    json["sensor"] = rig.sensors[static_cast<std::size_t>(last.sensor)].name;
     json["bias_deg_s"] = {to_deg(last.gyro_bias_rad_s.x()), to_deg(last.gyro_bias_rad_s.y()),
                           to_deg(last.gyro_bias_rad_s.z())};
   }
   return json;
+}
+
+Inspection view_json(const PointStillFigures& view) {
+  return {{"points", view.points},
+          {"rests", view.stops},
+          {"resolution_deg", to_deg(view.resolution_rad)},
+          {"longest_rest_s", view.longest_still_s},
+          {"blind_s", view.blind_s}};
 }
 
 /// Image files of each camera of a session; only counted.
@@ -250,7 +259,9 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   Inspection json = begin(source.path == source.file ? file_kind : "session", source.path);
   json["complete"] = source.complete && summary->truncation.empty();
   put_sources(source.rig, *summary, json);
-  json["gyro"] = gyro_json(source.rig, *summary);
+  json["stops_from"] = summary->source == StopSource::gyro ? "gyro" : "points";
+  if (summary->gyro.imu_samples > 0) json["gyro"] = gyro_json(source.rig, *summary);
+  json["view"] = view_json(summary->view);
   json["stops"] = Inspection::array();
   for (const StopRecord& stop : summary->stops) json["stops"].push_back(stop_json(source.rig, stop));
   Inspection dropped = Inspection::object();

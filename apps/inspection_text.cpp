@@ -118,6 +118,17 @@ void append_gyro(std::string& text, const Inspection& gyro) {
          number(gyro, "noise_deg_s"), number(gyro, "longest_rest_s"));
 }
 
+void append_source(std::string& text, const Inspection& inspection) {
+  const bool gyro = inspection["stops_from"] == "gyro";
+  const Inspection& view = inspection["view"];
+  append(text, "stops found from the %s", gyro ? "gyro, the points watch for creep" : "points");
+  if (number(view, "resolution_deg") > 0.0) {
+    append(text, "; they show turns from %.3f deg on in a quarter of a second", number(view, "resolution_deg"));
+  }
+  if (number(view, "blind_s") > 0.0) append(text, "; too few surfaces to tell for %.1f s", number(view, "blind_s"));
+  text += "\n";
+}
+
 void append_kept(std::string& text, const Inspection& points) {
   append(text, "points in stops: %.0f; dropped:", number(points, "in_stops"));
   for (const auto& [reason, count] : points["dropped"].items()) {
@@ -157,6 +168,7 @@ std::string inspection_text(const Inspection& inspection) {
   if (inspection.contains("file_extrinsics")) append_file_extrinsics(text, inspection["file_extrinsics"]);
   if (inspection.contains("topics")) append_topics(text, inspection["topics"]);
   if (inspection.contains("gyro")) append_gyro(text, inspection["gyro"]);
+  if (inspection.contains("stops_from")) append_source(text, inspection);
   if (inspection.contains("stops")) append_stops(text, inspection["stops"]);
   if (inspection.contains("images")) append_images(text, inspection["images"]);
   if (inspection.contains("points")) append_kept(text, inspection["points"]);

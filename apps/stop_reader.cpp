@@ -1,7 +1,6 @@
 #include "apps/stop_reader.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 
 #include "core/io/session_folder.h"
@@ -34,6 +33,22 @@ class NotingSink final : public PatchSink {
   std::vector<StopRecord>& stops_;
 };
 
+// Rough extrinsics are good enough: a few degrees of the axis do not matter to what shows a turn.
+std::map<int, Vector3d> turn_axes(const Rig& rig) {
+  std::map<int, Vector3d> axes;
+  const Vector3d axis = rig.turntable && rig.turntable->axis ? *rig.turntable->axis : Vector3d(Vector3d::UnitZ());
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    const bool is_base = static_cast<int>(i) == rig.base;
+    const std::optional<SE3>& guess = rig.sensors[i].initial_T_base_sensor;
+    if (is_base) {
+      axes[static_cast<int>(i)] = axis;
+    } else if (guess) {
+      axes[static_cast<int>(i)] = guess->R.transpose() * axis;
+    }
+  }
+  return axes;
+}
+
 struct Pass {
   StopReading summary;
   std::optional<BroadcastCodes> better_codes;
@@ -61,7 +76,9 @@ Expected<Pass> read_once(const StreamSource& source, const StopOptions& options,
   finder.flush();
   if (const Expected<void> status = sink.status(); !status) return status.error();
   pass.summary.ingest = (*batches)->summary();
-  pass.summary.still = finder.figures();
+  pass.summary.source = options.source;
+  pass.summary.gyro = finder.gyro_figures();
+  pass.summary.view = finder.point_figures();
   pass.summary.points = finder.point_counts();
   pass.summary.truncation = (*batches)->truncation();
   pass.summary.notes = (*batches)->notes();
@@ -101,72 +118,40 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
 Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& options, StopSink& sink,
                                  const RunContext& context) {
   StopOptions chosen = options;
+  chosen.turn_axes = turn_axes(source.rig);
   // The base's unit, because its frame is the rig's.
-  const bool has_base = !source.rig.sensors.empty();  // not so where a dump is only looked at
-  if (chosen.imu_sensor < 0 && has_base && has_imu(source.rig.base_sensor())) chosen.imu_sensor = source.rig.base;
-  Expected<Pass> pass = read_once(source, chosen, {}, sink, context);
+  const std::vector<Sensor>& sensors = source.rig.sensors;
+  const bool has_rig = !sensors.empty();  // not so where a dump is only looked at
+  if (chosen.imu_sensor < 0 && has_rig && has_imu(source.rig.base_sensor())) chosen.imu_sensor = source.rig.base;
+  if (has_rig && std::none_of(sensors.begin(), sensors.end(), has_imu)) chosen.source = StopSource::points;
+  BroadcastCodes codes;
+  Expected<Pass> pass = read_once(source, chosen, codes, sink, context);
   if (!pass) return pass.error();
   const bool other_unit =
-      options.imu_sensor < 0 && pass->summary.still.imu_samples == 0 && pass->summary.still.imu_of_others > 0;
+      options.imu_sensor < 0 && pass->summary.gyro.imu_samples == 0 && pass->summary.gyro.imu_of_others > 0;
   if (other_unit) chosen.imu_sensor = -1;
   if (other_unit || pass->better_codes) {
     context.reporter.debug("reading the recording again, with what was learned about the devices");
-    const BroadcastCodes codes = pass->better_codes.value_or(BroadcastCodes{});
+    codes = pass->better_codes.value_or(BroadcastCodes{});
     pass = read_once(source, chosen, codes, sink, context);
     if (!pass) return pass.error();
   }
-  return std::move(pass->summary);
+  if (!has_rig || chosen.source == StopSource::points || !pass->summary.stops.empty()) return std::move(pass->summary);
+  context.reporter.debug("reading the recording again, to find the stops from the points");
+  chosen.source = StopSource::points;
+  Expected<Pass> by_points = read_once(source, chosen, codes, sink, context);
+  if (!by_points) return by_points.error();
+  if (by_points->summary.stops.empty() && pass->summary.gyro.imu_samples > 0) return std::move(pass->summary);
+  by_points->summary.gyro = pass->summary.gyro;
+  return std::move(by_points->summary);
 }
 
 std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop) {
-  if (!stop.rotation_known || stop.imu_sensor < 0) return std::nullopt;
-  if (stop.imu_sensor == rig.base) return stop.R_previous_this;
-  const auto& guess = rig.sensors[static_cast<std::size_t>(stop.imu_sensor)].initial_T_base_sensor;
+  if (!stop.rotation_known || stop.sensor < 0) return std::nullopt;
+  if (stop.sensor == rig.base) return stop.R_previous_this;
+  const auto& guess = rig.sensors[static_cast<std::size_t>(stop.sensor)].initial_T_base_sensor;
   if (!guess) return std::nullopt;
   return guess->R * stop.R_previous_this * guess->R.transpose();
-}
-
-std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options, const StopReading& summary) {
-  if (summary.ingest.unfit) {
-    Error error = *summary.ingest.unfit;
-    error.where = source.path;
-    return error;
-  }
-  if (summary.still.imu_samples == 0) {
-    return input_error("no LiDAR of the rig sent inertial readings, by which the stops are found", source.path,
-                       "switch the inertial unit of the AVIA on (imu: true in the rig file) and record again");
-  }
-  if (summary.stops.empty()) {
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "the rig never stands still: its longest rest has %.2f s, %.2f s are needed (noise of the gyro: "
-                  "%.3f deg/s)",
-                  summary.still.longest_still_s, options.min_stop_s, to_deg(summary.still.gyro_noise_rad_s));
-    return input_error(text, source.path, "let it rest for two seconds and more at every stop");
-  }
-  return std::nullopt;
-}
-
-std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
-  std::vector<std::string> warnings = summary.ingest.warnings;
-  if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
-  for (const std::string& finding : summary.notes.findings) warnings.push_back(source.file + ": " + finding);
-  if (!source.complete) {
-    warnings.push_back(source.path + ": the recording was cut short; what is there is used");
-  }
-  if (summary.still.bias_changes > 0) {
-    warnings.emplace_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
-  }
-  const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
-  if (overflow > 0) {
-    warnings.push_back(std::to_string(overflow) + " points came too densely to be held until their stop was sure");
-  }
-  for (const StopRecord& stop : summary.stops) {
-    if (stop.rotation_known) continue;
-    warnings.push_back("the inertial unit was silent before stop " + std::to_string(stop.stop.index) +
-                       ": how far the rig turned there is not known");
-  }
-  return warnings;
 }
 
 }  // namespace rigcal

@@ -38,26 +38,28 @@ class StopSink : public PatchSink {
 /// What was found in a recording beside the points themselves.
 struct StopReading {
   IngestSummary ingest;
-  StillFigures still;
+  StopSource source = StopSource::gyro;  ///< What the stops were found from.
+  StillFigures gyro;
+  PointStillFigures view;  ///< What the points told.
   PointCounts points;
   std::string truncation;  ///< Where and why the file ended too soon or has a hole; empty otherwise.
   FileNotes notes;
   std::vector<StopRecord> stops;
 };
 
-/// Reads the recording once, in its own order, and hands the points of its stops to `sink`. It is read a
-/// second time where a device says too late who it is, or where the base's inertial unit keeps silent while another
-/// one speaks. Errors: an unreadable file, what the sink says, cancelled; whether what was found is enough for a
-/// calibration is asked apart (`reading_error`).
+/// Reads the recording once, in its own order, and hands the points of its stops to `sink`. It is read again where a
+/// device says too late who it is, where the base's inertial unit keeps silent while another one speaks, and, to find
+/// the stops from the points alone, where no unit speaks or the one that does never rests. Errors: an unreadable file,
+/// what the sink says, cancelled; whether what was found is enough for a calibration is asked apart (`reading_error`).
 [[nodiscard]] Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& options, StopSink& sink,
                                                const RunContext& context);
 
-/// The gyro's rotation from the stop before in the base's axes, where it is known: a unit in another sensor turns about
-/// its own axes, which the rig file's rough extrinsics carry over.
+/// The rotation from the stop before in the base's axes, where it is known: a unit in another sensor turns about its
+/// own axes, which the rig file's rough extrinsics carry over.
 [[nodiscard]] std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop);
 
-/// What keeps a recording from being calibrated: nothing of a LiDAR in it, a LiDAR of the rig that is not in it, no
-/// inertial unit, or a rig that never stands still.
+/// What keeps a recording from being calibrated: nothing of a LiDAR in it, a LiDAR of the rig that is not in it, a rig
+/// that never stands still, or, without an inertial unit, LiDARs that see too little to tell.
 [[nodiscard]] std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options,
                                                  const StopReading& summary);
 

@@ -65,7 +65,8 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     std::vector<double> scores;
     // The search is sure of the rotations only: a poor view slides by metres. That the rig turned about a point holds
     // it.
-    const std::vector<Matrix3d> R = rotations_from_search(base_patches, input.stops, input.axis, scores);
+    const std::vector<Matrix3d> R =
+        rotations_from_search(base_patches, input.stops, input.axis, input.R_previous_this, scores);
     start.state.T_G_base = poses_from_rotations(base_patches, R);
     for (std::size_t j = 0; j < stops; ++j) {
       if (scores[j] < min_score) start.stop_known[j] = 0;

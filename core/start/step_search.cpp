@@ -56,6 +56,15 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
   return steps;
 }
 
+std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from, int to) {
+  Matrix3d R = Matrix3d::Identity();
+  for (auto j = static_cast<std::size_t>(from) + 1; j <= static_cast<std::size_t>(to); ++j) {
+    if (j >= R_previous_this.size() || !R_previous_this[j]) return std::nullopt;
+    R = R * *R_previous_this[j];
+  }
+  return R;
+}
+
 // The step that the scores of all pairs add up to most for; none where fewer than half of the pairs have one like it.
 std::optional<double> common_step(const std::vector<std::vector<Step>>& pairs) {
   double best = 0.0;
@@ -94,11 +103,20 @@ Step choose(const std::vector<Step>& steps, const std::optional<double>& expecte
 }  // namespace
 
 std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
-                                            const Vector3d& axis, std::vector<double>& scores) {
+                                            const Vector3d& axis,
+                                            const std::vector<std::optional<Matrix3d>>& R_previous_this,
+                                            std::vector<double>& scores) {
   const std::size_t count = base_patches.size();
   std::vector<std::vector<Step>> pairs(count == 0 ? 0 : count - 1);
   parallel_for(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) pairs[i] = steps_between(base_patches[i], base_patches[i + 1], axis);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::optional<Matrix3d> known = known_step(R_previous_this, base_patches[i].stop, base_patches[i + 1].stop);
+      if (known) {
+        pairs[i] = {{log_so3(*known).dot(axis), *known, 1.0}};
+      } else {
+        pairs[i] = steps_between(base_patches[i], base_patches[i + 1], axis);
+      }
+    }
   });
   std::vector<std::vector<Step>> neighbours;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -114,7 +132,8 @@ std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& bas
     if (next >= count || base_patches[next].stop != j) continue;
     if (next > 0) {
       std::optional<double> expected = common;
-      if (common) *expected *= j - base_patches[next - 1].stop;
+      if (known_step(R_previous_this, base_patches[next - 1].stop, j)) expected.reset();
+      if (expected) *expected *= j - base_patches[next - 1].stop;
       const Step step = choose(pairs[next - 1], expected, axis);
       R[sj] = nearest_rotation(R[sj] * step.R);
       scores[sj] = step.score;

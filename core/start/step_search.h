@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/start/registration.h"
@@ -10,8 +11,11 @@ namespace rigcal {
 /// turned about `axis` (unit, base frame) through the full circle and laid on the one before it; most steps of a table
 /// are alike, so that what most of them agree on decides where one alone is ambiguous. `base_patches` in the order of
 /// stops, at most one for each; a stop without a patch repeats the rotation before it. `scores`: of the match that was
-/// chosen (0: none, the common step stands in; 1 for the first patch and for stops without one).
+/// chosen (0: none, the common step stands in; 1 for the first patch, for stops without one, and for steps that
+/// `R_previous_this` knows: empty, or one for each stop).
 [[nodiscard]] std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
-                                                          const Vector3d& axis, std::vector<double>& scores);
+                                                          const Vector3d& axis,
+                                                          const std::vector<std::optional<Matrix3d>>& R_previous_this,
+                                                          std::vector<double>& scores);
 
 }  // namespace rigcal

@@ -2,12 +2,13 @@
 
 #include <array>
 #include <deque>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "core/stops/still_detector.h"
+#include "core/stops/still_listener.h"
 
 namespace rigcal {
 

@@ -12,26 +12,6 @@ std::int64_t to_ns(double seconds) { return static_cast<std::int64_t>(1e9 * seco
 
 }  // namespace
 
-const char* to_string(DropReason reason) {
-  switch (reason) {
-    case DropReason::before_first_stop:
-      return "before_first_stop";
-    case DropReason::moving:
-      return "moving";
-    case DropReason::swing:
-      return "swing";
-    case DropReason::short_stop:
-      return "short_stop";
-    case DropReason::overflow:
-      return "overflow";
-    case DropReason::late:
-      return "late";
-    case DropReason::after_last_stop:
-      return "after_last_stop";
-  }
-  return "";
-}
-
 StillDetector::StillDetector(const StopOptions& options, StillListener& listener)
     : options_(options), listener_(listener), judge_(options), imu_sensor_(options.imu_sensor) {
   RIGCAL_ASSERT(options.bridge_gap_s >= 0.0 && options.bridge_gap_s <= 0.3, "bridge_gap_s must lie in 0 .. 0.3");
@@ -122,7 +102,7 @@ void StillDetector::confirm_candidate() {
   open_ = StillStop{};
   open_.stop.index = stops_++;
   open_.stop.start_ns = start_ns_;
-  open_.imu_sensor = imu_sensor_;
+  open_.sensor = imu_sensor_;
   bins_ = 0.0;
   samples_ = 0.0;
   for (const MotionBin& bin : candidate_) extend_stop(bin);

@@ -1,38 +1,10 @@
 #pragma once
 
 #include "core/stops/still_judge.h"
+#include "core/stops/still_listener.h"
 #include "core/stops/turn_integrator.h"
 
 namespace rigcal {
-
-/// Why points are in no patch.
-enum class DropReason { before_first_stop, moving, swing, short_stop, overflow, late, after_last_stop };
-constexpr std::size_t drop_reasons = 7;
-[[nodiscard]] const char* to_string(DropReason reason);
-
-/// One stop as the inertial unit saw it.
-struct StillStop {
-  Stop stop;
-  int imu_sensor = -1;
-  /// Rotation from the previous stop, in the inertial unit's frame: maps directions of this stop into the previous one.
-  /// Identity for the first stop.
-  Matrix3d R_previous_this = Matrix3d::Identity();
-  double rotation_sigma_rad = 0.0;             ///< 1 sigma about any axis; 0 for the first stop.
-  bool rotation_known = true;                  ///< False: the unit was silent on the way, the rotation means nothing.
-  Vector3d acceleration_g = Vector3d::Zero();  ///< Mean; points up in the unit's frame.
-  Vector3d gyro_bias_rad_s = Vector3d::Zero();
-  bool imu_gap = false;  ///< A short silence of the unit inside the stop was bridged.
-};
-
-/// Told, in order of time and without holes, what the rig did. Another source of stops (from the points alone, from a
-/// table's angles) drives the patches through the same calls.
-class StillListener {
- public:
-  virtual ~StillListener() = default;
-  virtual void not_still_until(std::int64_t until_ns, DropReason reason) = 0;
-  virtual void still_until(std::int64_t until_ns, int stop) = 0;
-  virtual void stop_ended(const StillStop& stop) = 0;
-};
 
 /// Figures for messages and `inspect`.
 struct StillFigures {

@@ -1,14 +1,22 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 
 #include "core/geometry/se3.h"
 
 namespace rigcal {
 
+/// What tells whether the rig stands still.
+enum class StopSource {
+  gyro,    ///< An inertial unit; the points are watched for creep.
+  points,  ///< What the LiDARs see.
+};
+
 /// How stops are found. Thresholds against noise are made from the sensor's own noise while it runs; what stands here
 /// is what matters to the map or what a gyro may be like, not what one rig is like.
 struct StopOptions {
+  StopSource source = StopSource::gyro;
   /// The sensor whose inertial unit decides; -1: the first one that is heard.
   int imu_sensor = -1;
   /// Shorter rests are dropped. Half a second gives a non-repetitive LiDAR about a quarter of its field of view.
@@ -34,6 +42,9 @@ struct StopOptions {
   double max_settle_s = 2.0;
   /// Scale and alignment error of the gyro, 1 sigma: enters the sigma of a rotation only. MEMS: 0.5 %.
   double gyro_scale_sigma = 0.005;
+  /// The table's axis (unit) in the frames of sensors where it is roughly known: the points of such a LiDAR need to
+  /// show turns about it only. Those of others must show turns about any axis.
+  std::map<int, Vector3d> turn_axes = {};
   /// Points held until their time is decided, about 2 s of all sensors: 4 million hold 2 M points/s in 64 MB.
   std::size_t max_held_points = 4'000'000;
 };

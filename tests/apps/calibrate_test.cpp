@@ -159,6 +159,27 @@ TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
   EXPECT_FALSE(fs::exists(scratch / "without_rig"));
 }
 
+// The dwells of this run are short for points: some stops may be too short, but those that are found must be right.
+TEST_F(Calibrate, FindsTheStopsFromThePointsWhereThereIsNoGyro) {
+  std::string text = rig_yaml;
+  text.insert(text.find("ip: 192.168.1.179"), "imu: false, ");
+  std::ofstream(scratch / "no_gyro.yaml") << text;
+  const ProgramRun run = rigcal("calibrate session --rig no_gyro.yaml --out no_gyro");
+  EXPECT_LE(run.code, 1) << run.err << run.out;
+  expect_near("no_gyro/extrinsics.yaml", "session/ground_truth.yaml", 10.0, 0.1);
+
+  const ProgramRun seen = rigcal("inspect session --rig no_gyro.yaml --json");
+  const auto json = nlohmann::json::parse(seen.out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["stops_from"], "points");
+  EXPECT_GE(json["stops"].size(), 8U);
+  EXPECT_LE(json["stops"].size(), 10U);
+  EXPECT_LT(json["view"]["resolution_deg"], 0.1);
+  EXPECT_FALSE(json.contains("gyro"));
+  EXPECT_THAT(rigcal("inspect session --rig no_gyro.yaml").out, HasSubstr("stops found from the points; they show"));
+  EXPECT_THAT(rigcal("inspect session").out, HasSubstr("stops found from the gyro, the points watch for creep"));
+}
+
 /// The packets of a dump as a recorder of the vendor keeps them: without addresses and receive stamps, in frames.
 void save_as_lvx(const fs::path& dump, const fs::path& lvx) {
   std::array<LvxDevice, 2> devices;

@@ -43,7 +43,7 @@ TEST(RotationsFromSearch, FollowATableTurnedByHandThroughAFullTurn) {
     std::vector<double> scores;
     // The axis is known to a degree and a half.
     const Vector3d axis = exp_so3(Vector3d(0.02, -0.015, 0.0)) * Vector3d::UnitZ();
-    const std::vector<Matrix3d> R = rotations_from_search(run.base_patches, run.stops(), axis, scores);
+    const std::vector<Matrix3d> R = rotations_from_search(run.base_patches, run.stops(), axis, {}, scores);
     ASSERT_EQ(run.R_G_base.size(), R.size());
     ASSERT_EQ(run.R_G_base.size(), scores.size());
     EXPECT_EQ(Matrix3d::Identity(), R[0]);
@@ -62,14 +62,14 @@ TEST(RotationsFromSearch, TurnTheOtherWayToo) {
   for (double& s : steps) s = -s;
   const TurningRun run(steps, 3);
   std::vector<double> scores;
-  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
   for (std::size_t j = 1; j < R.size(); ++j) EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0);
 }
 
 TEST(RotationsFromSearch, TakeStepsAsTheyAreWhereTheyAreNotAlike) {
   const TurningRun run({12.0, 41.0, 25.0, 33.0, -19.0}, 4);
   std::vector<double> scores;
-  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
   for (std::size_t j = 1; j < R.size(); ++j)
     EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "stop " << j;
 }
@@ -78,7 +78,7 @@ TEST(RotationsFromSearch, PutTheCommonStepWhereAViewTellsNothingAndSaySo) {
   TurningRun run(turn_by_hand(5), 5);
   run.base_patches[4].surfels.clear();
   std::vector<double> scores;
-  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
   // Two steps by the marks, each off by what the hand was; then on from there.
   for (std::size_t j = 1; j < R.size(); ++j)
     EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 8.0) << "stop " << j;
@@ -90,22 +90,22 @@ TEST(RotationsFromSearch, RepeatTheRotationBeforeAStopWithoutAPatch) {
   TurningRun run(turn_by_hand(6), 6);
   run.base_patches.erase(run.base_patches.begin() + 3);
   std::vector<double> scores;
-  const auto R = rotations_from_search(run.base_patches, run.stops() + 1, Vector3d::UnitZ(), scores);
+  const auto R = rotations_from_search(run.base_patches, run.stops() + 1, Vector3d::UnitZ(), {}, scores);
   EXPECT_EQ(R[2], R[3]);
   EXPECT_EQ(R[11], R[12]);
   EXPECT_EQ(1.0, scores[3]);
   // Over the gap it looks for twice the common step.
   EXPECT_LT(to_deg(rotation_distance(run.R_G_base[4], R[4])), 4.0);
-  EXPECT_EQ(3U, rotations_from_search({}, 3, Vector3d::UnitZ(), scores).size());
+  EXPECT_EQ(3U, rotations_from_search({}, 3, Vector3d::UnitZ(), {}, scores).size());
 }
 
 TEST(RotationsFromSearch, AreTheSameToTheBitForOneAndTwoThreads) {
   const TurningRun run({30.0, 29.0, 31.0}, 7);
   std::vector<double> scores;
   set_thread_count(1);
-  const auto one = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  const auto one = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
   set_thread_count(2);
-  const auto two = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), scores);
+  const auto two = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
   for (std::size_t j = 0; j < one.size(); ++j) EXPECT_EQ(one[j], two[j]);
 }
 

@@ -127,6 +127,14 @@ struct FoundStop {
   std::map<int, std::vector<double>> times_s;  ///< Of each sensor's points.
 };
 
+class CollectingListener final : public StillListener {
+ public:
+  void not_still_until(std::int64_t, DropReason) override {}
+  void still_until(std::int64_t, int) override {}
+  void stop_ended(const StillStop& stop) override { stops.push_back(stop); }
+  std::vector<StillStop> stops;
+};
+
 class CollectingSink final : public PatchSink {
  public:
   void points(int sensor, int stop, std::span<const Point> points) override {

@@ -7,14 +7,6 @@
 namespace rigcal {
 namespace {
 
-class CollectingListener final : public StillListener {
- public:
-  void not_still_until(std::int64_t, DropReason) override {}
-  void still_until(std::int64_t, int) override {}
-  void stop_ended(const StillStop& stop) override { stops.push_back(stop); }
-  std::vector<StillStop> stops;
-};
-
 std::vector<StillStop> find(const std::vector<ImuSample>& samples, StillFigures* figures = nullptr) {
   CollectingListener listener;
   StillDetector detector(StopOptions{}, listener);

@@ -149,7 +149,7 @@ TEST(StopFinder, KeepsNoPointsWhereTheUnitNeverSpeaks) {
   finder.flush();
   EXPECT_TRUE(sink.stops.empty());
   EXPECT_EQ(dropped(finder, DropReason::before_first_stop), 100000U);
-  EXPECT_EQ(finder.figures().imu_samples, 0U);
+  EXPECT_EQ(finder.gyro_figures().imu_samples, 0U);
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "apps/stop_reader.h"
+
+// What is said about stops that were read: why they are of no use, and what a user should know of them.
+namespace rigcal {
+namespace {
+
+// A rest that goes on after a bump or after creep: turned by no more than this, and not later.
+constexpr double bumped_deg = 1.5;
+constexpr std::int64_t bumped_ns = 4'000'000'000;
+constexpr double notable_tremble_deg = 0.01;
+
+void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
+  char text[300];
+  if (summary.source == StopSource::points && summary.gyro.imu_samples > 0) {
+    warnings.emplace_back(
+        "the gyro shows no rest (does the rig tremble?): the stops were found from the points, and how far the rig "
+        "turned between them is searched");
+  }
+  if (summary.view.blind_s > 0.0 && summary.source == StopSource::points) {
+    std::snprintf(text, sizeof text,
+                  "for %.1f s nothing seemed to move, but no LiDAR saw surfaces enough to tell; that time is left out",
+                  summary.view.blind_s);
+    warnings.emplace_back(text);
+  }
+  double tremble_deg = 0.0;
+  const StopRecord* before = nullptr;
+  for (const StopRecord& stop : summary.stops) {
+    const int index = stop.stop.index;
+    if (!stop.rotation_known && summary.source == StopSource::gyro) {
+      warnings.push_back("the inertial unit was silent before stop " + std::to_string(index) +
+                         ": how far the rig turned there is not known");
+    }
+    if (stop.end == StopEnd::creep) {
+      std::snprintf(text, sizeof text, "the rig slowly crept away in stop %d: it ends there, after %.1f s", index,
+                    1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns));
+      warnings.emplace_back(text);
+    }
+    const double turned_deg = to_deg(log_so3(stop.R_previous_this).norm());
+    const bool close = before != nullptr && stop.stop.start_ns - before->stop.end_ns < bumped_ns;
+    if (close && stop.rotation_known && turned_deg < bumped_deg) {
+      std::snprintf(text, sizeof text,
+                    "stop %d stands within %.2f deg of stop %d: the rig was bumped or crept in between, and its rest "
+                    "was cut in two",
+                    index, turned_deg, before->stop.index);
+      warnings.emplace_back(text);
+    }
+    tremble_deg = std::max(tremble_deg, to_deg(stop.tremble_rad));
+    before = &stop;
+  }
+  if (tremble_deg > notable_tremble_deg) {
+    std::snprintf(text, sizeof text, "the rig trembles at rest, by up to %.3f deg (root mean square)", tremble_deg);
+    warnings.emplace_back(text);
+  }
+}
+
+}  // namespace
+
+std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options, const StopReading& summary) {
+  if (summary.ingest.unfit) {
+    Error error = *summary.ingest.unfit;
+    error.where = source.path;
+    return error;
+  }
+  if (!summary.stops.empty()) return std::nullopt;
+  char text[300];
+  if (summary.source == StopSource::points && summary.view.blind_s > 0.0) {
+    std::snprintf(
+        text, sizeof text,
+        "no inertial readings, and the points do not tell whether the rig turns: for %.1f s nothing seemed to "
+        "move, but no LiDAR saw surfaces enough that face different ways",
+        summary.view.blind_s);
+    return input_error(
+        text, source.path,
+        "switch the inertial unit of the AVIA on (imu: true in the rig file), or record nearer to walls");
+  }
+  if (summary.source == StopSource::points) {
+    std::snprintf(text, sizeof text,
+                  "the rig never stands still, as far as the points show: its longest rest has %.2f s, %.2f s are "
+                  "needed",
+                  summary.view.longest_still_s, options.min_stop_s);
+  } else {
+    std::snprintf(text, sizeof text,
+                  "the rig never stands still: its longest rest has %.2f s, %.2f s are needed (noise of the gyro: "
+                  "%.3f deg/s)",
+                  summary.gyro.longest_still_s, options.min_stop_s, to_deg(summary.gyro.gyro_noise_rad_s));
+  }
+  return input_error(text, source.path, "let it rest for two seconds and more at every stop");
+}
+
+std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
+  std::vector<std::string> warnings = summary.ingest.warnings;
+  if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
+  for (const std::string& finding : summary.notes.findings) warnings.push_back(source.file + ": " + finding);
+  if (!source.complete) {
+    warnings.push_back(source.path + ": the recording was cut short; what is there is used");
+  }
+  if (summary.gyro.bias_changes > 0) {
+    warnings.emplace_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
+  }
+  const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
+  if (overflow > 0) {
+    warnings.push_back(std::to_string(overflow) + " points came too densely to be held until their stop was sure");
+  }
+  append_stop_warnings(summary, warnings);
+  return warnings;
+}
+
+}  // namespace rigcal

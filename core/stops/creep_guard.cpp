@@ -1,0 +1,59 @@
+#include "core/stops/creep_guard.h"
+
+#include <algorithm>
+
+namespace rigcal {
+namespace {
+
+// The points' verdicts come about as late as the gyro's, or half a second later.
+constexpr std::int64_t hold_back_ns = 500'000'000;
+
+}  // namespace
+
+void CreepGuard::not_still_until(std::int64_t until_ns, DropReason reason) {
+  finish_rest();
+  begin_ns_ = std::max(begin_ns_, until_ns);
+  listener_.not_still_until(until_ns, reason);
+}
+
+void CreepGuard::still_until(std::int64_t until_ns, int stop) {
+  rest_ = {until_ns, stop};
+  look_for_cut();
+  if (!cut_ns_) listener_.still_until(until_ns - hold_back_ns, stop);
+}
+
+void CreepGuard::finish_rest() {
+  if (!rest_) return;
+  look_for_cut();
+  if (!cut_ns_) listener_.still_until(rest_->until_ns, rest_->stop);
+  rest_.reset();
+}
+
+void CreepGuard::stop_ended(const StillStop& stop) {
+  finish_rest();
+  StillStop kept = stop;
+  if (cut_ns_) {
+    kept.stop.end_ns = std::min(stop.stop.end_ns, *cut_ns_ - 1);
+    kept.end = StopEnd::creep;
+  }
+  cut_ns_.reset();
+  listener_.stop_ended(kept);
+}
+
+// Where the points saw the rig leave its place in this very stop, earlier than its end by more than both could be
+// wrong.
+void CreepGuard::look_for_cut() {
+  if (cut_ns_ || !points_.left) return;
+  const std::int64_t end_ns = points_.left->end_ns + 1;
+  if (end_ns + hold_back_ns > rest_->until_ns) return;
+  if (end_ns >= begin_ns_ + static_cast<std::int64_t>(1e9 * options_.min_stop_s)) {
+    cut_ns_ = end_ns;
+    listener_.still_until(end_ns, rest_->stop);
+    listener_.not_still_until(rest_->until_ns, DropReason::moving);
+  } else if (end_ns > begin_ns_) {
+    listener_.not_still_until(end_ns + hold_back_ns, DropReason::moving);
+  }
+  points_.left.reset();
+}
+
+}  // namespace rigcal

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+
+#include "core/stops/still_listener.h"
+#include "core/stops/stop_options.h"
+
+namespace rigcal {
+
+/// Hands on the stops of a gyro, but ends a stop where the points show that the rig left its place although the gyro
+/// saw nothing: creep that looks like a change of bias, or a slow push. What comes after it in that stop is left out.
+/// Verdicts on rest are held back by half a second, in which the points' come in.
+class CreepGuard final : public StillListener {
+ public:
+  CreepGuard(const StopOptions& options, StillListener& listener) : options_(options), listener_(listener) {}
+
+  void not_still_until(std::int64_t until_ns, DropReason reason) override;
+  void still_until(std::int64_t until_ns, int stop) override;
+  void stop_ended(const StillStop& stop) override;
+  /// Takes what the points say.
+  [[nodiscard]] StillListener& points() { return points_; }
+
+ private:
+  /// Keeps the last rest that ended with a motion.
+  class Points final : public StillListener {
+   public:
+    void not_still_until(std::int64_t, DropReason) override {}
+    void still_until(std::int64_t, int) override {}
+    void stop_ended(const StillStop& stop) override {
+      if (stop.end == StopEnd::motion) left = stop.stop;
+    }
+    std::optional<Stop> left;
+  };
+  struct Rest {
+    std::int64_t until_ns;
+    int stop;
+  };
+  void look_for_cut();
+  void finish_rest();
+
+  StopOptions options_;
+  StillListener& listener_;
+  Points points_;
+  std::int64_t begin_ns_ = std::numeric_limits<std::int64_t>::min();  ///< Up to here the gyro found no rest.
+  std::optional<Rest> rest_;                                          ///< The gyro's stop that goes on.
+  std::optional<std::int64_t> cut_ns_;
+};
+
+}  // namespace rigcal
