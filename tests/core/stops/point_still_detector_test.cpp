@@ -65,7 +65,7 @@ struct Case {
 class PointStillDetectorScenes : public testing::TestWithParam<Case> {};
 
 TEST_P(PointStillDetectorScenes, FindsTheStopsOfATurntableOnceEachWithoutMotionOrSwing) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     PointRun::Options options;
     options.scene = GetParam().scene;
@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(PointStillDetector, PointStillDetectorScenes,
 
 // Three small views of a room, through which people walk: a stop may come in two, which then stand in one place.
 TEST(PointStillDetector, LosesAndInventsNoStopWithSmallViewsOnly) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     PointRun::Options options;
     options.lidars = {1, 2, 3};
