@@ -23,6 +23,10 @@ void allow_unevenness(double floor_m, PlaneMapOptions& map) {
   map.max_chi2 = 3.0;
 }
 
+// How far the start's poses may be off.
+constexpr double start_prior_m = 0.1;
+constexpr double start_prior_rad = to_rad(1.0);
+
 Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
 
 // What carries through the stages.
@@ -108,8 +112,8 @@ class Calibration {
     }
   }
 
-  // What the start found by shapes holds the directions that planes leave open. Priors only where the user gave poses:
-  // their sigmas, and twice the basin for the extrinsics that hang on them.
+  // What the start found by shapes holds the directions that planes leave open, and so do the poses of the stops: those
+  // that the user gave by their sigmas (then also the guesses that hang on them, by twice the basin), else the start's.
   void set_priors() {
     solution_.adjust = {};
     solution_.adjust.lidar_matches.resize(recording_.lidar_sensors.size());
@@ -117,13 +121,18 @@ class Calibration {
       const auto& match = solution_.start.shape_matches[i];
       if (match) solution_.adjust.lidar_matches[i] = prior_of(*match);
     }
-    if (!recording_.trajectory_is_prior) return;
+    // Groups of stops that share too little would slide apart along what is left open; what holds them must be looser
+    // than any surface and tighter than metres.
+    const bool given = recording_.trajectory_is_prior;
+    const double prior_rad = given ? options_.pose_prior_rad : start_prior_rad;
+    const double prior_m = given ? options_.pose_prior_m : start_prior_m;
     solution_.adjust.stop_priors.resize(recording_.stops.size());
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
-      if (!recording_.trajectory[j]) continue;
-      solution_.adjust.stop_priors[j] =
-          isotropic_prior(solution_.start.given_T_G_base[j], options_.pose_prior_rad, options_.pose_prior_m);
+      if (given ? !recording_.trajectory[j].has_value() : !solution_.start.stop_known[j]) continue;
+      const SE3& T = given ? solution_.start.given_T_G_base[j] : solution_.start.state.T_G_base[j];
+      solution_.adjust.stop_priors[j] = isotropic_prior(T, prior_rad, prior_m);
     }
+    if (!given) return;
     solution_.adjust.lidar_priors.resize(recording_.lidar_sensors.size());
     for (std::size_t i = 0; i < guess_.size(); ++i) {
       if (guess_[i]) solution_.adjust.lidar_priors[i] = isotropic_prior(*guess_[i], to_rad(10.0), 0.2);

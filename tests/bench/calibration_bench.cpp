@@ -7,8 +7,8 @@
 #include "core/base/parallel.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "core/planes/refine.h"
-#include "simdata/light_rig.h"
 #include "simdata/scene_file.h"
+#include "tests/support/light_recording.h"
 
 // Points to extrinsics, on 20 stops of an AVIA and three MID-40 in the courtyard: 4 million points, or what
 // RIGCAL_BENCH_POINTS says (4e7: the size of the paper's largest runs, about 2 GB). All rates are raw points a second.
@@ -16,33 +16,12 @@
 namespace rigcal {
 namespace {
 
-// A simulated run and what the stages make of it, made once.
+// A simulated run, made once.
 struct Bench {
   sim::LightRig light;
-  LidarRecording recording;  ///< With the cells.
-  std::vector<std::optional<SE3>> guess;
+  LightRecording run;
   std::vector<NoiseModel> noise;
-  RigState truth;
-  std::int64_t points = 0;
 };
-
-CellOptions cell_options() {
-  CellOptions options;
-  options.keep_thinned = true;  // as `calibrate` does
-  return options;
-}
-
-std::vector<PatchCells> make_cells(const sim::LightRig& light) {
-  std::vector<PatchCells> cells(light.patches.size());
-  parallel_for(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      CellBuilder builder(light.patches[k].sensor, light.patches[k].stop, cell_options());
-      builder.add(light.patches[k].points);
-      cells[k] = builder.finish();
-    }
-  });
-  return cells;
-}
 
 std::unique_ptr<Bench> make_bench() {
   const char* wanted = std::getenv("RIGCAL_BENCH_POINTS");
@@ -53,20 +32,8 @@ std::unique_ptr<Bench> make_bench() {
   options.turntable.dwell_s = std::max(2.0, options.shots_per_patch / 100e3 + 0.1);  // a MID-40's shots a second
   auto bench = std::make_unique<Bench>();
   bench->light = *sim::make_light_rig(*sim::load_scene("courtyard"), options);
-  for (const Patch& patch : bench->light.patches) bench->points += static_cast<std::int64_t>(patch.points.size());
-  for (std::size_t k = 0; k < bench->light.rig.sensors.size(); ++k) {
-    bench->recording.lidar_sensors.push_back(static_cast<int>(k));
-    bench->guess.push_back(bench->light.rig.sensors[k].initial_T_base_sensor);
-  }
-  bench->guess[static_cast<std::size_t>(bench->light.rig.base)] = SE3{};
+  bench->run = make_light_recording(bench->light);
   bench->noise.assign(bench->light.rig.sensors.size(), NoiseModel{});
-  for (int j = 0; j < stops; ++j) bench->recording.stops.push_back({j, 0, 0});
-  bench->recording.R_previous_this.resize(static_cast<std::size_t>(stops));
-  for (std::size_t j = 1; j < bench->recording.R_previous_this.size(); ++j) {
-    bench->recording.R_previous_this[j] = exp_so3(bench->light.step_rotations[j - 1]);
-  }
-  bench->recording.patches = make_cells(bench->light);
-  bench->truth = {bench->light.T_G_base, bench->light.T_base_sensor};
   return bench;
 }
 
@@ -76,8 +43,8 @@ const Bench& shared() {
 }
 
 void set_rates(benchmark::State& state, const Bench& bench) {
-  state.SetItemsProcessed(state.iterations() * bench.points);
-  state.counters["points"] = static_cast<double>(bench.points);
+  state.SetItemsProcessed(state.iterations() * bench.run.points);
+  state.counters["points"] = static_cast<double>(bench.run.points);
 }
 
 void cells(benchmark::State& state) {
@@ -86,7 +53,7 @@ void cells(benchmark::State& state) {
   std::size_t count = 0;
   for (auto _ : state) {
     count = 0;
-    for (const PatchCells& patch : make_cells(bench.light)) count += patch.cells.size();
+    for (const PatchCells& patch : cells_of(bench.light.patches)) count += patch.cells.size();
   }
   set_rates(state, bench);
   state.counters["cells"] = static_cast<double>(count);
@@ -98,8 +65,8 @@ void voxel_map(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(0)));
   std::size_t planes = 0;
   for (auto _ : state) {
-    planes =
-        build_plane_map(bench.recording.patches, bench.truth, bench.noise, SE3{}, PlaneMapOptions{}).features.size();
+    planes = build_plane_map(bench.run.recording.patches, bench.run.truth, bench.noise, SE3{}, PlaneMapOptions{})
+                 .features.size();
   }
   set_rates(state, bench);
   state.counters["planes"] = static_cast<double>(planes);
@@ -110,20 +77,20 @@ BENCHMARK(voxel_map)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime
 void joint_iteration(benchmark::State& state) {
   const Bench& bench = shared();
   set_thread_count(static_cast<int>(state.range(0)));
-  const auto stops = static_cast<int>(bench.recording.stops.size());
-  const auto lidars = static_cast<int>(bench.recording.lidar_sensors.size());
+  const auto stops = static_cast<int>(bench.run.recording.stops.size());
+  const auto lidars = static_cast<int>(bench.run.recording.lidar_sensors.size());
   ParameterLayout layout(stops, lidars);
   for (int j = 1; j < stops; ++j) layout.free_stop(j);
   for (int i = 0; i < lidars; ++i) {
-    if (i != bench.light.rig.base) layout.free_lidar(i);
+    if (i != bench.run.rig.base) layout.free_lidar(i);
   }
   RefinePass pass = standard_passes(1).back();
   pass.iterations = 1;
-  const RefineInput input{bench.recording.patches, bench.noise, SE3{}, {}, {}};
+  const RefineInput input{bench.run.recording.patches, bench.noise, SE3{}, {}, {}};
   SilentReporter silent;
   std::size_t planes = 0;
   for (auto _ : state) {
-    RigState moved = bench.truth;
+    RigState moved = bench.run.truth;
     const auto summary = refine(input, layout, {pass}, {silent}, moved);
     if (!summary) {
       state.SkipWithError(summary.error().message().c_str());
@@ -150,11 +117,12 @@ void show(benchmark::State& state, const Bench& bench, const CalibrationResult& 
 void calibrate(benchmark::State& state, bool from_points) {
   const Bench& bench = shared();
   set_thread_count(static_cast<int>(state.range(0)));
-  LidarRecording recording = bench.recording;
+  LidarRecording recording = bench.run.recording;
   SilentReporter silent;
   for (auto _ : state) {
-    if (from_points) recording.patches = make_cells(bench.light);
-    const auto result = calibrate_lidars(bench.light.rig, recording, bench.guess, LidarCalibrationOptions{}, {silent});
+    if (from_points) recording.patches = cells_of(bench.light.patches);
+    const auto result =
+        calibrate_lidars(bench.run.rig, recording, bench.run.guess, LidarCalibrationOptions{}, {silent});
     if (!result) {
       state.SkipWithError(result.error().message().c_str());
       break;

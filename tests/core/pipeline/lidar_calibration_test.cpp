@@ -1,0 +1,163 @@
+#include "core/pipeline/lidar_calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "simdata/scene_file.h"
+#include "tests/support/light_recording.h"
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+sim::LightRig make_courtyard(std::uint64_t seed, int stops = 12) {
+  sim::LightRigOptions options;
+  options.seed = seed;
+  options.turntable.stops = stops;
+  options.shots_per_patch = 20000;
+  return *sim::make_light_rig(*sim::load_scene("courtyard"), options);
+}
+
+CalibrationResult calibrated(const LightRecording& run, const LidarCalibrationOptions& options = {}) {
+  SilentReporter reporter;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, options, RunContext{reporter});
+  EXPECT_TRUE(result) << result.error().message();
+  return *result;
+}
+
+double shift_m(const LightRecording& run, const CalibrationResult& result, std::size_t lidar) {
+  return (result.sensors[lidar].T_base_sensor->t - run.truth.T_base_sensor[lidar].t).norm();
+}
+
+double turn_deg(const LightRecording& run, const CalibrationResult& result, std::size_t lidar) {
+  return to_deg(rotation_distance(result.sensors[lidar].T_base_sensor->R, run.truth.T_base_sensor[lidar].R));
+}
+
+void expect_right_and_good(const LightRecording& run, const CalibrationResult& result, double max_m = 0.003) {
+  ASSERT_EQ(result.sensors.size(), run.truth.T_base_sensor.size());
+  for (std::size_t i = 1; i < result.sensors.size(); ++i) {
+    EXPECT_EQ(result.sensors[i].status, Status::good) << testing::PrintToString(result.sensors[i].reasons);
+    ASSERT_TRUE(result.sensors[i].T_base_sensor);
+    EXPECT_LT(shift_m(run, result, i), max_m);
+    EXPECT_LT(turn_deg(run, result, i), 0.03);
+  }
+}
+
+TEST(CalibrateLidars, FindsEveryLidarFromTenDegreesAndTwentyCentimetres) {
+  const LightRecording run = make_light_recording(make_courtyard(1));
+  const CalibrationResult result = calibrated(run);
+  EXPECT_EQ(result.status, Status::good);
+  EXPECT_EQ(result.base, run.rig.base_sensor().name);
+  expect_right_and_good(run, result);
+  std::vector<std::string> stages;
+  for (const StageReport& stage : result.stages) stages.push_back(stage.name);
+  EXPECT_THAT(stages, ElementsAre("start", "poses", "extrinsics", "joint", "verdict", "map"));
+  EXPECT_GT(result.map.size(), 100'000U);
+  ASSERT_EQ(result.trajectory.size(), 12U);
+  for (std::size_t j = 0; j < 12; ++j) {
+    EXPECT_TRUE(result.trajectory[j].known);
+    EXPECT_LT((result.trajectory[j].T_G_base.t - run.truth.T_G_base[j].t).norm(), 0.005);
+  }
+}
+
+TEST(CalibrateLidars, ErrsAsMuchAsItSays) {
+  double sum = 0.0;
+  int count = 0;
+  for (const std::uint64_t seed : {2, 3, 4}) {
+    const LightRecording run = make_light_recording(make_courtyard(seed));
+    const CalibrationResult result = calibrated(run);
+    for (std::size_t i = 1; i < result.sensors.size(); ++i) {
+      const Vector6d error = (result.sensors[i].T_base_sensor->inverse() * run.truth.T_base_sensor[i]).log();
+      sum += error.dot(result.sensors[i].covariance.inverse() * error);
+      count += 6;
+    }
+  }
+  EXPECT_GT(sum / count, 0.2);
+  EXPECT_LT(sum / count, 3.0);
+}
+
+// The base looks forward, so stops a third of a turn apart share no surface that it sees; the others' view backwards
+// joins them, but only once every stop stands about where it should.
+TEST(CalibrateLidars, TwoGroupsOfStopsDoNotSlideApart) {
+  for (const std::uint64_t seed : {2, 5}) {
+    const sim::LightRig light = make_courtyard(seed);
+    const LightRecording run = make_light_recording(light, {0, 3, 5, 6, 10, 11});
+    const CalibrationResult result = calibrated(run);
+    expect_right_and_good(run, result, 0.006);
+    for (std::size_t j = 0; j < run.truth.T_G_base.size(); ++j) {
+      EXPECT_LT((result.trajectory[j].T_G_base.t - run.truth.T_G_base[j].t).norm(), 0.01) << "stop " << j;
+    }
+  }
+}
+
+TEST(CalibrateLidars, ALidarWithoutPointsFailsAndTheOthersAreSolved) {
+  LightRecording run = make_light_recording(make_courtyard(6));
+  for (PatchCells& patch : run.recording.patches) {
+    if (patch.lidar == 2) patch = PatchCells{2, patch.stop, 0, {}, {}};
+  }
+  const CalibrationResult result = calibrated(run);
+  EXPECT_EQ(result.status, Status::failed);
+  EXPECT_EQ(result.sensors[2].status, Status::failed);
+  EXPECT_FALSE(result.sensors[2].T_base_sensor);
+  EXPECT_THAT(result.sensors[2].reasons, ElementsAre(HasSubstr("no points in any stop")));
+  EXPECT_EQ(result.sensors[1].status, Status::good);
+  EXPECT_LT(shift_m(run, result, 1), 0.003);
+}
+
+TEST(CalibrateLidars, ALidarWithoutAGuessFailsAndSaysSo) {
+  LightRecording run = make_light_recording(make_courtyard(7));
+  run.guess[3].reset();
+  const CalibrationResult result = calibrated(run);
+  EXPECT_EQ(result.sensors[3].status, Status::failed);
+  EXPECT_THAT(result.sensors[3].reasons, ElementsAre(HasSubstr("initial_extrinsics")));
+  EXPECT_EQ(result.sensors[1].status, Status::good);
+}
+
+TEST(CalibrateLidars, AnEarlyEndDoesNotLookSolved) {
+  const LightRecording run = make_light_recording(make_courtyard(8, 8));
+  LidarCalibrationOptions options;
+  options.last_stage = LastStage::poses;
+  for (const SensorResult& sensor : calibrated(run, options).sensors) {
+    if (sensor.name == run.rig.base_sensor().name) continue;
+    EXPECT_EQ(sensor.status, Status::failed);
+    EXPECT_FALSE(sensor.T_base_sensor);
+  }
+  options.last_stage = LastStage::extrinsics;
+  const CalibrationResult rough = calibrated(run, options);
+  EXPECT_EQ(rough.sensors[1].status, Status::weak);
+  EXPECT_LT(shift_m(run, rough, 1), 0.05);
+}
+
+TEST(CalibrateLidars, StopsWhenItIsTold) {
+  const LightRecording run = make_light_recording(make_courtyard(9, 6));
+  SilentReporter reporter;
+  std::stop_source stop;
+  stop.request_stop();
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter, stop.get_token()});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().kind, ErrorKind::cancelled);
+}
+
+TEST(CalibrateLidars, RefusesARecordingWithoutStopsOrWithoutTheBase) {
+  LightRecording run = make_light_recording(make_courtyard(10, 6));
+  SilentReporter reporter;
+  LidarRecording nothing = run.recording;
+  nothing.stops.clear();
+  nothing.patches.clear();
+  nothing.R_previous_this.clear();
+  const auto without_stops = calibrate_lidars(run.rig, nothing, run.guess, {}, RunContext{reporter});
+  ASSERT_FALSE(without_stops);
+  EXPECT_THAT(without_stops.error().message(), HasSubstr("no stop"));
+  run.recording.lidar_sensors[static_cast<std::size_t>(run.rig.base)] = 77;
+  const auto without_base = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter});
+  ASSERT_FALSE(without_base);
+  EXPECT_THAT(without_base.error().message(), HasSubstr("base"));
+}
+
+}  // namespace
+}  // namespace rigcal
