@@ -10,7 +10,7 @@ namespace {
 // A rest that goes on after a bump or after creep: turned by no more than this, and not later.
 constexpr double bumped_deg = 1.5;
 constexpr std::int64_t bumped_ns = 4'000'000'000;
-constexpr double notable_tremble_deg = 0.01;
+constexpr double notable_tremble_deg = 0.02;
 
 void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
   char text[300];
@@ -26,6 +26,8 @@ void append_stop_warnings(const StopReading& summary, std::vector<std::string>& 
     warnings.emplace_back(text);
   }
   double tremble_deg = 0.0;
+  double farthest_deg = 0.0;
+  std::string cut_rests;
   const StopRecord* before = nullptr;
   for (const StopRecord& stop : summary.stops) {
     const int index = stop.stop.index;
@@ -39,16 +41,19 @@ void append_stop_warnings(const StopReading& summary, std::vector<std::string>& 
       warnings.emplace_back(text);
     }
     const double turned_deg = to_deg(log_so3(stop.R_previous_this).norm());
-    const bool close = before != nullptr && stop.stop.start_ns - before->stop.end_ns < bumped_ns;
-    if (close && stop.rotation_known && turned_deg < bumped_deg) {
-      std::snprintf(text, sizeof text,
-                    "stop %d stands within %.2f deg of stop %d: the rig was bumped or crept in between, and its rest "
-                    "was cut in two",
-                    index, turned_deg, before->stop.index);
-      warnings.emplace_back(text);
+    const bool soon = before != nullptr && stop.stop.start_ns - before->stop.end_ns < bumped_ns;
+    if (soon && stop.rotation_known && turned_deg < bumped_deg) {
+      cut_rests += (cut_rests.empty() ? "" : ", ") + std::to_string(index);
+      farthest_deg = std::max(farthest_deg, turned_deg);
     }
     tremble_deg = std::max(tremble_deg, to_deg(stop.tremble_rad));
     before = &stop;
+  }
+  if (!cut_rests.empty()) {
+    std::snprintf(text, sizeof text, "%.2f deg", farthest_deg);
+    warnings.push_back(
+        "the rig was bumped or crept within a rest, which was cut there: each of these stops stands within " +
+        std::string(text) + " of the one before it: " + cut_rests);
   }
   if (tremble_deg > notable_tremble_deg) {
     std::snprintf(text, sizeof text, "the rig trembles at rest, by up to %.3f deg (root mean square)", tremble_deg);

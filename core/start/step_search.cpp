@@ -120,6 +120,9 @@ std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& bas
   });
   std::vector<std::vector<Step>> neighbours;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
+    // A rest that was cut in two is no step of the table.
+    const std::optional<Matrix3d> known = known_step(R_previous_this, base_patches[i].stop, base_patches[i + 1].stop);
+    if (known && rotation_distance(*known, Matrix3d::Identity()) < alike_rad) continue;
     if (base_patches[i + 1].stop == base_patches[i].stop + 1) neighbours.push_back(pairs[i]);
   }
   const std::optional<double> common = common_step(neighbours);

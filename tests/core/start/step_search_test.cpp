@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "core/base/parallel.h"
 #include "tests/support/make_cells.h"
@@ -97,6 +98,28 @@ TEST(RotationsFromSearch, RepeatTheRotationBeforeAStopWithoutAPatch) {
   // Over the gap it looks for twice the common step.
   EXPECT_LT(to_deg(rotation_distance(run.R_G_base[4], R[4])), 4.0);
   EXPECT_EQ(3U, rotations_from_search({}, 3, Vector3d::UnitZ(), {}, scores).size());
+}
+
+TEST(RotationsFromSearch, TakeTheStepsThatAreKnownAndNoCutRestForTheTablesStep) {
+  std::vector<double> steps;
+  for (const double deg : turn_by_hand(8)) {
+    steps.push_back(deg);
+    steps.push_back(0.05);  // every rest was cut in two: more such steps than turns
+    steps.push_back(0.05);
+  }
+  const TurningRun run(steps, 8);
+  std::vector<std::optional<Matrix3d>> known(run.R_G_base.size());
+  for (std::size_t j = 1; j < known.size(); ++j) {
+    if (j % 3 != 1) known[j] = run.R_G_base[j - 1].transpose() * run.R_G_base[j];
+  }
+  std::vector<double> scores;
+  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), known, scores);
+  for (std::size_t j = 1; j < R.size(); ++j) {
+    EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "stop " << j;
+    if (known[j]) {
+      EXPECT_EQ(1.0, scores[j]);
+    }
+  }
 }
 
 TEST(RotationsFromSearch, AreTheSameToTheBitForOneAndTwoThreads) {
