@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/io/frame_files.h"
 #include "core/io/output_file.h"
 #include "core/io/png_file.h"
 
@@ -59,11 +60,11 @@ std::string ending_of(ByteView data) {
   return "";
 }
 
-std::string stop_at(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
+std::optional<int> stop_at(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
   for (const Stop& stop : stops) {
-    if (stamp_ns >= stop.start_ns && stamp_ns <= stop.end_ns) return std::to_string(stop.index);
+    if (stamp_ns >= stop.start_ns && stamp_ns <= stop.end_ns) return stop.index;
   }
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace
@@ -98,7 +99,10 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
   if (error) return cannot_write(folder, error.value());
   char name[32];
   std::snprintf(name, sizeof name, "%06zu", camera.frames.size());
-  const Frame frame{name + ending, image.stamp_ns, image.image.header.stamp_ns};
+  FrameRecord frame;
+  frame.file = name + ending;
+  frame.stamp_ns = image.stamp_ns;
+  if (image.image.header.stamp_ns > 0) frame.device_stamp = image.image.header.stamp_ns;
   const std::string path = (fs::path(folder) / frame.file).string();
   if (packed) {
     Expected<OutputFile> file = OutputFile::create(path);
@@ -115,16 +119,11 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
 }
 
 Expected<void> ImageFiles::finish(const std::vector<Stop>& stops) {
-  for (const auto& [sensor, camera] : cameras_) {
+  for (auto& [sensor, camera] : cameras_) {
     if (camera.frames.empty()) continue;
-    std::string text = "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n";
-    for (const Frame& frame : camera.frames) {
-      text += frame.file + "," + std::to_string(frame.stamp_ns) + ",,," +
-              (frame.device_ns > 0 ? std::to_string(frame.device_ns) : "") + "," + stop_at(stops, frame.stamp_ns) +
-              "\n";
-    }
+    for (FrameRecord& frame : camera.frames) frame.stop = stop_at(stops, frame.stamp_ns);
     const std::string path = (fs::path(camera_folder(sensor)) / "frames.csv").string();
-    if (Expected<void> written = replace_file(path, text); !written) return written;
+    if (Expected<void> written = write_frames(path, camera.frames); !written) return written;
   }
   return {};
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/batch_source.h"
+#include "core/records/image.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
 
@@ -31,13 +32,8 @@ class ImageFiles {
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
-  struct Frame {
-    std::string file;
-    std::int64_t stamp_ns = 0;
-    std::int64_t device_ns = 0;
-  };
   struct Camera {
-    std::vector<Frame> frames;
+    std::vector<FrameRecord> frames;
     std::uint64_t unknown = 0;
     std::string first_unknown;
   };

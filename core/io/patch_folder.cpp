@@ -165,6 +165,14 @@ Expected<void> PatchFolderWriter::write(const Patch& patch) {
   return writer->finish();
 }
 
+Expected<std::string> PatchFolderWriter::image_path(int sensor, int stop) const {
+  const fs::path folder = fs::path(folder_.path()) / "image" / names_.at(static_cast<std::size_t>(sensor));
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return cannot_write(folder.string(), error.value());
+  return (folder / (std::to_string(stop) + ".png")).string();
+}
+
 Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
   std::error_code error;
   const fs::path copy = fs::path(folder_.path()) / "rig.yaml";

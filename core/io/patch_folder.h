@@ -44,6 +44,8 @@ class PatchFolderWriter {
   Expected<void> write(const Patch& patch);
   /// The file of a patch that comes in parts; to be finished before the folder is.
   [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop) const;
+  /// Where the image of a camera and a stop goes; makes the folder.
+  [[nodiscard]] Expected<std::string> image_path(int sensor, int stop) const;
   /// A copy of the rig file goes beside the patches: rig.yaml.
   Expected<void> copy_rig_file(const std::string& path) const;
   /// T_G_base by stop number.

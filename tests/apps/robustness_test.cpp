@@ -14,6 +14,8 @@
 
 #include "apps/batch_source.h"
 #include "core/io/extrinsics_file.h"
+#include "core/io/frame_files.h"
+#include "core/io/image_file.h"
 #include "core/io/pcap_reader.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/pcd_file.h"
@@ -259,6 +261,17 @@ TEST_F(Robustness, DamagedTexts) {
           [](const std::string& path) { return error_of(load_extrinsics(path)); });
   torment(bytes_of("# a trajectory\n1700000000.123456789 1 2 3 0 0 0 1\n1700000001.5 -1e-3 0.5 3 0 0 0.6 0.8\n"),
           [](const std::string& path) { return error_of(read_tum(path)); });
+  torment(
+      bytes_of("file,stamp_ns,trigger,exposure_us,device_stamp,stop\n0.png,1700000000,0,5000.0,77,0\n1.png,18,,,,\n"),
+      [](const std::string& path) { return error_of(read_frames(path)); });
+  torment(bytes_of("pulse,stamp_ns\n0,1700000000\n1,1700000007\n"),
+          [](const std::string& path) { return error_of(read_trigger(path)); });
+}
+
+TEST_F(Robustness, DamagedImages) {
+  for (const char* name : {"colours.jpg", "grey16.png", "opaque.png"})
+    torment(file_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/" + name),
+            [](const std::string& path) { return error_of(read_image(path)); });
 }
 
 TEST_F(Robustness, DamagedSessionJson) {

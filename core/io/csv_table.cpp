@@ -1,0 +1,66 @@
+#include "core/io/csv_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+
+namespace rigcal {
+namespace {
+
+std::vector<std::string_view> split(std::string_view line, std::size_t most) {
+  std::vector<std::string_view> values;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    values.push_back(line.substr(0, comma));
+    if (comma == std::string_view::npos || values.size() > most) return values;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+template <class Number>
+std::optional<Number> CsvRow::number(std::size_t column) const {
+  const std::string_view word = values[column];
+  Number value{};
+  const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (code != std::errc{} || rest != word.data() + word.size()) return std::nullopt;
+  if constexpr (std::is_floating_point_v<Number>) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  return value;
+}
+
+template std::optional<std::int64_t> CsvRow::number<std::int64_t>(std::size_t column) const;
+template std::optional<int> CsvRow::number<int>(std::size_t column) const;
+template std::optional<double> CsvRow::number<double>(std::size_t column) const;
+
+Expected<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_view header, const std::string& name) {
+  const auto columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
+  std::vector<CsvRow> rows;
+  bool begun = false;
+  for (int number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.empty()) continue;
+    const std::string where = name + ":" + std::to_string(number);
+    if (!begun) {
+      if (line != header) return input_error("the first line is not the header", where, "write " + std::string(header));
+      begun = true;
+      continue;
+    }
+    CsvRow row{number, split(line, columns)};
+    if (row.values.size() != columns) {
+      return input_error("the line has not " + std::to_string(columns) + " values", where,
+                         "write " + std::string(header) + ", with nothing between the commas where it is not known");
+    }
+    rows.push_back(std::move(row));
+  }
+  if (!begun) return input_error("is empty", name, "begin it with the line " + std::string(header));
+  return rows;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,138 @@
+#include "core/io/frame_files.h"
+
+#include <algorithm>
+#include <set>
+
+#include "core/base/text.h"
+#include "core/io/csv_table.h"
+#include "core/io/output_file.h"
+#include "core/rig/rig.h"
+#include "core/rig/text_file.h"
+
+namespace rigcal {
+namespace {
+
+constexpr std::size_t max_bytes = std::size_t{256} << 20U;
+constexpr std::string_view frames_header = "file,stamp_ns,trigger,exposure_us,device_stamp,stop";
+constexpr std::string_view trigger_header = "pulse,stamp_ns";
+
+// Reads the values of one line; the first that is wrong stays in `error`.
+class RowReader {
+ public:
+  RowReader(const CsvRow& row, const std::string& name) : row_(row), name_(name) {}
+
+  template <class Number>
+  Number required(std::size_t column, const char* title) {
+    const auto value = row_.number<Number>(column);
+    if (!value || *value < Number{}) fail(title, column);
+    return value.value_or(Number{});
+  }
+  template <class Number>
+  std::optional<Number> optional(std::size_t column, const char* title) {
+    if (row_.values[column].empty()) return std::nullopt;
+    const auto value = row_.number<Number>(column);
+    if (!value || *value < Number{}) fail(title, column);
+    return value;
+  }
+  void fail(const std::string& what, const std::string& mend) {
+    if (!error_) error_ = input_error(what, name_ + ":" + std::to_string(row_.line), mend);
+  }
+  [[nodiscard]] const std::optional<Error>& error() const { return error_; }
+
+ private:
+  void fail(const char* title, std::size_t column) {
+    fail(std::string(title) + " is '" + std::string(row_.values[column].substr(0, 40)) + "'",
+         "write a number that is not below zero");
+  }
+
+  const CsvRow& row_;
+  const std::string& name_;
+  std::optional<Error> error_;
+};
+
+template <class Value>
+std::string text_of(const std::optional<Value>& value) {
+  if (!value) return {};
+  if constexpr (std::is_floating_point_v<Value>) {
+    return number_text(*value);
+  } else {
+    return std::to_string(*value);
+  }
+}
+
+}  // namespace
+
+Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name) {
+  const auto rows = parse_csv(text, frames_header, name);
+  if (!rows) return rows.error();
+  std::vector<FrameRecord> frames;
+  std::set<std::string> files;
+  for (const CsvRow& row : *rows) {
+    RowReader reader(row, name);
+    FrameRecord frame;
+    frame.file = std::string(row.values[0]);
+    frame.stamp_ns = reader.required<std::int64_t>(1, "stamp_ns");
+    frame.trigger = reader.optional<std::int64_t>(2, "trigger");
+    frame.exposure_us = reader.optional<double>(3, "exposure_us");
+    frame.device_stamp = reader.optional<std::int64_t>(4, "device_stamp");
+    frame.stop = reader.optional<int>(5, "stop");
+    if (!is_plain_name(frame.file)) {
+      reader.fail("the file's name is not plain", "use letters, digits, '_', '-' and '.', and no folder");
+    } else if (!files.insert(frame.file).second) {
+      reader.fail("the file " + frame.file + " stands here a second time", "keep one of the lines");
+    }
+    if (reader.error()) return *reader.error();
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+Expected<std::vector<FrameRecord>> read_frames(const std::string& path) {
+  const Expected<std::string> text = read_text_file(path, max_bytes);
+  if (!text) return text.error();
+  return parse_frames(*text, path);
+}
+
+Expected<void> write_frames(const std::string& path, std::span<const FrameRecord> frames) {
+  std::string text(frames_header);
+  text += '\n';
+  for (const FrameRecord& frame : frames) {
+    text.append(frame.file).append(",").append(std::to_string(frame.stamp_ns));
+    for (const std::string& value :
+         {text_of(frame.trigger), text_of(frame.exposure_us), text_of(frame.device_stamp), text_of(frame.stop)})
+      text.append(",").append(value);
+    text += '\n';
+  }
+  return replace_file(path, text);
+}
+
+Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name) {
+  const auto rows = parse_csv(text, trigger_header, name);
+  if (!rows) return rows.error();
+  std::vector<TriggerPulse> pulses;
+  for (const CsvRow& row : *rows) {
+    RowReader reader(row, name);
+    const TriggerPulse pulse{reader.required<std::int64_t>(0, "pulse"), reader.required<std::int64_t>(1, "stamp_ns")};
+    if (!pulses.empty() && (pulse.pulse <= pulses.back().pulse || pulse.stamp_ns <= pulses.back().stamp_ns))
+      reader.fail("the pulse or its stamp does not lie after the one before", "sort the lines, and keep one of each");
+    if (reader.error()) return *reader.error();
+    pulses.push_back(pulse);
+  }
+  return pulses;
+}
+
+Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path) {
+  const Expected<std::string> text = read_text_file(path, max_bytes);
+  if (!text) return text.error();
+  return parse_trigger(*text, path);
+}
+
+Expected<void> write_trigger(const std::string& path, std::span<const TriggerPulse> pulses) {
+  std::string text(trigger_header);
+  text += '\n';
+  for (const TriggerPulse& pulse : pulses)
+    text.append(std::to_string(pulse.pulse)).append(",").append(std::to_string(pulse.stamp_ns)).append("\n");
+  return replace_file(path, text);
+}
+
+}  // namespace rigcal

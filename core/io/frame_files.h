@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/records/image.h"
+
+/// The tables beside a session's images: frames.csv of each camera and trigger.csv.
+namespace rigcal {
+
+/// Reads frames.csv: file,stamp_ns,trigger,exposure_us,device_stamp,stop; the last four may be empty. Errors name
+/// "file:line": values of the wrong kind or below zero, a file's name that is no plain name, the same file twice.
+[[nodiscard]] Expected<std::vector<FrameRecord>> read_frames(const std::string& path);
+[[nodiscard]] Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name);
+Expected<void> write_frames(const std::string& path, std::span<const FrameRecord> frames);
+
+/// Reads trigger.csv: pulse,stamp_ns; numbers and stamps must both go up from line to line.
+[[nodiscard]] Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path);
+[[nodiscard]] Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name);
+Expected<void> write_trigger(const std::string& path, std::span<const TriggerPulse> pulses);
+
+}  // namespace rigcal

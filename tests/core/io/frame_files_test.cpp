@@ -1,0 +1,81 @@
+#include "core/io/frame_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string header = "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n";
+
+TEST(FrameFiles, ReadBackWhatWasWritten) {
+  std::vector<FrameRecord> frames(2);
+  frames[0] = {"000000.png", 1'700'000'000'123'456'789, 12, 5000.25, 987'654'321'000, 3};
+  frames[1].file = "000001.png";
+  frames[1].stamp_ns = 1'700'000'001'000'000'000;
+  const std::string path = testing::TempDir() + "/rigcal_frames.csv";
+  ASSERT_TRUE(write_frames(path, frames).has_value());
+  const auto read = read_frames(path);
+  ASSERT_TRUE(read.has_value()) << read.error().message();
+  ASSERT_EQ(2U, read->size());
+  EXPECT_EQ("000000.png", (*read)[0].file);
+  EXPECT_EQ(frames[0].stamp_ns, (*read)[0].stamp_ns);
+  EXPECT_EQ(12, (*read)[0].trigger);
+  EXPECT_EQ(5000.25, (*read)[0].exposure_us);
+  EXPECT_EQ(frames[0].device_stamp, (*read)[0].device_stamp);
+  EXPECT_EQ(3, (*read)[0].stop);
+  EXPECT_EQ(frames[1].stamp_ns, (*read)[1].stamp_ns);
+  EXPECT_FALSE((*read)[1].trigger || (*read)[1].exposure_us || (*read)[1].device_stamp || (*read)[1].stop);
+
+  const std::vector<TriggerPulse> pulses{{0, 5}, {1, 7}, {4, 1'700'000'000'000'000'000}};
+  const std::string trigger = testing::TempDir() + "/rigcal_trigger.csv";
+  ASSERT_TRUE(write_trigger(trigger, pulses).has_value());
+  const auto stamps = read_trigger(trigger);
+  ASSERT_TRUE(stamps.has_value());
+  ASSERT_EQ(3U, stamps->size());
+  EXPECT_EQ(4, (*stamps)[2].pulse);
+  EXPECT_EQ(pulses[2].stamp_ns, (*stamps)[2].stamp_ns);
+}
+
+TEST(FrameFiles, TakeTheLineEndsOfWindowsAndEmptyLines) {
+  const auto frames = parse_frames("file,stamp_ns,trigger,exposure_us,device_stamp,stop\r\n\r\na.png,5,,,,\r\n", "f");
+  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  EXPECT_EQ(1U, frames->size());
+}
+
+TEST(FrameFiles, NameTheLineThatIsWrong) {
+  const auto refusal = [](const std::string& lines) {
+    const auto frames = parse_frames(header + lines, "frames.csv");
+    return frames ? "accepted" : frames.error().message();
+  };
+  EXPECT_THAT(refusal("a.png,1,,,,\nb.png,x,,,,\n"), HasSubstr("frames.csv:3: stamp_ns is 'x'"));
+  EXPECT_THAT(refusal("a.png,1,,,\n"), HasSubstr("frames.csv:2: the line has not 6 values"));
+  EXPECT_THAT(refusal("a.png,1,,,,,\n"), HasSubstr("6 values"));
+  EXPECT_THAT(refusal("../a.png,1,,,,\n"), HasSubstr("not plain"));
+  EXPECT_THAT(refusal(",1,,,,\n"), HasSubstr("not plain"));
+  EXPECT_THAT(refusal("a.png,1,,,,\na.png,2,,,,\n"),
+              HasSubstr("frames.csv:3: the file a.png stands here a second time"));
+  EXPECT_THAT(refusal("a.png,1,-2,,,\n"), HasSubstr("trigger is '-2'"));
+  EXPECT_THAT(refusal("a.png,1,,nan,,\n"), HasSubstr("exposure_us"));
+  EXPECT_THAT(refusal("a.png,99999999999999999999,,,,\n"), HasSubstr("stamp_ns"));
+  EXPECT_THAT(refusal("a.png,1,,,,1.5\n"), HasSubstr("stop"));
+  EXPECT_THAT(parse_frames("a.png,1,,,,\n", "f").error().message(), HasSubstr("not the header"));
+  EXPECT_THAT(parse_frames("", "f").error().message(), HasSubstr("is empty"));
+  EXPECT_EQ(0U, parse_frames(header, "f")->size());
+}
+
+TEST(FrameFiles, PulsesMustGoUp) {
+  const auto refusal = [](const std::string& lines) {
+    return parse_trigger("pulse,stamp_ns\n" + lines, "trigger.csv").error().message();
+  };
+  EXPECT_THAT(refusal("0,5\n0,6\n"), HasSubstr("trigger.csv:3"));
+  EXPECT_THAT(refusal("0,5\n1,5\n"), HasSubstr("does not lie after"));
+  EXPECT_THAT(refusal("0\n"), HasSubstr("2 values"));
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,111 @@
+#include "core/io/image_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/base/random.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+using Bytes = std::vector<std::uint8_t>;
+
+std::string scratch(const std::string& name) { return testing::TempDir() + "/rigcal_image_" + name; }
+
+Bytes file_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return Bytes(std::istreambuf_iterator<char>(file), {});
+}
+
+Image noise_image(int channels, int bits) {
+  Image image;
+  image.width = 37;
+  image.height = 23;
+  image.channels = channels;
+  image.bits = bits;
+  image.bytes.resize(image.row_bytes() * 23);
+  Random random(5);
+  for (std::uint8_t& byte : image.bytes) byte = static_cast<std::uint8_t>(random.below(256));
+  return image;
+}
+
+TEST(ImageFile, ReadsBackWhatItWrote) {
+  for (const int channels : {1, 3}) {
+    for (const int bits : {8, 16}) {
+      const Image image = noise_image(channels, bits);
+      const std::string path = scratch("round.png");
+      ASSERT_TRUE(write_image(path, image).has_value());
+      const auto read = read_image(path);
+      ASSERT_TRUE(read.has_value()) << read.error().message();
+      EXPECT_EQ(37, read->width);
+      EXPECT_EQ(23, read->height);
+      EXPECT_EQ(channels, read->channels);
+      EXPECT_EQ(bits, read->bits);
+      EXPECT_TRUE(image.bytes == read->bytes) << channels << " channels of " << bits;
+    }
+  }
+}
+
+// The file shows red, green and blue columns of 8 pixels.
+TEST(ImageFile, ReadsAJpegWithRedFirst) {
+  const auto image = read_image(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/colours.jpg");
+  ASSERT_TRUE(image.has_value()) << image.error().message();
+  ASSERT_EQ(24, image->width);
+  ASSERT_EQ(3, image->channels);
+  for (int c = 0; c < 3; ++c) EXPECT_GT(image->at(8 * c + 4, 4, c), 230) << c;
+  EXPECT_LT(image->at(4, 4, 2), 30);
+}
+
+TEST(ImageFile, RefusesWhatIsCutOrChangedAnywhere) {
+  const std::string path = scratch("damage.png");
+  ASSERT_TRUE(write_image(path, noise_image(3, 16)).has_value());
+  const Bytes whole = file_bytes(path);
+  ASSERT_TRUE(decode_image(whole, "f").has_value());
+  for (std::size_t size = 0; size < whole.size(); size += size < 64 ? 1 : 37) {
+    const auto cut = decode_image({whole.data(), size}, "cut.png");
+    ASSERT_FALSE(cut.has_value()) << size;
+    ASSERT_THAT(cut.error().message(), HasSubstr("cut.png: "));
+  }
+  for (std::size_t at = 0; at < whole.size(); at += at < 64 ? 1 : 53) {
+    Bytes changed = whole;
+    changed[at] ^= 0x10U;
+    EXPECT_FALSE(decode_image(changed, "f").has_value()) << at;
+  }
+  const Bytes jpeg = file_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/colours.jpg");
+  for (std::size_t size = 0; size + 2 < jpeg.size(); size += 11)
+    EXPECT_FALSE(decode_image({jpeg.data(), size}, "f").has_value()) << size;
+}
+
+// Width and height of 60000 in the header, its sum made right again: 3.6 billion pixels in a hundred bytes; and a size
+// within the bounds for which the data cannot be enough.
+TEST(ImageFile, RefusesASizeThatItCannotHave) {
+  Image one;
+  one.width = 1;
+  one.height = 1;
+  one.bytes = {7};
+  const std::string path = scratch("bomb.png");
+  ASSERT_TRUE(write_image(path, one).has_value());
+  const auto forged = [&](std::uint32_t side, std::uint32_t sum) {
+    Bytes bytes = file_bytes(path);
+    for (const std::size_t at : {16U, 20U})
+      for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(side >> (24 - 8 * i));
+    for (std::size_t i = 0; i < 4; ++i) bytes[29 + i] = static_cast<std::uint8_t>(sum >> (24 - 8 * i));
+    return decode_image(bytes, "bomb.png");
+  };
+  EXPECT_THAT(forged(60000, 0xA5B92A9E).error().message(), HasSubstr("damaged"));
+  EXPECT_THAT(forged(10000, 0x9F253DFB).error().message(), HasSubstr("damaged"));
+  EXPECT_FALSE(write_image(scratch("odd.png"), Image{4, 4, 1, 8, "", Bytes(15)}).has_value());
+}
+
+TEST(ImageFile, SaysWhatIsNoImage) {
+  EXPECT_THAT(read_image(scratch("missing.png")).error().message(), HasSubstr("no such file"));
+  const Bytes text{'h', 'e', 'l', 'l', 'o'};
+  EXPECT_THAT(decode_image(text, "x.png").error().message(), HasSubstr("neither a PNG nor a JPEG"));
+}
+
+}  // namespace
+}  // namespace rigcal
