@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 
 #include "apps/calibration_text.h"
@@ -60,6 +61,18 @@ LastStage last_stage(const std::string& name) {
   return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
 }
 
+// Only LiDARs are solved for: whoever recorded images should know what became of them.
+void tell_of_images(const std::string& input, const Rig& rig, Reporter& reporter) {
+  std::error_code error;
+  std::string left_out;
+  for (const Sensor& sensor : rig.sensors) {
+    const bool any = std::filesystem::is_directory(std::filesystem::path(input) / "images" / sensor.name, error) ||
+                     std::filesystem::is_directory(std::filesystem::path(input) / "image" / sensor.name, error);
+    if (!sensor.is_lidar() && any) left_out.append(left_out.empty() ? "" : ", ").append(sensor.name);
+  }
+  if (!left_out.empty()) reporter.warn("the images of " + left_out + " are not used: only LiDARs are calibrated");
+}
+
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
@@ -74,6 +87,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
+  tell_of_images(options.input, recording->rig, context.reporter);
   const auto guess = guesses(*recording, *initial, options.initial);
   if (!guess) return guess.error();
 
