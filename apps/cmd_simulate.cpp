@@ -23,6 +23,7 @@ struct SimulateOptions {
   std::uint64_t seed = 1;
   sim::TurntableOptions motion;
   int points = 200000;
+  int images_per_stop = 1;
   std::string mount_error = "200mm,10deg";
   sim::UnitErrorOptions unit_errors;
   sim::FaultOptions faults;
@@ -40,6 +41,7 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
     light.mount_error = mount_error;
     light.unit_errors = options.unit_errors;
     light.shots_per_patch = options.points;
+    light.with_images = options.images_per_stop > 0;
     return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
   }
   sim::RunOptions run;
@@ -48,17 +50,19 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
   run.mount_error = mount_error;
   run.unit_errors = options.unit_errors;
   run.faults = options.faults;
+  run.images_per_stop = options.images_per_stop;
   return sim::simulate_session(scene, rig, run, options.out, context.run_context());
 }
 
 std::string summary_text(const SimulateOptions& options, const sim::SessionSummary& summary) {
   char text[256];
   if (options.patches) {
-    std::snprintf(text, sizeof text, ": %d stops, %.1f million points\n", summary.stops,
-                  static_cast<double>(summary.points) * 1e-6);
+    std::snprintf(text, sizeof text, ": %d stops, %.1f million points, %llu images\n", summary.stops,
+                  static_cast<double>(summary.points) * 1e-6, static_cast<unsigned long long>(summary.images));
   } else {
-    std::snprintf(text, sizeof text, ": %d stops in %.1f s, %llu datagrams, %.0f MB\n", summary.stops, summary.seconds,
-                  static_cast<unsigned long long>(summary.datagrams), static_cast<double>(summary.bytes) * 1e-6);
+    std::snprintf(text, sizeof text, ": %d stops in %.1f s, %llu datagrams, %.0f MB, %llu images\n", summary.stops,
+                  summary.seconds, static_cast<unsigned long long>(summary.datagrams),
+                  static_cast<double>(summary.bytes) * 1e-6, static_cast<unsigned long long>(summary.images));
   }
   return options.out + text;
 }
@@ -66,6 +70,7 @@ std::string summary_text(const SimulateOptions& options, const sim::SessionSumma
 std::string summary_json(const SimulateOptions& options, const sim::SessionSummary& summary) {
   nlohmann::ordered_json json{{"rigcal", format_version}, {"command", "simulate"}, {"session", options.out},
                               {"scene", options.scene},   {"seed", options.seed},  {"stops", summary.stops}};
+  json["images"] = summary.images;
   if (options.patches) {
     json["points"] = summary.points;
   } else {
@@ -151,6 +156,11 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
       ->needs(patches)
       ->option_text("N");
   command
+      ->add_option("--images-per-stop", options->images_per_stop,
+                   "Images of each camera with intrinsics in each stop (default 1; with --patches at most 1)")
+      ->check(CLI::Range(0, 1000))
+      ->option_text("N");
+  command
       ->add_option("--mount-error", options->mount_error,
                    "How far the rig file's extrinsics are off (default 200mm,10deg)")
       ->check(CLI::Validator(check_tolerance, ""))
@@ -158,8 +168,12 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
-  command->callback(
-      [options, &context] { context.run = [options, &context] { return run_simulate(*options, context); }; });
+  command->callback([options, &context] {
+    if (options->patches && options->images_per_stop > 1)
+      throw CLI::ValidationError("--images-per-stop",
+                                 "a patch folder has one image of a camera and a stop: give 0 or 1");
+    context.run = [options, &context] { return run_simulate(*options, context); };
+  });
 }
 
 }  // namespace rigcal

@@ -18,6 +18,7 @@ struct LightRigOptions {
   MountError mount_error;                 ///< How far the rig's initial extrinsics are off.
   int shots_per_patch = 20000;            ///< Spread evenly over the dwell; at most what the sensor fires in it.
   double step_rotation_sigma_deg = 0.02;  ///< Error of `step_rotations`, each axis.
+  bool with_images = false;               ///< One of each camera and stop; only simulate_patches makes them.
   bool with_noise = true;                 ///< Without: exact points (but for the wire's millimetres), no losses.
 };
 

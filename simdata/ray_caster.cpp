@@ -51,6 +51,7 @@ RayCaster::RayCaster(const Scene& scene)
   for (const Flat& flat : scene.flats) items.push_back({box_of(flat), make_primitive(flat)});
   for (const Cylinder& cylinder : scene.cylinders) items.push_back({box_of(cylinder), make_primitive(cylinder)});
   build(items);
+  for (const Material& material : scene.materials) see_through_.push_back(material.glass > 0.0);
 }
 
 RayCaster::Primitive RayCaster::make_primitive(const Flat& flat) {
@@ -247,6 +248,7 @@ std::optional<Hit> RayCaster::finish(const Vector3d& origin, const Vector3d& dir
     const Primitive& nearest = primitives_[static_cast<std::size_t>(primitive)];
     hit.normal = normal_at(nearest, origin + range * direction);
     hit.material = nearest.material;
+    hit.surface = primitive;
   }
   if (has_ground_ && direction.z() != 0.0) {
     const double t = (ground_height_ - origin.z()) / direction.z();
@@ -254,18 +256,21 @@ std::optional<Hit> RayCaster::finish(const Vector3d& origin, const Vector3d& dir
       range = t;
       hit.normal = Vector3d::UnitZ();
       hit.material = ground_material_;
+      hit.surface = ground_surface;
       found = true;
     }
   }
-  for (const Body& body : people) {
+  for (std::size_t person = 0; person < people.size(); ++person) {
+    const Body& body = people[person];
     const Vector3d to_center = body.center - origin;
     const double along = to_center.dot(direction);
     if (along < -body.radius || to_center.squaredNorm() - along * along > body.radius * body.radius) continue;
-    for (const Cylinder& part : body.part) {
-      const Primitive limb = make_primitive(part);
+    for (int part = 0; part < Body::parts; ++part) {
+      const Primitive limb = make_primitive(body.part[part]);
       if (!intersect(limb, origin, direction, range)) continue;
       hit.normal = normal_at(limb, origin + range * direction);
-      hit.material = part.material;
+      hit.material = limb.material;
+      hit.surface = people_surface + static_cast<int>(person) * Body::parts + part;
       found = true;
     }
   }

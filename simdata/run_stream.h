@@ -21,6 +21,7 @@ struct RunOptions {
   UnitErrorOptions unit_errors;
   PacketPath path;
   FaultOptions faults;
+  int images_per_stop = 0;                            ///< Of each camera; only simulate_session makes them.
   std::int64_t start_ns = 1'700'000'000'000'000'000;  ///< Session time of the first broadcast (November 2023).
 };
 

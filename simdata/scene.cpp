@@ -32,6 +32,11 @@ Walk walk_at(const Person& person, double way) {
 
 }  // namespace
 
+Vector3d Light::to_sun() const {
+  const double level = std::cos(sun_elevation_rad);
+  return {level * std::cos(sun_azimuth_rad), level * std::sin(sun_azimuth_rad), std::sin(sun_elevation_rad)};
+}
+
 Body body_at(const Person& person, double time_s) {
   const double way = person.start_m + person.speed_m_s * time_s;
   const auto [feet, heading] = walk_at(person, way);

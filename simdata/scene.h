@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -9,7 +10,27 @@
 /// What the simulated sensors look at: metres, z up, nothing but real surfaces (no texture stands for relief).
 namespace rigcal::sim {
 
-/// How a surface answers the laser.
+/// What is painted on a surface, see surface_texture.h.
+enum class Texture {
+  plain,
+  brick,
+  plaster,
+  concrete,
+  stone,
+  paving,
+  tiles,
+  boards,
+  grass,
+  leaves,
+  window,
+  bars,
+  cloth,
+  carton,
+  metal,
+  checker,
+};
+
+/// How a surface answers the laser, and what it looks like.
 struct Material {
   std::string name;
   double reflectivity = 40.0;  ///< 0 .. 100 of a Lambertian target, up to 150 for brighter ones (protocol scale).
@@ -17,6 +38,10 @@ struct Material {
   double glass = 0.0;   ///< Of the light that goes through a pane.
   double mirror = 0.0;  ///< That a mirror reflects.
   double wet = 0.0;     ///< Of the surface that is under water.
+
+  Texture texture = Texture::plain;
+  double pattern_m = 0.0;  ///< Size of the texture's bricks, boards or squares; 0: what is usual.
+  Eigen::Array3f color = Eigen::Array3f::Constant(0.4F);  ///< Share of red, green and blue light that it scatters.
 
   [[nodiscard]] bool is_plain() const { return glass == 0.0 && mirror == 0.0 && wet == 0.0; }
 };
@@ -49,6 +74,23 @@ struct Person {
   int material = 0;
 };
 
+/// A lamp in one point, as bright in all directions.
+struct Lamp {
+  Vector3d position = Vector3d::Zero();
+  double strength = 1.0;  ///< Irradiance 1 m away.
+};
+
+/// The light in which cameras see a scene. Irradiance 1 on a white surface fills a camera's pixels in 5 ms at 0 dB.
+struct Light {
+  double sun_azimuth_rad = to_rad(215.0);   ///< Where the sun stands: from x towards y,
+  double sun_elevation_rad = to_rad(38.0);  ///< and above the horizon.
+  double sun = 0.85;                        ///< Irradiance across its rays.
+  double ambient = 0.3;                     ///< From everywhere, most of it from above.
+  std::vector<Lamp> lamps;
+
+  [[nodiscard]] Vector3d to_sun() const;  ///< Unit.
+};
+
 /// A scene, flattened into primitives. Make one with the functions of scene_shapes.h or load_scene().
 struct Scene {
   std::string name;
@@ -59,6 +101,7 @@ struct Scene {
   bool has_ground = false;  ///< An endless plane z = ground_height.
   double ground_height = 0.0;
   int ground_material = 0;
+  Light light;
   /// Where the turntable stands: origin on the table's axis at the height of the base sensor, x to the first stop.
   SE3 T_scene_table;
 };

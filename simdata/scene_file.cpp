@@ -7,6 +7,7 @@
 #include "core/rig/text_file.h"
 #include "core/rig/yaml_tree.h"
 #include "simdata/builtin_scenes.h"
+#include "simdata/scene_looks.h"
 #include "simdata/scene_shapes.h"
 
 namespace rigcal::sim {
@@ -58,12 +59,13 @@ class SceneReader {
 
   void read(const YamlNode& root) {
     const YamlMap top(root, "the scene", errors_,
-                      {"rigcal", "name", "materials", "turntable", "ground", "objects", "people"});
+                      {"rigcal", "name", "materials", "light", "turntable", "ground", "objects", "people"});
     if (!errors_.ok()) return;
     check_format_version(top);
     scene_.name = top.text("name").value_or("");
-    read_materials(top);
+    scene_.materials = read_materials(top);
     if (!errors_.ok()) return;
+    scene_.light = read_light(top);
     if (top.require("turntable")) {
       if (const auto table = top.map("turntable", {"position", "yaw_deg"})) {
         scene_.T_scene_table.t = required3(*table, "position");
@@ -81,35 +83,6 @@ class SceneReader {
   }
 
  private:
-  void read_materials(const YamlMap& top) {
-    if (!top.require("materials", "list them as name: reflectivity (0 .. 150)")) return;
-    const YamlNode* node = top.get("materials");
-    const YamlMap materials(*node, "materials", errors_, {});
-    for (const YamlKey& key : node->keys) scene_.materials.push_back(read_material(materials, key.name));
-    if (scene_.materials.empty()) top.fail("materials", "there is no material");
-  }
-
-  // A reflectivity, or a map of it and one of glass, mirror, wet.
-  Material read_material(const YamlMap& materials, const std::string& name) {
-    Material material;
-    material.name = name;
-    if (materials.get(name)->kind != YamlNode::Kind::map) {
-      material.reflectivity = materials.number(name, 0.0, 150.0).value_or(0.0);
-      return material;
-    }
-    const auto map = materials.map(name, {"reflectivity", "glass", "mirror", "wet"});
-    if (!map) return material;
-    material.reflectivity = required_number(*map, "reflectivity", 0.0, 150.0);
-    int kinds = 0;
-    for (const auto& [key, share] :
-         {std::pair{"glass", &material.glass}, {"mirror", &material.mirror}, {"wet", &material.wet}}) {
-      *share = map->number(key, 0.0, 1.0).value_or(0.0);
-      kinds += *share > 0.0 ? 1 : 0;
-    }
-    if (kinds > 1) materials.fail(name, "the material is more than one of glass, mirror and wet", "keep one of them");
-    return material;
-  }
-
   template <class Body>
   void each(const YamlMap& top, std::string_view key, const Body& body) {
     const YamlNode* list = top.get(key);

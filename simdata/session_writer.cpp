@@ -7,6 +7,7 @@
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
+#include "simdata/session_images.h"
 
 namespace rigcal::sim {
 namespace {
@@ -103,6 +104,7 @@ Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, co
                                           const std::string& path, const RunContext& context) {
   // Asked for first, so that a rig that cannot be simulated leaves nothing behind.
   if (const auto devices = make_devices(rig, options.seed); !devices) return devices.error();
+  if (const auto known = check_cameras(rig); !known && options.images_per_stop > 0) return known.error();
   SessionRecord record;
   record.software = version();
   record.start_ns = options.start_ns;
@@ -114,20 +116,32 @@ Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, co
       scene, rig, options, [&](const Datagram& datagram) { return writer->write(datagram); }, context);
   if (!run) return run.error();
   if (const auto closed = writer->close(); !closed) return closed.error();
-  if (const auto written = write_ground_truth(ground_truth_path(path), ground_truth_of(rig, *run)); !written)
-    return written.error();
+  GroundTruth truth = ground_truth_of(rig, *run);
+  // The same seed gives the same rig and motion again.
+  const auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error,
+                                            options.seed, options.unit_errors);
+  if (!simulated) return simulated.error();
+  const auto images = write_session_images(scene, rig, *simulated, options.seed, {run->start_ns, run->sampling_ns},
+                                           options.images_per_stop, path, context, truth);
+  if (!images) return images.error();
+  if (const auto written = write_ground_truth(ground_truth_path(path), truth); !written) return written.error();
   record.end_ns = run->end_ns;
   for (std::size_t i = 0; i < run->devices.size(); ++i)
     record.counters[rig.sensors[static_cast<std::size_t>(run->devices[i].sensor)].name]["packets"] =
         run->point_packets[i].received() + run->imu_packets[i].received();
   if (const auto written = write_session_record(path, record); !written) return written.error();
   unfinished.keep();
-  return SessionSummary{static_cast<int>(run->stops.size()), static_cast<double>(run->end_ns - run->sampling_ns) * 1e-9,
-                        writer->datagrams(), writer->bytes(), 0};
+  return SessionSummary{static_cast<int>(run->stops.size()),
+                        static_cast<double>(run->end_ns - run->sampling_ns) * 1e-9,
+                        writer->datagrams(),
+                        writer->bytes(),
+                        0,
+                        *images};
 }
 
 Expected<SessionSummary> simulate_patches(const Scene& scene, const Rig& rig, const LightRigOptions& options,
                                           const std::string& path, const RunContext& context) {
+  if (const auto known = check_cameras(rig); !known && options.with_images) return known.error();
   context.reporter.progress("simulate", 0.0);
   const auto light = make_light_rig(scene, options, rig);
   if (!light) return light.error();
@@ -146,6 +160,14 @@ Expected<SessionSummary> simulate_patches(const Scene& scene, const Rig& rig, co
     if (const auto written = folder->write(light->patches[i]); !written) return written.error();
     summary.points += light->patches[i].points.size();
     context.reporter.progress("write patches", static_cast<double>(i + 1) / static_cast<double>(light->patches.size()));
+  }
+  if (options.with_images) {
+    const auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error,
+                                              options.seed, options.unit_errors);
+    if (!simulated) return simulated.error();
+    const auto images = write_patch_images(scene, rig, *simulated, options.seed, *folder, context);
+    if (!images) return images.error();
+    summary.images = *images;
   }
   if (const auto finished = folder->finish(); !finished) return finished.error();
   GroundTruth truth;

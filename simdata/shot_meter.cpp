@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "simdata/surface_optics.h"
+#include "simdata/surface_texture.h"
 
 namespace rigcal::sim {
 namespace {
@@ -41,6 +42,16 @@ bool ShotMeter::is_lost(const Surface& surface, Random& random) const {
   return random.uniform() < noise_.lost_share + 1.0 / (1.0 + strength * strength);
 }
 
+// Whether a shot comes back, and with what bias, goes by the material's mean: a pattern must not move the points.
+double ShotMeter::pattern_at(const Material& material, const Hit& hit, const Vector3d& from, const Vector3d& ray,
+                             double way, const RayCaster::People& people) const {
+  if (material.texture == Texture::plain) return 1.0;
+  const Vector3d point = from + hit.range * ray;
+  const double beam_rad = std::sqrt(noise_.divergence_y_rad * noise_.divergence_z_rad);
+  return look_of(material, {point, hit.normal, caster_.place_on(hit, point, people), hit.surface, way * beam_rad})
+      .reflectivity;
+}
+
 std::optional<ShotMeter::Surface> ShotMeter::look(const Vector3d& origin, const Vector3d& ray,
                                                   const RayCaster::People& people, Random& random) const {
   const auto hit = caster_.cast(origin, ray, people, noise_.max_range);
@@ -48,7 +59,12 @@ std::optional<ShotMeter::Surface> ShotMeter::look(const Vector3d& origin, const 
   const Material& material = materials_[static_cast<std::size_t>(hit->material)];
   if (!material.is_plain()) return follow(origin, ray, *hit, people, random);
   if (hit->range < noise_.min_range) return std::nullopt;
-  return Surface{hit->range, std::abs(hit->normal.dot(ray)), material.reflectivity, 1.0, 0.0};
+  return Surface{hit->range,
+                 std::abs(hit->normal.dot(ray)),
+                 material.reflectivity,
+                 pattern_at(material, *hit, origin, ray, hit->range, people),
+                 1.0,
+                 0.0};
 }
 
 std::optional<ShotMeter::Surface> ShotMeter::follow(const Vector3d& origin, const Vector3d& ray, Hit hit,
@@ -66,6 +82,7 @@ std::optional<ShotMeter::Surface> ShotMeter::follow(const Vector3d& origin, cons
     if (met.fate == Fate::scattered || met.fate == Fate::glint) {
       surface.reflectivity = met.fate == Fate::glint ? glint_reflectivity : material.reflectivity;
       if (surface.range < noise_.min_range) return std::nullopt;
+      if (met.fate == Fate::scattered) surface.pattern = pattern_at(material, hit, from, way, surface.range, people);
       return surface;
     }
     if (met.glint_besides && surface.pane_range == 0.0 && surface.range >= noise_.min_range)
@@ -114,15 +131,16 @@ void ShotMeter::look_again(const SE3& T_scene_sensor, const Vector3d& direction,
 }
 
 void ShotMeter::add_pane(double range, Random& random, Found& found) const {
-  finish(found.echoes[static_cast<std::size_t>(found.count++)], {range, 1.0, glint_reflectivity, 1.0, 0.0}, random);
+  finish(found.echoes[static_cast<std::size_t>(found.count++)], {range, 1.0, glint_reflectivity, 1.0, 1.0, 0.0},
+         random);
 }
 
 void ShotMeter::finish(Echo& echo, const Surface& surface, Random& random) const {
   const double range = surface.range + noise_.bias_at(surface.reflectivity);
   echo.range = std::max(range + noise_.range_sigma_at(surface.range, surface.cos_incidence) * random.normal(), 1e-3);
   // Sensors compensate range, and incidence not at all; surfaces here are between matt and shiny.
-  const double seen =
-      surface.reflectivity * surface.strength * (0.4 + 0.6 * surface.cos_incidence) + 1.5 * random.normal();
+  const double seen = surface.reflectivity * surface.pattern * surface.strength * (0.4 + 0.6 * surface.cos_incidence) +
+                      1.5 * random.normal();
   echo.reflectivity = static_cast<std::uint8_t>(std::clamp(std::round(seen), 1.0, 255.0));
 }
 
@@ -133,7 +151,7 @@ Shot ShotMeter::measure(const SE3& T_scene_sensor, const Vector3d& direction, co
   if (!center) return shot;
   if (is_lost(*center, random)) {
     if (center->pane_range == 0.0) return shot;
-    center = Surface{center->pane_range, 1.0, glint_reflectivity, 1.0, 0.0};
+    center = Surface{center->pane_range, 1.0, glint_reflectivity, 1.0, 1.0, 0.0};
   }
   Found found;
   found.count = 1;

@@ -50,6 +50,7 @@ class ShotMeter {
     double range = 0.0;  ///< Of the whole way.
     double cos_incidence = 1.0;
     double reflectivity = 0.0;
+    double pattern = 1.0;     ///< What the texture makes of it, see surface_texture.h.
     double strength = 1.0;    ///< Left by what it met on the way, see Meeting.
     double pane_range = 0.0;  ///< Of a pane on the way that gives an echo too; 0: none.
   };
@@ -63,6 +64,9 @@ class ShotMeter {
                                             const RayCaster::People& people, Random& random) const;
   [[nodiscard]] std::optional<Surface> follow(const Vector3d& origin, const Vector3d& ray, Hit hit,
                                               const RayCaster::People& people, Random& random) const;
+  /// What the texture of a hit does to its reflectivity; `way` from the sensor.
+  [[nodiscard]] double pattern_at(const Material& material, const Hit& hit, const Vector3d& from, const Vector3d& ray,
+                                  double way, const RayCaster::People& people) const;
   [[nodiscard]] bool is_lost(const Surface& surface, Random& random) const;
   /// Another part of the footprint: moves the nearest-by of the echoes found and marks it, or adds one.
   void look_again(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people, Random& random,

@@ -44,6 +44,8 @@ TEST_F(Simulate, MakesASessionOfPackets) {
   EXPECT_THAT(SchemaCheck("simulate.json").violations(summary), IsEmpty());
   EXPECT_EQ(summary["stops"], 1);
   EXPECT_GT(summary["datagrams"], 5000);  // 1.7 s of 5700 a second
+  EXPECT_EQ(summary["images"], 2);
+  EXPECT_TRUE(std::filesystem::exists(scratch / "s/images/camera_right/000000.png"));
   const auto session = open_session((scratch / "s").string());
   ASSERT_TRUE(session.has_value());
   EXPECT_FALSE(session->packets.empty());
@@ -51,7 +53,7 @@ TEST_F(Simulate, MakesASessionOfPackets) {
 }
 
 TEST_F(Simulate, MakesASessionOfPatches) {
-  const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 2 --patches --points 300");
+  const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 2 --patches --points 300 --images-per-stop 0");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("2 stops"));
   const auto session = open_session((scratch / "s").string());
@@ -61,7 +63,7 @@ TEST_F(Simulate, MakesASessionOfPatches) {
 
 TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
   const ProgramRun run = simulate("room " + rig() + out("s") +
-                                  " --stops 2 --patches --points 300 --dwell-range 1,3 --creep 0.01"
+                                  " --stops 2 --patches --points 300 --images-per-stop 0 --dwell-range 1,3 --creep 0.01"
                                   " --vibration 0.01,25 --overshoot 0.5 --bump 0,0.5,0.1 --bump 1,0.3,0.2");
   EXPECT_EQ(run.code, 0) << run.err;
   const auto refused = [&](const std::string& option) {
@@ -81,6 +83,7 @@ TEST_F(Simulate, SaysWhatIsWrongAndLeavesNothingBehind) {
   EXPECT_EQ(simulate("room --rig missing.yaml" + out("s")).code, 3);
   EXPECT_EQ(simulate("room " + rig() + out("s") + " --points 5").code, 2);
   EXPECT_EQ(simulate("room " + rig() + out("s") + " --mount-error 5").code, 2);
+  EXPECT_EQ(simulate("room " + rig() + out("s") + " --patches --images-per-stop 2").code, 2);
   EXPECT_FALSE(std::filesystem::exists(scratch / "s"));
 }
 

@@ -67,6 +67,35 @@ TEST(SceneFile, ReadsWhatMaterialsDoWithTheLight) {
   EXPECT_NE(std::string::npos, refusal("reflectivity: 8, glass: 0.5, wet: 0.5").find("more than one"));
 }
 
+TEST(SceneFile, ReadsWhatSurfacesLookLikeAndTheLight) {
+  const auto scene = parse_scene(
+      "rigcal: 1\nmaterials: {soot: 1, wall: {reflectivity: 62, texture: brick, pattern: 0.2, color: [0.4, 0.2, "
+      "0.1]}}\n"
+      "light: {azimuth_deg: 90, elevation_deg: 0, sun: 2, ambient: 0.5, lamps: [1, 2, 3, 4, 5, 6, 7, 8]}\n"
+      "turntable: {position: [0, 0, 1]}\n",
+      "s.yaml");
+  ASSERT_TRUE(scene.has_value()) << scene.error().message();
+  EXPECT_EQ(Texture::plain, scene->materials[0].texture);
+  EXPECT_NEAR(0.03, scene->materials[0].color[0], 1e-6);  // never quite black
+  EXPECT_EQ(Texture::brick, scene->materials[1].texture);
+  EXPECT_EQ(0.2, scene->materials[1].pattern_m);
+  EXPECT_NEAR(0.1, scene->materials[1].color[2], 1e-6);
+  EXPECT_LT((scene->light.to_sun() - Vector3d::UnitY()).norm(), 1e-12);
+  ASSERT_EQ(2U, scene->light.lamps.size());
+  EXPECT_EQ(8.0, scene->light.lamps[1].strength);
+  const auto refusal = [](const std::string& material, const std::string& light) {
+    return error_of("rigcal: 1\nmaterials:\n  odd: {reflectivity: 8, " + material + "}\nlight: {" + light +
+                    "}\nturntable: {position: [0, 0, 1]}\n");
+  };
+  EXPECT_NE(std::string::npos, refusal("texture: brik", "").find("did you mean 'brick'"));
+  EXPECT_NE(std::string::npos, refusal("texture: zzzzzzz", "").find("use one of plain, brick"));
+  EXPECT_NE(std::string::npos, refusal("color: [1, 2, 0]", "").find("color"));
+  EXPECT_NE(std::string::npos, refusal("pattern: 0", "").find("pattern"));
+  EXPECT_NE(std::string::npos, refusal("wet: 1", "lamps: [1, 2, 3, 4, 5]").find("four numbers"));
+  EXPECT_NE(std::string::npos, refusal("wet: 1", "lamps: [1, 2, 3, -4]").find("below zero"));
+  EXPECT_NE(std::string::npos, refusal("wet: 1", "sun: -1").find("sun"));
+}
+
 TEST(SceneFile, RefusesCopiesThatWouldFillTheMemory) {
   const std::string message = error_of(
       frame +
