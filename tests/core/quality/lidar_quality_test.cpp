@@ -1,0 +1,152 @@
+#include "core/quality/lidar_quality.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "tests/support/make_planes.h"
+
+namespace rigcal {
+namespace {
+
+constexpr int stops = 5;
+constexpr double sigma_m = 0.01;
+
+// A rig of two LiDARs at five stops, planes all around it, solved from a disturbed start.
+struct Solved {
+  RigState truth;
+  std::vector<PlaneFeature> features;
+  RigState state;
+  ParameterLayout layout{stops, 2};
+  AdjustOptions options;
+
+  explicit Solved(std::uint64_t seed) {
+    Random random(seed);
+    truth.T_G_base.emplace_back();
+    for (int j = 1; j < stops; ++j) truth.T_G_base.push_back(random_pose(random, 0.6, 0.2));
+    truth.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2)};
+    features = make_plane_features(truth, 25, 60, sigma_m, random);
+    for (PlaneFeature& feature : features) {
+      for (PlaneObservation& o : feature.observations) {
+        o.offset_variance = sigma_m * sigma_m / o.N;
+        // Every point's noise lies along the normal, so its share of the scatter is known.
+        o.scatter -= o.N * sigma_m * sigma_m * normal_in_sensor(feature, o) * normal_in_sensor(feature, o).transpose();
+      }
+    }
+    for (int j = 1; j < stops; ++j) layout.free_stop(j);
+    layout.free_lidar(1);
+    state = disturbed(truth, random, 0.002, 0.01);
+  }
+
+  [[nodiscard]] Vector3d normal_in_sensor(const PlaneFeature& feature, const PlaneObservation& o) const {
+    return truth.T_G_sensor(o.stop, o.lidar).R.transpose() * feature.normal_G;
+  }
+  void solve() { ASSERT_TRUE(adjust(features, layout, options, state).converged); }
+  [[nodiscard]] SolvedPlanes planes() const { return {features, state, layout, options}; }
+};
+
+TEST(LidarCovariances, HoldTheErrorsOverManyRuns) {
+  double sum = 0.0;
+  double chi2 = 0.0;
+  constexpr int runs = 60;
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    Solved run(seed);
+    run.solve();
+    const LidarCovariances c = lidar_covariances(run.planes());
+    ASSERT_TRUE(c.observable);
+    EXPECT_EQ(c.with_priors[0], Matrix6d::Zero());  // the base is what the others are measured from
+    const Vector6d error = (run.truth.T_base_sensor[1].inverse() * run.state.T_base_sensor[1]).log();
+    sum += error.dot(c.with_priors[1].ldlt().solve(error)) / 6.0;
+    chi2 += c.chi2;
+  }
+  // 360 degrees of freedom: one standard deviation of the mean is 0.075.
+  EXPECT_NEAR(sum / runs, 1.0, 0.25);
+  EXPECT_NEAR(chi2 / runs, 1.0, 0.15);
+}
+
+TEST(LidarCovariances, AreMeasuredAgainWhenTheNoiseIsLargerThanItWasSaidToBe) {
+  Solved run(7);
+  run.solve();
+  const double said = translation_bound(lidar_covariances(run.planes()).with_priors[1]);
+  for (PlaneFeature& feature : run.features) {
+    for (PlaneObservation& o : feature.observations) o.offset_variance /= 9.0;
+  }
+  const LidarCovariances c = lidar_covariances(run.planes());
+  EXPECT_GT(c.chi2, 6.0);
+  EXPECT_GT(translation_bound(c.with_priors[1]), 2.0 * said);
+}
+
+TEST(LidarCovariances, TellWhatOnlyAPriorFixes) {
+  Solved run(8);
+  // One plane at one stop: two shifts and a turn of the second LiDAR are open.
+  std::vector<PlaneFeature> one{run.features.front()};
+  std::erase_if(one[0].observations, [](const PlaneObservation& o) { return o.stop != 0; });
+  run.layout = ParameterLayout(stops, 2);
+  run.layout.free_lidar(1);
+  run.options.lidar_priors = {std::nullopt, isotropic_prior(run.truth.T_base_sensor[1], to_rad(5.0), 0.1)};
+  const LidarCovariances c = lidar_covariances({one, run.truth, run.layout, run.options});
+  EXPECT_LT(translation_bound(c.with_priors[1]), 1.0);
+  EXPECT_GT(translation_bound(c.data_only[1]), 100.0 * translation_bound(c.with_priors[1]));
+}
+
+TEST(LidarCovariances, NothingSeenIsNotObservable) {
+  const RigState state{{SE3{}, SE3{}}, {SE3{}, SE3{}}};
+  ParameterLayout layout(2, 2);
+  layout.free_lidar(1);
+  EXPECT_FALSE(lidar_covariances({{}, state, layout, {}}).observable);
+}
+
+TEST(HoldOutOfStops, IsOneWhereNoiseIsAllThereIs) {
+  double sum = 0.0;
+  constexpr int runs = 10;
+  for (std::uint64_t seed = 20; seed < 20 + runs; ++seed) {
+    Solved run(seed);
+    run.solve();
+    const HoldOut held = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+    EXPECT_EQ(held.normalised[0], 0.0);
+    sum += held.normalised[1];
+    EXPECT_LT((held.T_base_sensor[1].t - run.truth.T_base_sensor[1].t).norm(), 0.01);
+  }
+  EXPECT_NEAR(sum / runs, 1.0, 0.2);
+}
+
+TEST(HoldOutOfStops, SeesALidarThatWasBumped) {
+  Solved run(31);
+  for (PlaneFeature& feature : run.features) {
+    for (PlaneObservation& o : feature.observations) {
+      if (o.stop == 2 && o.lidar == 1) o.mean += Vector3d(0.02, -0.01, 0.02);
+    }
+  }
+  run.solve();
+  EXPECT_GT(hold_out(run.planes(), 0, run.truth.T_base_sensor).normalised[1], 2.0);
+}
+
+TEST(HoldOutOfStops, TellsHowMuchWorseTheGuessWas) {
+  Solved run(32);
+  run.solve();
+  SE3 guess = run.truth.T_base_sensor[1];
+  guess.t += Vector3d(0.1, 0.1, 0.1);
+  const HoldOut held = hold_out(run.planes(), 0, {SE3{}, guess});
+  EXPECT_LT(held.rms_m[1], 0.004);
+  EXPECT_GT(held.start_rms_m[1], 0.05);
+}
+
+TEST(Bounds, AreThoseOfTheLargestAxis) {
+  Matrix6d C = Matrix6d::Zero();
+  C.diagonal() << 1e-6, 4e-6, 1e-6, 1e-4, 1e-4, 9e-4;
+  // 95 % of the chi-square distribution with three degrees of freedom is 7.815.
+  EXPECT_NEAR(translation_bound(C), 0.03 * std::sqrt(7.815), 1e-9);
+  EXPECT_NEAR(rotation_bound(C), 0.002 * std::sqrt(7.815), 1e-9);
+}
+
+TEST(WeakTranslation, IsToldInTheFrameOfTheBase) {
+  Matrix6d C = Matrix6d::Identity() * 1e-6;
+  C(3, 3) = 1.0;  // along the sensor's own x
+  const SE3 turned{exp_so3({0.0, 0.0, pi / 2.0}), Vector3d::Zero()};
+  EXPECT_THAT(weak_translation_words(C, turned), testing::HasSubstr("1.00, 0.00) of the base frame"));
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,99 @@
+#include "core/quality/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Matrix6d covariance(double rotation_rad, double translation_m) {
+  Vector6d variances;
+  variances << Vector3d::Constant(rotation_rad * rotation_rad), Vector3d::Constant(translation_m * translation_m);
+  return variances.asDiagonal();
+}
+
+LidarEvidence sound() {
+  LidarEvidence e;
+  e.name = "left";
+  e.base_name = "avia";
+  e.match_score = 0.8;
+  e.runner_up_score = 0.3;
+  e.used_share = 0.9;
+  e.covariance = e.covariance_data_only = covariance(to_rad(0.01), 0.001);
+  e.hold_out = 1.1;
+  e.hold_out_rms_m = 0.002;
+  e.hold_out_start_rms_m = 0.2;
+  return e;
+}
+
+TEST(JudgeLidar, SoundEvidenceIsGoodWithoutAWord) {
+  const Verdict verdict = judge_lidar(sound(), {});
+  EXPECT_EQ(verdict.status, Status::good);
+  EXPECT_THAT(verdict.reasons, IsEmpty());
+}
+
+struct Flaw {
+  const char* name;
+  std::function<void(LidarEvidence&)> spoil;
+  Status status;
+  const char* reason;
+};
+
+class JudgeLidarFlaw : public testing::TestWithParam<Flaw> {};
+
+TEST_P(JudgeLidarFlaw, IsNamed) {
+  LidarEvidence e = sound();
+  GetParam().spoil(e);
+  const Verdict verdict = judge_lidar(e, {});
+  EXPECT_EQ(verdict.status, GetParam().status);
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr(GetParam().reason)));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, JudgeLidarFlaw,
+    testing::Values(
+        Flaw{"NoPoints", [](LidarEvidence& e) { e.has_points = false; }, Status::failed, "no points in any stop"},
+        Flaw{"NoGuess", [](LidarEvidence& e) { e.has_guess = false; }, Status::failed, "initial_extrinsics"},
+        Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
+        Flaw{"NotObservable", [](LidarEvidence& e) { e.observable = false; }, Status::failed, "do not fix it"},
+        Flaw{"OpenDirection", [](LidarEvidence& e) { e.covariance(3, 3) = 1.0; }, Status::failed,
+             "(1.00, 0.00, 0.00) of the base frame"},
+        Flaw{"WideTranslation",
+             [](LidarEvidence& e) { e.covariance = e.covariance_data_only = covariance(to_rad(0.01), 0.004); },
+             Status::weak, "its translation is known to 11.2 mm only"},
+        Flaw{"WideRotation",
+             [](LidarEvidence& e) { e.covariance = e.covariance_data_only = covariance(to_rad(0.05), 0.001); },
+             Status::weak, "its rotation is known to 0.140 degrees only"},
+        Flaw{"PriorDecides", [](LidarEvidence& e) { e.covariance_data_only = covariance(to_rad(0.01), 0.2); },
+             Status::weak, "not from the data"},
+        Flaw{"StillMoving", [](LidarEvidence& e) { e.converged = false; }, Status::weak, "still moved it"},
+        Flaw{"Symmetric", [](LidarEvidence& e) { e.runner_up_score = 0.75; }, Status::weak, "symmetric"},
+        Flaw{"FalseMatch", [](LidarEvidence& e) { e.used_share = 0.2; }, Status::weak, "only 20 %"},
+        Flaw{"HoldOutDisagrees", [](LidarEvidence& e) { e.hold_out = 2.5; }, Status::weak, "held-out stops disagree"},
+        Flaw{"WorseThanTheStart", [](LidarEvidence& e) { e.hold_out_start_rms_m = 0.0015; }, Status::failed, "worse"}),
+    [](const auto& flaw) { return std::string(flaw.param.name); });
+
+TEST(JudgeLidar, AsksForWhatTheUserAsksFor) {
+  const LidarEvidence e = sound();  // 95 %: 2.8 mm and 0.028 degrees
+  EXPECT_EQ(judge_lidar(e, {0.0027, to_rad(0.1)}).status, Status::weak);
+  EXPECT_EQ(judge_lidar(e, {0.0029, to_rad(0.1)}).status, Status::good);
+  EXPECT_EQ(judge_lidar(e, {0.01, to_rad(0.027)}).status, Status::weak);
+  EXPECT_EQ(judge_lidar(e, {0.01, to_rad(0.029)}).status, Status::good);
+}
+
+TEST(JudgeLidar, GivesEveryReasonThereIs) {
+  LidarEvidence e = sound();
+  e.converged = false;
+  e.used_share = 0.1;
+  e.hold_out = 3.0;
+  EXPECT_EQ(judge_lidar(e, {}).reasons.size(), 3U);
+}
+
+}  // namespace
+}  // namespace rigcal
