@@ -71,6 +71,7 @@ Expected<CloudLayout> read_layout(ByteReader& reader) {
   if (row > layout.row_step || std::uint64_t{layout.row_step} * layout.height > layout.data.size()) {
     return input_error("has fewer bytes than its width, height and steps need");
   }
+  if (row == 0) layout.height = 0;  // billions of rows without a point would take as long as if they had some
   for (const Field& field : layout.fields) {
     if (field.size > 0 && std::uint64_t{field.offset} + field.size > layout.point_step) {
       return input_error("has a field that reaches out of its point");
