@@ -33,7 +33,8 @@ struct CommandContext {
   static void print(const std::string& text);
 };
 
-/// One file a command. To add one: cmd_<name>.cpp, its line here, in command_line.cpp (`add_commands`) and in CMakeLists.txt:
+/// One file a command. To add one: cmd_<name>.cpp, its line here, in command_line.cpp (`add_commands`) and in
+/// CMakeLists.txt:
 ///
 ///   void add_inspect_command(CLI::App& app, CommandContext& context) {
 ///     const auto options = std::make_shared<InspectOptions>();

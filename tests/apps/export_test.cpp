@@ -41,7 +41,8 @@ class Export : public testing::Test {
     return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
   }
   void simulate(const std::string& options) const {
-    const ProgramRun run = rigcal("simulate room --rig '" + rig_file + "' --out s --quiet --images-per-stop 0 " + options);
+    const ProgramRun run =
+        rigcal("simulate room --rig '" + rig_file + "' --out s --quiet --images-per-stop 0 " + options);
     ASSERT_EQ(run.code, 0) << run.err;
   }
   static nlohmann::json parse(const ProgramRun& run) {
