@@ -1,0 +1,102 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/run_context.h"
+#include "core/camera/camera_scene.h"
+#include "core/edges/image_edges.h"
+#include "core/rig/rig.h"
+
+namespace rigcal {
+
+/// One image of a camera, taken while the rig stood.
+struct CameraView {
+  int stop = 0;      ///< Index into CameraScene::T_G_base.
+  std::string file;  ///< For messages.
+  GreyImage grey;    ///< As it came: distorted, not resampled.
+};
+
+/// A camera to be found. `sensor` is its index in the rig.
+struct CameraTask {
+  int sensor = 0;
+  std::string name;
+  CameraIntrinsics intrinsics;
+  std::optional<SE3> guess_T_base_camera;
+  std::vector<CameraView> views;
+};
+
+struct CameraCalibrationOptions {
+  /// How far the guess may be off: the sigmas of the soft prior of the coarse stage.
+  double guess_sigma_m = 0.12;
+  double guess_sigma_rad = to_rad(6.0);
+  /// How far the intrinsics of the rig file may be off. A scale of the focal lengths and k1 are estimated under these
+  /// in any case, so that what is wrong with them is seen.
+  double focal_sigma = 0.002;
+  double k1_sigma = 0.005;
+  bool refine_intrinsics = false;  ///< The estimated ones are the result, and need not agree with the rig file's.
+};
+
+/// A pose and how sure it is; the covariance is that of xi = [rotation rad; translation m] in T exp(xi).
+struct PoseEstimate {
+  SE3 T_base_camera;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// A departure from what the rig file says.
+struct ScalarEstimate {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+/// All that the images tell of one camera; `core/quality` judges it.
+struct CameraEstimate {
+  bool found = false;  ///< A pose was found at all; if not, `why_not` says in words what stood in the way.
+  std::string why_not;
+  bool converged = false;
+  PoseEstimate pose;            ///< The result: edges, and information where the edges are weak.
+  CameraIntrinsics intrinsics;  ///< The rig file's, or with `refine_intrinsics` those found here.
+
+  int views = 0;                ///< Images that took part,
+  int views_with_edges = 0;     ///< and those with LiDAR edges in them that found a partner.
+  std::size_t edge_points = 0;  ///< Samples of LiDAR edges that found a partner, and the segments they make.
+  std::size_t segments = 0;
+  double residual_px = 0.0;  ///< Robust root mean square of the segments' offsets: a fit, no accuracy.
+
+  /// Offsets in the held-out stops, with the pose from the others: over their expected sigma (1 is right), in pixels,
+  /// and in pixels at the guess. 0: nothing could be held out.
+  double hold_out = 0.0;
+  double hold_out_px = 0.0;
+  double hold_out_start_px = 0.0;
+
+  ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1
+  ScalarEstimate k1_change;    ///< k1 - (the rig file's k1)
+  ScalarEstimate
+      radial_trend;  ///< Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
+
+  /// The second opinion: the pose at which reflectivity and grey value tell most about each other.
+  std::optional<PoseEstimate> information;
+  double disagreement_chi2 = 0.0;  ///< Between the two, 6 degrees of freedom; 0 where there is no second opinion.
+
+  /// Poses from either half of the stops: how far they lie apart.
+  double halves_m = 0.0;
+  double halves_rad = 0.0;
+
+  /// The best other minimum, and its score as a share of the winner's (1: as good); no pose: none was met.
+  std::optional<SE3> runner_up;
+  double runner_up_ratio = 0.0;
+
+  double wall_s = 0.0;
+  int iterations = 0;
+};
+
+/// Finds a camera against the map (architecture 3.5): the basin by normalised information distance, then LiDAR edges on
+/// image edges, then the checks. Poses of the stops and the map stand, so cameras do not depend on each other.
+/// Deterministic whatever the number of threads. A camera that cannot be found is no error but `found == false`.
+/// Errors: cancelled.
+[[nodiscard]] Expected<CameraEstimate> calibrate_camera(const CameraScene& scene, const CameraTask& camera,
+                                                        const CameraCalibrationOptions& options,
+                                                        const RunContext& context);
+
+}  // namespace rigcal

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/edges/lidar_edges.h"
+
+namespace rigcal {
+
+/// A piece of surface of the map that stands, about 5 cm wide, in the world.
+struct MapSample {
+  Eigen::Vector3f p_G = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal_G = Eigen::Vector3f::Zero();  ///< Unit, towards who saw it; zero: it lies on no plane.
+  std::uint8_t reflectivity = 0;
+  std::uint8_t lidar = 0;  ///< Who saw it.
+};
+
+/// What the LiDAR calibration leaves for the cameras: poses and map stand, only cameras move.
+struct CameraScene {
+  std::vector<SE3> T_G_base;     ///< Pose of the rig at each stop.
+  std::vector<char> stop_known;  ///< One for each stop; images of others are not used.
+  std::vector<LidarEdge> edges;
+  std::vector<MapSample> samples;
+};
+
+}  // namespace rigcal

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/camera/camera_scene.h"
+#include "core/rig/camera_model.h"
+
+namespace rigcal {
+
+struct DepthBufferOptions {
+  int cell_px = 4;                ///< Edge of a cell of the buffer.
+  double sample_m = 0.05;         ///< Width of a sample of the map.
+  double tolerance_m = 0.12;      ///< What lies so far behind the nearest surface is still seen,
+  double tolerance_per_m = 0.01;  ///< and so much more for each metre of its range.
+  double own_plane_m = 0.08;      ///< What lies so near to a point's own faces does not hide it.
+};
+
+/// The nearest surface of the map in each small square of an image: tells what a camera sees and what something else
+/// hides from it.
+class DepthBuffer {
+ public:
+  /// `T_C_G` maps the world into the camera's optical frame. `samples` must outlive the buffer.
+  DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
+              const DepthBufferOptions& options = {});
+
+  /// Whether a surface point at `pixel`, `range_m` from the camera, is seen: nothing in the 3 x 3 cells around it is
+  /// nearer by more than the tolerance.
+  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m) const;
+  /// The same for a point of an edge: what lies on (or near) either of its faces does not hide it.
+  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const LidarEdge& edge) const;
+  /// Whether a cell within `cells` of the pixel's is empty or its range steps by more than the tolerance from
+  /// `range_m`: a silhouette is near.
+  [[nodiscard]] bool near_silhouette(const Eigen::Vector2d& pixel, double range_m, int cells) const;
+  /// Range of the nearest surface in the pixel's cell, metres; 0 where there is none or the pixel is outside.
+  [[nodiscard]] double range_at(const Eigen::Vector2d& pixel) const;
+  /// Share of the cells with a surface.
+  [[nodiscard]] double filled_share() const;
+
+ private:
+  struct Entry {
+    float range_m = 0.0F;  ///< 0: empty.
+    std::uint32_t sample = 0;
+  };
+  [[nodiscard]] int column(double x) const;
+  [[nodiscard]] int row(double y) const;
+  [[nodiscard]] const Entry& entry(int column, int row) const {
+    return entries_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                    static_cast<std::size_t>(column)];
+  }
+  template <class Accept>
+  [[nodiscard]] bool unhidden(const Eigen::Vector2d& pixel, double range_m, const Accept& hides) const;
+
+  std::span<const MapSample> samples_;
+  DepthBufferOptions options_;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace rigcal

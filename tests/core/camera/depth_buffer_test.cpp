@@ -1,0 +1,81 @@
+#include "core/camera/depth_buffer.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+namespace rigcal {
+namespace {
+
+CameraIntrinsics plain_camera() {
+  return {DistortionModel::radtan, 640, 480, 500.0, 500.0, 319.5, 239.5, {0.0, 0.0, 0.0, 0.0, 0.0}};
+}
+
+// A wall across the view at z, from x0 to x1, with a sample each 5 cm.
+void add_wall(double z, double x0, double x1, std::vector<MapSample>& samples) {
+  for (double x = x0; x <= x1; x += 0.05) {
+    for (double y = -3.0; y <= 3.0; y += 0.05) {
+      MapSample s;
+      s.p_G = Vector3d(x, y, z).cast<float>();
+      s.normal_G = Eigen::Vector3f(0.0F, 0.0F, -1.0F);
+      samples.push_back(s);
+    }
+  }
+}
+
+class DepthBufferTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    add_wall(6.0, -6.0, 6.0, samples_);
+    add_wall(3.0, -3.0, 0.0, samples_);  // hides the left half of the other
+  }
+  [[nodiscard]] Eigen::Vector2d pixel(const Vector3d& p) const { return *model_.project(p); }
+
+  CameraModel model_{plain_camera()};
+  std::vector<MapSample> samples_;
+};
+
+TEST_F(DepthBufferTest, SeesTheNearestSurfaceAndNotWhatItHides) {
+  const DepthBuffer buffer(model_, SE3{}, samples_);
+  const Vector3d front(-1.0, 0.2, 3.0);
+  const Vector3d behind(-2.0, 0.4, 6.0);
+  const Vector3d open(1.5, 0.4, 6.0);
+  EXPECT_TRUE(buffer.sees(pixel(front), front.norm()));
+  EXPECT_FALSE(buffer.sees(pixel(behind), behind.norm()));
+  EXPECT_TRUE(buffer.sees(pixel(open), open.norm()));
+  EXPECT_NEAR(buffer.range_at(pixel(behind)), behind.norm() / 2.0, 0.06);
+  EXPECT_GT(buffer.filled_share(), 0.95);
+}
+
+TEST_F(DepthBufferTest, FacesOfAnEdgeDoNotHideIt) {
+  const DepthBuffer buffer(model_, SE3{}, samples_);
+  LidarEdge edge;
+  edge.p_G = Vector3d(-2.0, 0.4, 6.0);
+  edge.normal_a_G = Vector3d::UnitX();
+  edge.normal_b_G = Vector3d::UnitY();
+  EXPECT_FALSE(buffer.sees(pixel(edge.p_G), edge.p_G.norm(), edge));
+  // The near wall passes through the point's pixel at (-1, 0.2, 3); a face that holds that place is the edge's own.
+  edge.normal_a_G = (edge.p_G - Vector3d(-1.0, 0.2, 3.0)).cross(Vector3d::UnitY()).normalized();
+  EXPECT_TRUE(buffer.sees(pixel(edge.p_G), edge.p_G.norm(), edge));
+}
+
+TEST_F(DepthBufferTest, KnowsSilhouettes) {
+  const DepthBuffer buffer(model_, SE3{}, samples_);
+  const Vector3d at_border(-0.02, 0.0, 3.0);
+  const Vector3d inside(-1.0, 0.0, 3.0);
+  EXPECT_TRUE(buffer.near_silhouette(pixel(at_border), at_border.norm(), 2));
+  EXPECT_FALSE(buffer.near_silhouette(pixel(inside), inside.norm(), 2));
+}
+
+TEST_F(DepthBufferTest, EmptyWithoutAMapAndBehindTheCamera) {
+  const DepthBuffer none(model_, SE3{}, {});
+  EXPECT_EQ(none.filled_share(), 0.0);
+  EXPECT_EQ(none.range_at({10.0, 10.0}), 0.0);
+  EXPECT_EQ(none.range_at({-50.0, 9999.0}), 0.0);
+  SE3 turned;
+  turned.R = exp_so3(Vector3d(0.0, to_rad(180.0), 0.0));
+  EXPECT_EQ(DepthBuffer(model_, turned, samples_).filled_share(), 0.0);
+}
+
+}  // namespace
+}  // namespace rigcal
