@@ -169,4 +169,25 @@ Expected<void> write_image(const std::string& path, const Image& image) {
   return write_png(path, pixels);
 }
 
+Expected<std::vector<std::uint8_t>> encode_jpeg(const Image& image, int quality) {
+  if (!image.is_consistent() || image.bits != 8)
+    return input_error("an image's size, channels and bytes contradict each other, or it has 16 bits");
+  // The encoder only reads, and wants blue first.
+  cv::Mat pixels(image.height, image.width, image.channels == 1 ? CV_8UC1 : CV_8UC3,
+                 const_cast<std::uint8_t*>(image.bytes.data()));
+  if (image.channels == 3) {
+    pixels = pixels.clone();
+    for (int y = 0; y < pixels.rows; ++y) {
+      std::uint8_t* row = pixels.ptr<std::uint8_t>(y);
+      for (int x = 0; x < pixels.cols; ++x) std::swap(row[3 * x], row[3 * x + 2]);
+    }
+  }
+  std::vector<std::uint8_t> bytes;
+  try {
+    if (cv::imencode(".jpg", pixels, bytes, {cv::IMWRITE_JPEG_QUALITY, quality})) return bytes;
+  } catch (const std::exception&) {
+  }
+  return input_error("the image cannot be written as JPEG");
+}
+
 }  // namespace rigcal

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
@@ -17,5 +19,9 @@ namespace rigcal {
 
 /// Writes a PNG file without loss. Errors: an image whose sizes contradict each other (kind input), the disk (system).
 Expected<void> write_image(const std::string& path, const Image& image);
+
+/// An 8 bit image as a JPEG file's bytes; `quality` 0 .. 100. Errors (kind input): sizes that contradict each other,
+/// 16 bits.
+[[nodiscard]] Expected<std::vector<std::uint8_t>> encode_jpeg(const Image& image, int quality);
 
 }  // namespace rigcal

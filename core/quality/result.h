@@ -53,6 +53,16 @@ struct MapPoint {
   std::uint8_t sensor = 0;
 };
 
+enum class OverlayKind { edges, map };
+
+/// A camera's image with the LiDARs' edges, or the map, drawn into it.
+struct Overlay {
+  std::string sensor;
+  int stop = 0;  ///< Index into CalibrationResult::trajectory.
+  OverlayKind kind = OverlayKind::edges;
+  std::vector<std::uint8_t> jpeg;
+};
+
 /// All that `calibrate` found; `core/report` writes it as a result folder.
 struct CalibrationResult {
   std::string base;
@@ -66,6 +76,7 @@ struct CalibrationResult {
   /// the recording has none.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
   std::vector<MapPoint> map;
+  std::vector<Overlay> overlays;
 };
 
 }  // namespace rigcal

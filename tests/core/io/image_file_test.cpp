@@ -107,5 +107,27 @@ TEST(ImageFile, SaysWhatIsNoImage) {
   EXPECT_THAT(decode_image(text, "x.png").error().message(), HasSubstr("neither a PNG nor a JPEG"));
 }
 
+TEST(ImageFile, EncodesJpegInItsColours) {
+  Image image;
+  image.width = 32;
+  image.height = 16;
+  image.channels = 3;
+  for (int k = 0; k < 32 * 16; ++k) image.bytes.insert(image.bytes.end(), {200, 100, 20});
+  const auto bytes = encode_jpeg(image, 95);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  const auto read = decode_image(*bytes, "memory");
+  ASSERT_TRUE(read) << read.error().message();
+  ASSERT_EQ(read->width, 32);
+  ASSERT_EQ(read->channels, 3);
+  EXPECT_NEAR(read->at(10, 8, 0), 200, 4);
+  EXPECT_NEAR(read->at(10, 8, 1), 100, 4);
+  EXPECT_NEAR(read->at(10, 8, 2), 20, 4);
+  image.bits = 16;
+  image.bytes.resize(2 * image.bytes.size());
+  EXPECT_FALSE(encode_jpeg(image, 95));
+  image.bits = 8;
+  EXPECT_FALSE(encode_jpeg(image, 95)) << "too many bytes for its size";
+}
+
 }  // namespace
 }  // namespace rigcal
