@@ -1,0 +1,83 @@
+#include "core/voxel/cube_index.h"
+
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+constexpr std::size_t chunk = 16384;
+
+std::uint64_t mixed(std::uint64_t key) {
+  key *= 0x9E3779B97F4A7C15ULL;
+  return key ^ key >> 29;
+}
+
+std::size_t shard_of(std::uint64_t key) { return static_cast<std::size_t>(mixed(key) >> 58); }
+
+}  // namespace
+
+std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m) {
+  const auto part = [&](float x) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * per_m)) + (1 << 20)) & 0x1FFFFF;
+  };
+  return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
+}
+
+std::size_t KeyNumbers::slot(std::uint64_t key) const {
+  const std::size_t mask = keys_.size() - 1;
+  std::size_t at = static_cast<std::size_t>(mixed(key) >> 8) & mask;
+  while (keys_[at] != none && keys_[at] != key) at = (at + 1) & mask;
+  return at;
+}
+
+KeyNumbers::Met KeyNumbers::meet(std::uint64_t key) {
+  std::size_t at = slot(key);
+  if (keys_[at] == key) return {numbers_[at], false};
+  if (2 * (std::size_t{used_} + 1) > keys_.size()) {
+    grow();
+    at = slot(key);
+  }
+  keys_[at] = key;
+  numbers_[at] = used_;
+  return {used_++, true};
+}
+
+std::uint32_t KeyNumbers::find(std::uint64_t key) const {
+  const std::size_t at = slot(key);
+  return keys_[at] == key ? numbers_[at] : unknown;
+}
+
+void KeyNumbers::grow() {
+  std::vector<std::uint64_t> keys(2 * keys_.size(), none);
+  std::vector<std::uint32_t> numbers(keys.size());
+  keys.swap(keys_);
+  numbers.swap(numbers_);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i] == none) continue;
+    const std::size_t at = slot(keys[i]);
+    keys_[at] = keys[i];
+    numbers_[at] = numbers[i];
+  }
+}
+
+void CubeIndex::deal_out(std::span<const Eigen::Vector3f> points) {
+  keys_.resize(points.size());
+  order_.resize(points.size());
+  starts_.resize((points.size() + chunk - 1) / chunk);
+  parallel_for(points.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    std::array<std::uint32_t, shards> next{};
+    for (std::size_t i = begin; i < end; ++i) {
+      keys_[i] = cube_key(points[i], per_m_);
+      ++next[shard_of(keys_[i])];
+    }
+    Starts& starts = starts_[begin / chunk];
+    starts[0] = static_cast<std::uint32_t>(begin);
+    for (std::size_t s = 0; s < shards; ++s) {
+      starts[s + 1] = starts[s] + next[s];
+      next[s] = starts[s];
+    }
+    for (std::size_t i = begin; i < end; ++i) order_[next[shard_of(keys_[i])]++] = static_cast<std::uint32_t>(i);
+  });
+}
+
+}  // namespace rigcal

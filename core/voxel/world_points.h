@@ -1,0 +1,13 @@
+#pragma once
+
+#include <vector>
+
+#include "core/voxel/cells.h"
+#include "core/voxel/rig_state.h"
+
+namespace rigcal {
+
+/// The thinned points of a patch in the world, in their order.
+[[nodiscard]] std::vector<Eigen::Vector3f> world_points(const PatchCells& patch, const RigState& state);
+
+}  // namespace rigcal
