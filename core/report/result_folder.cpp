@@ -4,6 +4,8 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
+#include <vector>
 
 #include "core/io/output_file.h"
 #include "core/io/staged_folder.h"
@@ -18,6 +20,7 @@ namespace fs = std::filesystem;
 // Everything that a version of rigcal ever wrote into a result folder.
 constexpr std::array<const char*, 5> known_files{"extrinsics.yaml", "trajectory.tum", "report.json", "report.html",
                                                  "map.ply"};
+constexpr const char* overlay_folder = "overlays";
 
 Error not_ours(const std::string& what, const std::string& path) {
   return input_error(what, path, "choose another --out, or move it away yourself");
@@ -29,7 +32,7 @@ bool is_extrinsics_file(const fs::path& path) {
   return std::getline(in, first) && first.rfind("rigcal:", 0) == 0;
 }
 
-Expected<void> write_text(const fs::path& path, const std::string& text) {
+Expected<void> write_text(const fs::path& path, std::string_view text) {
   Expected<OutputFile> file = OutputFile::create(path.string());
   if (!file) return file.error();
   file->write(text);
@@ -37,7 +40,46 @@ Expected<void> write_text(const fs::path& path, const std::string& text) {
   return file->close();
 }
 
+// Files of a folder, or of the folder of pictures in it.
+Expected<void> check_entries(const fs::path& folder, const std::string& path, bool pictures, bool& empty) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) return cannot_write(folder.string(), error.value());
+  for (const fs::directory_entry& entry : entries) {
+    empty = false;
+    const std::string name = entry.path().filename();
+    if (!pictures && name == overlay_folder && entry.symlink_status(error).type() == fs::file_type::directory) {
+      if (Expected<void> ours = check_entries(entry.path(), path, true, empty); !ours) return ours;
+      continue;
+    }
+    const bool known = pictures ? entry.path().extension() == ".jpg"
+                                : std::find(known_files.begin(), known_files.end(), name) != known_files.end();
+    if (!known || !entry.is_regular_file(error)) {
+      return not_ours("the folder holds \"" + (pictures ? overlay_folder + std::string("/") + name : name) +
+                          "\", which is no part of a result, and is not replaced",
+                      path);
+    }
+  }
+  return {};
+}
+
+Expected<void> write_overlays(const CalibrationResult& result, const fs::path& folder) {
+  if (result.overlays.empty()) return {};
+  std::error_code error;
+  if (!fs::create_directory(folder, error)) return cannot_write(folder.string(), error.value());
+  for (const Overlay& overlay : result.overlays) {
+    const std::string_view bytes(reinterpret_cast<const char*>(overlay.jpeg.data()), overlay.jpeg.size());
+    if (Expected<void> done = write_text(folder / overlay_file(result, overlay), bytes); !done) return done;
+  }
+  return {};
+}
+
 }  // namespace
+
+std::string overlay_file(const CalibrationResult& result, const Overlay& overlay) {
+  const int stop = result.trajectory[static_cast<std::size_t>(overlay.stop)].stop.index;
+  return overlay.sensor + "_" + std::to_string(stop) + (overlay.kind == OverlayKind::map ? "_map.jpg" : ".jpg");
+}
 
 Expected<void> check_result_target(const std::string& path) {
   std::error_code error;
@@ -45,16 +87,8 @@ Expected<void> check_result_target(const std::string& path) {
   if (status.type() == fs::file_type::not_found) return {};
   if (error) return cannot_write(path, error.value());
   if (!fs::is_directory(status)) return not_ours("a file stands where the result folder should go", path);
-  fs::directory_iterator entries(path, error);
-  if (error) return cannot_write(path, error.value());
   bool empty = true;
-  for (const fs::directory_entry& entry : entries) {
-    empty = false;
-    const std::string name = entry.path().filename();
-    if (std::find(known_files.begin(), known_files.end(), name) == known_files.end() || !entry.is_regular_file(error)) {
-      return not_ours("the folder holds \"" + name + "\", which is no part of a result, and is not replaced", path);
-    }
-  }
+  if (Expected<void> ours = check_entries(path, path, false, empty); !ours) return ours;
   if (!empty && !is_extrinsics_file(fs::path(path) / "extrinsics.yaml")) {
     return not_ours("the folder has no extrinsics.yaml of rigcal and is not replaced", path);
   }
@@ -64,13 +98,16 @@ Expected<void> check_result_target(const std::string& path) {
 Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path) {
   if (Expected<void> sound = check_result(result); !sound) return sound;
   if (Expected<void> free = check_result_target(path); !free) return free;
-  Expected<StagedFolder> staged = StagedFolder::replace(path, {known_files.begin(), known_files.end()});
+  std::vector<std::string> own_entries{known_files.begin(), known_files.end()};
+  own_entries.emplace_back(overlay_folder);
+  Expected<StagedFolder> staged = StagedFolder::replace(path, own_entries);
   if (!staged) return staged.error();
   const fs::path folder = staged->path();
   if (Expected<void> done = write_text(folder / "extrinsics.yaml", extrinsics_yaml(result)); !done) return done;
   if (Expected<void> done = write_text(folder / "trajectory.tum", trajectory_tum(result)); !done) return done;
   if (Expected<void> done = write_text(folder / "report.json", report_json(result)); !done) return done;
   if (Expected<void> done = write_map_ply(result, (folder / "map.ply").string()); !done) return done;
+  if (Expected<void> done = write_overlays(result, folder / overlay_folder); !done) return done;
   return staged->commit();
 }
 

@@ -11,8 +11,12 @@ namespace rigcal {
 /// anything rigcal did not write. Ask before a long calculation; write_result_folder asks again.
 [[nodiscard]] Expected<void> check_result_target(const std::string& path);
 
-/// Writes extrinsics.yaml, trajectory.tum, report.json and map.ply. The folder appears, or takes the place of an older
-/// result, as a whole and only when all of it is on the disk; after an Error nothing has changed.
+/// Name of an overlay's file in the folder `overlays` of a result: <camera>_<stop>.jpg, of a map
+/// <camera>_<stop>_map.jpg.
+[[nodiscard]] std::string overlay_file(const CalibrationResult& result, const Overlay& overlay);
+
+/// Writes extrinsics.yaml, trajectory.tum, report.json, map.ply and the overlays. The folder appears, or takes the
+/// place of an older result, as a whole and only when all of it is on the disk; after an Error nothing has changed.
 [[nodiscard]] Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path);
 
 }  // namespace rigcal

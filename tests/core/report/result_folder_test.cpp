@@ -63,6 +63,32 @@ TEST_F(ResultFolder, ReplacesAnOlderResultAsAWhole) {
   EXPECT_THAT(names(root), ElementsAre("result"));
 }
 
+TEST_F(ResultFolder, HoldsTheOverlaysUnderTheirCamerasAndStops) {
+  CalibrationResult result = make_result();
+  result.trajectory[2].stop.index = 17;
+  result.overlays = {{"camera", 0, OverlayKind::edges, {1, 2}},
+                     {"camera", 2, OverlayKind::edges, {3}},
+                     {"camera", 2, OverlayKind::map, {4, 5, 6}}};
+  ASSERT_TRUE(write_result_folder(result, root / "result"));
+  const fs::path overlays = root / "result" / "overlays";
+  EXPECT_THAT(names(overlays), ElementsAre("camera_0.jpg", "camera_17.jpg", "camera_17_map.jpg"));
+  EXPECT_EQ(read(overlays / "camera_17_map.jpg"), "\x04\x05\x06");
+  // Another result without a camera takes its place, overlays included.
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  EXPECT_FALSE(fs::exists(overlays));
+}
+
+TEST_F(ResultFolder, IsNotReplacedWhereSomethingElseLiesAmongItsOverlays) {
+  CalibrationResult result = make_result();
+  result.overlays = {{"camera", 0, OverlayKind::edges, {1, 2}}};
+  ASSERT_TRUE(write_result_folder(result, root / "result"));
+  write(root / "result" / "overlays" / "notes.txt", "what was seen");
+  const Expected<void> done = write_result_folder(result, root / "result");
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message(), HasSubstr("overlays/notes.txt"));
+  EXPECT_EQ(read(root / "result" / "overlays" / "notes.txt"), "what was seen");
+}
+
 TEST_F(ResultFolder, ReplacesWhatALinkPointsToAndKeepsTheLink) {
   ASSERT_TRUE(write_result_folder(make_result(), root / "real"));
   fs::create_directory_symlink(root / "real", root / "latest");
