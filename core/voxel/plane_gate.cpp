@@ -172,7 +172,7 @@ class Gate {
       add_observation(std::span(columns_).subspan(begin, end - begin), feature, kept_cells);
       begin = end;
     }
-    return feature.observations.size() >= 2;
+    return feature.observations.size() >= context_.options.min_patches;
   }
 
   void add_observation(std::span<const Column> columns, PlaneFeature& feature, std::size_t& kept_cells) const {

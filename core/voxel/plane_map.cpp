@@ -79,7 +79,7 @@ class RootSplitter {
   void split(std::span<WorldCell> cells, int level, double size) {
     const PlaneMapOptions& o = context_.options;
     const CellTotal total = total_of(cells);
-    if (total.N < o.min_points || one_patch(cells)) {
+    if (total.N < o.min_points || (o.min_patches > 1 && one_patch(cells))) {
       ++out_.counts.leaves_dropped;
       return;
     }

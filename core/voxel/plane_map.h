@@ -15,6 +15,7 @@ struct PlaneMapOptions {
   double root_size_m = 2.0;
   double min_size_m = 0.25;
   double min_points = 30.0;
+  std::size_t min_patches = 2;    ///< That see it: one alone says nothing about poses, but what it sees is there.
   double min_flatness = 8.0;      ///< Middle over smallest eigenvalue; larger values drop the sparse scenes' planes.
   double max_elongation = 25.0;   ///< Largest over middle eigenvalue: beyond it is a line.
   double max_thickness_m = 0.06;  ///< Root of the smallest eigenvalue.
@@ -31,7 +32,7 @@ struct PlaneMapCounts {
   std::size_t cells = 0;
   std::size_t cells_used = 0;
   std::size_t cells_gated = 0;     ///< In a plane's voxel, but off the plane (people, foliage, edges).
-  std::size_t leaves_dropped = 0;  ///< Voxels of one patch only or too few points; smallest ones that are no plane.
+  std::size_t leaves_dropped = 0;  ///< Voxels of too few patches or points; smallest ones that are no plane.
 };
 
 struct PlaneMap {
@@ -39,7 +40,7 @@ struct PlaneMap {
   PlaneMapCounts counts;
 };
 
-/// Sorts the cells of all patches into an octree of the world and keeps the leaves that are planes seen by at least two
+/// Sorts the cells of all patches into an octree of the world and keeps the leaves that are planes seen by enough
 /// patches. `noise` has an entry for each LiDAR. `T_grid_G` turns and shifts the grid; choose it from the data, not
 /// from a sensor. Only patches with `use[patch]` take part (empty: all). Same input, same output to the bit.
 [[nodiscard]] PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState& state,

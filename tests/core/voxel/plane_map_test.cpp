@@ -193,6 +193,20 @@ TEST(PlaneMap, RejectsWhatOnlyOnePatchSaw) {
   EXPECT_TRUE(map_of(patches, state).features.empty());
 }
 
+TEST(PlaneMap, KeepsWhatOnlyOnePatchSawWhereOneIsEnough) {
+  Random random(5);
+  const auto wall = box_of_points({0.5, 0.5, 0.5}, {0.4, 0.4, 0.0}, 0.001, 500, random);
+  PlaneMapOptions options;
+  options.min_patches = 1;
+  const PlaneMap map = map_of({patch_of(wall, two_stops(), 0)}, two_stops(), options);
+  ASSERT_FALSE(map.features.empty());
+  for (const PlaneFeature& f : map.features) {
+    EXPECT_EQ(f.observations.size(), 1U);
+    EXPECT_NEAR(std::abs(f.normal_G.z()), 1.0, 1e-3);
+    EXPECT_NEAR(f.center_G.z(), 0.5, 1e-3);
+  }
+}
+
 TEST(PlaneMap, RejectsALine) {
   Random random(15);
   RigState state = two_stops();
