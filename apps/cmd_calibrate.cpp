@@ -5,8 +5,10 @@
 
 #include "apps/calibration_text.h"
 #include "apps/command.h"
+#include "apps/input_digester.h"
 #include "apps/recording.h"
 #include "apps/tolerance.h"
+#include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/report/result_folder.h"
@@ -73,12 +75,26 @@ void tell_of_images(const std::string& input, const Rig& rig, Reporter& reporter
   if (!left_out.empty()) reporter.warn("the images of " + left_out + " are not used: only LiDARs are calibrated");
 }
 
+// What the report tells of the run, so that it can be repeated.
+std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOptions& options) {
+  const std::string prior = number_text(options.pose_prior[0]) + "," + number_text(options.pose_prior[1]);
+  return {{"INPUT", options.input},
+          {"--rig", options.rig.empty() ? "the session's own" : options.rig},
+          {"--method", options.method},
+          {"--stages", options.stages},
+          {"--initial", options.initial.empty() ? "the rig file's" : options.initial},
+          {"--require", options.require},
+          {"--pose-prior", prior},
+          {"--full-map", options.full_map ? "yes" : "no"}};
+}
+
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
   if (!require) return require.error();
   const auto initial = rough_extrinsics(options.initial);
   if (!initial) return initial.error();
+  InputDigester digester(options.rig.empty() ? std::vector{options.input} : std::vector{options.input, options.rig});
   CellOptions cells;
   cells.keep_thinned = true;
   StageClock clock;
@@ -103,7 +119,10 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
-  result->packets = std::move(recording->packets);
+  result->packets = recording->packets;
+  result->clocks = recording->clocks;
+  result->settings = settings_of(options);
+  result->inputs = digester.take();
   if (context.stop.stop_requested()) {
     return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
   }

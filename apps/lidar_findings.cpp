@@ -164,6 +164,20 @@ PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary) {
   return counters;
 }
 
+std::vector<ClockReport> clock_reports(const Rig& rig, const IngestSummary& summary) {
+  std::vector<ClockReport> reports;
+  const auto add = [&](int sensor, const ClockFigures& clock) {
+    if (sensor < 0 || clock.packets == 0) return;
+    reports.push_back({rig.sensors[static_cast<std::size_t>(sensor)].name, clock.drift_ppm, 1e-3 * clock.jitter_ns,
+                       1e-3 * clock.max_delay_ns, clock.jumps, clock.strays});
+  };
+  for (const DeviceIngest& device : summary.devices) add(device.sensor, device.clock);
+  for (const TopicIngest& topic : summary.topics) {
+    if (topic.points > 0) add(topic.sensor, topic.clock);
+  }
+  return reports;
+}
+
 std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late) {
   const bool any = std::any_of(summary.devices.begin(), summary.devices.end(),
                                [](const DeviceIngest& device) { return device.packets > 0; });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/lidar_ingest.h"
+#include "core/quality/result_evidence.h"
 
 namespace rigcal {
 
@@ -16,6 +17,9 @@ namespace rigcal {
 /// "point_expected", "point_lost", "imu_received" and so on, by the name of the sensor.
 using PacketCounters = std::map<std::string, std::map<std::string, std::uint64_t>>;
 [[nodiscard]] PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary);
+
+/// How the clocks of the rig's LiDARs were mapped to the session's, in the order of what was heard first.
+[[nodiscard]] std::vector<ClockReport> clock_reports(const Rig& rig, const IngestSummary& summary);
 
 /// What keeps a recording from being used with this rig, if anything does.
 [[nodiscard]] std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late);

@@ -18,6 +18,7 @@ struct Recording {
   std::uint64_t points = 0;  ///< In the patches.
   /// Packets by the name of the sensor and what became of them ("point_lost"); empty where it came as patches.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
+  std::vector<ClockReport> clocks;  ///< Likewise empty.
 };
 
 /// Reads a packet dump, a session or a patch folder. `rig_path` may be empty for a session, which has its own. What is

@@ -107,6 +107,7 @@ Expected<Recording> read_stream(const StreamSource& source, const CellOptions& c
   if (std::optional<Error> error = reading_error(source, options, *reading)) return *error;
   for (const std::string& warning : reading_warnings(source, *reading)) context.reporter.warn(warning);
   out.packets = packet_counters(out.rig, reading->ingest);
+  out.clocks = clock_reports(out.rig, reading->ingest);
   out.points = sink.points();
   if (out.points == 0) {
     return input_error("no points while the rig stood still", source.path, "check that sampling was on");

@@ -18,6 +18,14 @@ std::string number_text(double value) {
   return text;
 }
 
+std::string fixed_text(double value, int digits) {
+  // Enough for the largest double; to_chars knows no locale.
+  std::array<char, 400> buffer{};
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed,
+                                    std::clamp(digits, 0, 17));
+  return {buffer.data(), result.ptr};
+}
+
 std::string quoted_text(std::string_view text) {
   constexpr std::string_view digits = "0123456789abcdef";
   std::string quoted = "\"";

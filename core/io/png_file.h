@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
@@ -21,6 +22,8 @@ struct PixelView {
   ByteView data;
 };
 
+/// A PNG file's bytes, without loss. An Error for a size that contradicts itself (kind input), or no memory (system).
+[[nodiscard]] Expected<std::vector<std::uint8_t>> encode_png(const PixelView& pixels);
 /// Writes a PNG file without loss: the values read back as they were. Errors: a size that contradicts itself (kind
 /// input), the disk (kind system).
 Expected<void> write_png(const std::string& path, const PixelView& pixels);

@@ -7,6 +7,8 @@
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/stage_clock.h"
+#include "core/pipeline/surface_cuts.h"
+#include "core/quality/shared_surfaces.h"
 #include "core/start/noise_estimate.h"
 
 namespace rigcal {
@@ -22,6 +24,9 @@ void allow_unevenness(double floor_m, PlaneMapOptions& map) {
   map.gate_slack_m = floor_m;
   map.max_chi2 = 3.0;
 }
+
+// The map with the guess is only looked at.
+constexpr double map_at_guess_m = 0.05;
 
 // How far the start's poses may be off.
 constexpr double start_prior_m = 0.1;
@@ -173,6 +178,7 @@ class Calibration {
       if (!refined) return refined.error();
       done += 1.0;
       stage.iterations += refined->iterations;
+      stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());
       solution_.refined = std::move(*refined);
       // Before the gates select what agrees.
       if (loose) floor_m = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
@@ -294,8 +300,30 @@ class Calibration {
     result.map =
         fuse_map(recording_.patches, solution_.state, solution_.use, recording_.lidar_sensors, options_.map_size_m);
     stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
+    compare_with_guess(result);
     result.stages = clock_.take();
     return result;
+  }
+
+  // What the calibration changed, for the eye: surfaces with the LiDARs where they were thought to be.
+  void compare_with_guess(CalibrationResult& result) {
+    clock_.begin("comparison with the guess");
+    RigState before = solution_.state;
+    std::vector<char> use = solution_.use;
+    for (std::size_t i = 0; i < guess_.size(); ++i) {
+      if (guess_[i]) before.T_base_sensor[i] = *guess_[i];
+    }
+    for (std::size_t k = 0; k < use.size(); ++k) {
+      use[k] = use[k] && guess_[static_cast<std::size_t>(recording_.patches[k].lidar)];
+    }
+    std::vector<std::string> names;
+    for (const int sensor : recording_.lidar_sensors) {
+      names.push_back(rig_.sensors[static_cast<std::size_t>(sensor)].name);
+    }
+    result.shared_surfaces = shared_surfaces(solution_.refined.map.features, before, solution_.state, names);
+    result.cuts = cut_surfaces(solution_.refined.map.features, recording_.patches, before, solution_.state, use,
+                               recording_.lidar_sensors);
+    result.map_at_guess = fuse_map(recording_.patches, before, use, recording_.lidar_sensors, map_at_guess_m);
   }
 
   const Rig& rig_;

@@ -75,6 +75,8 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.hold_out_start_rms_m = findings.held_out.start_rms_m[i];
   const Verdict verdict = judge_lidar(e, options.require);
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
+  result.guess_T_base_sensor = guess;
+  result.hold_out = {e.hold_out, e.hold_out_rms_m, e.hold_out_start_rms_m, "m"};
   if (verdict.status != Status::failed) {
     result.T_base_sensor = e.T_base_sensor;
     result.covariance = e.covariance;
@@ -116,6 +118,7 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     SensorResult one;
     if (lidar == base_lidar) {
       one = {sensor.name, Status::good, {}, SE3{}, Matrix6d::Zero()};
+      one.guess_T_base_sensor = SE3{};
     } else {
       one = judge_one(sensor, rig, lidar, base_lidar, recording, guess[static_cast<std::size_t>(lidar)], options, s,
                       findings);
@@ -126,6 +129,11 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
   }
   for (std::size_t j = 0; j < recording.stops.size(); ++j) {
     result.trajectory.push_back({recording.stops[j], s.state.T_G_base[j], s.start.stop_known[j] != 0});
+  }
+  for (const PatchCells& patch : recording.patches) {
+    const int sensor = recording.lidar_sensors[static_cast<std::size_t>(patch.lidar)];
+    StopPose& stop = result.trajectory[static_cast<std::size_t>(patch.stop)];
+    stop.points[rig.sensors[static_cast<std::size_t>(sensor)].name] += patch.points;
   }
   return result;
 }

@@ -108,6 +108,7 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
   double lambda = 1e-6;
   NormalEquations sum = build(features, state, layout, options, options.form);
   summary.cost_before = sum.cost;
+  summary.costs.push_back(sum.cost);
   for (; summary.iterations < options.max_iterations; ++summary.iterations) {
     Eigen::LLT<Eigen::MatrixXd> llt(damped(sum, options, lambda));
     if (llt.info() != Eigen::Success && options.form == HessianForm::exact) {
@@ -117,6 +118,7 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
     if (llt.info() != Eigen::Success) {
       lambda = std::max(1e-4, 10.0 * lambda);
       if (lambda > 1e6) break;
+      summary.costs.push_back(sum.cost);
       continue;
     }
     const Eigen::VectorXd dx = -llt.solve(sum.g);
@@ -128,6 +130,7 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
     if (std::isfinite(cost) && cost <= sum.cost) {
       state = moved;
       lambda = std::max(1e-9, 0.1 * lambda);
+      summary.costs.push_back(cost);
       if (tiny) {
         sum.cost = cost;
         summary.converged = true;
@@ -143,6 +146,7 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
       }
       lambda = std::max(1e-6, 10.0 * lambda);
       if (lambda > 1e8) break;
+      summary.costs.push_back(sum.cost);
     }
   }
   summary.cost_after = sum.cost;

@@ -36,6 +36,7 @@ struct AdjustSummary {
   int iterations = 0;
   double cost_before = 0.0;
   double cost_after = 0.0;
+  std::vector<double> costs;  ///< Before the first iteration and after each.
 };
 
 /// Levenberg-Marquardt on the plane costs and priors over the free blocks of `layout`, from and into `state`. Steps

@@ -70,6 +70,7 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     summary.iterations += adjusted.iterations;
     summary.cost_before = adjusted.cost_before;
     summary.cost_after = adjusted.cost_after;
+    summary.costs.push_back(adjusted.costs);
     summary.last_rotation_rad = 0.0;
     summary.last_translation_m = 0.0;
     for (std::size_t i = 0; i < state.T_base_sensor.size(); ++i) {

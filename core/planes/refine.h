@@ -25,8 +25,9 @@ struct RefineSummary {
   int iterations = 0;
   double cost_before = 0.0;  ///< Of the last pass' map: sum of squared distances over noise.
   double cost_after = 0.0;
-  bool converged = false;          ///< The last pass moved nothing by more than `settled` below.
-  double last_rotation_rad = 0.0;  ///< Largest move of an extrinsic in the last pass.
+  std::vector<std::vector<double>> costs;  ///< Of each pass: before the first iteration and after each.
+  bool converged = false;                  ///< The last pass moved nothing by more than `settled` below.
+  double last_rotation_rad = 0.0;          ///< Largest move of an extrinsic in the last pass.
   double last_translation_m = 0.0;
   PlaneMap map;  ///< Of the last pass.
 };

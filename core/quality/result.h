@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/quality/result_evidence.h"
 #include "core/records/records.h"
 
 namespace rigcal {
@@ -24,13 +25,16 @@ struct SensorResult {
   std::optional<SE3> T_base_sensor;
   /// Covariance of xi = [rotation rad; translation m] in T exp(xi), along the sensor's own axes. Zero for the base.
   Matrix6d covariance = Matrix6d::Zero();
+  std::optional<SE3> guess_T_base_sensor = std::nullopt;  ///< Where it was thought to be before.
+  HoldOutFigures hold_out = {};
 };
 
 /// The pose of the rig at one stop.
 struct StopPose {
   Stop stop;
   SE3 T_G_base;
-  bool known = true;  ///< False: the data do not fix this pose.
+  bool known = true;                                 ///< False: the data do not fix this pose.
+  std::map<std::string, std::uint64_t> points = {};  ///< By the name of the sensor; those without any are left out.
 };
 
 /// One stage of the calibration for report.json. `counts` are named figures, for example {"cells", 451000}.
@@ -40,6 +44,8 @@ struct StageReport {
   int iterations = 0;
   std::optional<double> cost_before;
   std::optional<double> cost_after;
+  /// Before the first iteration and after each, one list a map of planes: costs of two maps do not compare.
+  std::vector<std::vector<double>> costs;
   std::vector<std::pair<std::string, double>> counts;
   double peak_memory_mb = 0.0;
 };
@@ -75,7 +81,13 @@ struct CalibrationResult {
   /// Packets by the name of the sensor and what became of them, for example packets["avia"]["point_lost"]; empty where
   /// the recording has none.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
+  std::vector<ClockReport> clocks;
+  std::vector<InputDigest> inputs;
+  std::vector<std::pair<std::string, std::string>> settings;  ///< Options of the run and what they were.
+  std::vector<SharedSurfaces> shared_surfaces;                ///< All pairs, then all together; empty: none is shared.
+  std::vector<SurfaceCut> cuts;
   std::vector<MapPoint> map;
+  std::vector<MapPoint> map_at_guess;  ///< A point per 5 cm, with the poses of the result.
   std::vector<Overlay> overlays;
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "simdata/scene_file.h"
@@ -56,12 +57,40 @@ TEST(CalibrateLidars, FindsEveryLidarFromTenDegreesAndTwentyCentimetres) {
   expect_right_and_good(run, result);
   std::vector<std::string> stages;
   for (const StageReport& stage : result.stages) stages.push_back(stage.name);
-  EXPECT_THAT(stages, ElementsAre("start", "poses", "extrinsics", "joint", "verdict", "map"));
+  EXPECT_THAT(stages,
+              ElementsAre("start", "poses", "extrinsics", "joint", "verdict", "map", "comparison with the guess"));
   EXPECT_GT(result.map.size(), 100'000U);
   ASSERT_EQ(result.trajectory.size(), 12U);
   for (std::size_t j = 0; j < 12; ++j) {
     EXPECT_TRUE(result.trajectory[j].known);
     EXPECT_LT((result.trajectory[j].T_G_base.t - run.truth.T_G_base[j].t).norm(), 0.005);
+  }
+}
+
+TEST(CalibrateLidars, TellsWhatItChanged) {
+  const LightRecording run = make_light_recording(make_courtyard(1));
+  const CalibrationResult result = calibrated(run);
+  for (const StageReport& stage : result.stages) {
+    std::size_t iterations = 0;
+    for (const std::vector<double>& pass : stage.costs) {
+      ASSERT_FALSE(pass.empty());
+      EXPECT_TRUE(std::is_sorted(pass.rbegin(), pass.rend())) << stage.name;
+      iterations += pass.size() - 1;
+    }
+    EXPECT_EQ(static_cast<int>(iterations), stage.iterations) << stage.name;
+  }
+  ASSERT_FALSE(result.shared_surfaces.empty());
+  const SharedSurfaces& all = result.shared_surfaces.back();
+  EXPECT_EQ(all.first, "");
+  EXPECT_GT(all.before_m, 0.1);
+  EXPECT_LT(all.after_m, 0.005);
+  EXPECT_EQ(result.cuts.size(), 3U);
+  EXPECT_GT(result.map_at_guess.size(), 10'000U);
+  for (const SensorResult& sensor : result.sensors) {
+    ASSERT_TRUE(sensor.guess_T_base_sensor);
+    if (sensor.name == result.base) continue;
+    EXPECT_GT(sensor.hold_out.start_rms, 10.0 * sensor.hold_out.rms);
+    EXPECT_GT(result.trajectory[0].points.at(sensor.name), 1000U);
   }
 }
 
