@@ -87,64 +87,88 @@ struct CameraModel::Distorted {
 CameraModel::CameraModel(const CameraIntrinsics& intrinsics) : intrinsics_(intrinsics) {
   std::copy_n(intrinsics.distortion.begin(), std::min(intrinsics.distortion.size(), d_.size()), d_.begin());
   max_angle_rad_ = intrinsics.model == DistortionModel::radtan ? radtan_max_angle(d_) : equidistant_max_angle(d_);
+  max_tangent2_ = std::pow(std::tan(max_angle_rad_), 2);
 }
 
-std::optional<CameraModel::Distorted> CameraModel::distort(const Vector3d& p) const {
-  const double r = p.head<2>().norm();
-  const double theta = std::atan2(r, p.z());
-  if (!(theta < max_angle_rad_) || (r == 0.0 && p.z() <= 0.0)) return std::nullopt;
-  Distorted out;
-  out.by_distortion.setZero();
-  if (intrinsics_.model == DistortionModel::radtan) {
-    const double x = p.x() / p.z();
-    const double y = p.y() / p.z();
-    const double s = x * x + y * y;
-    const Radtan radtan = distort_radtan(d_, {x, y});
-    out.value = radtan.value;
+template <CameraModel::Wanted wanted>
+bool CameraModel::distort(const Vector3d& p, Distorted& out) const {
+  if (intrinsics_.model == DistortionModel::equidistant) {
+    const double r = p.head<2>().norm();
+    const double theta = std::atan2(r, p.z());
+    if (!(theta < max_angle_rad_) || (r == 0.0 && p.z() <= 0.0)) return false;
+    distort_wide<wanted>(p, r, theta, out);
+    return true;
+  }
+  if (!(p.z() > 0.0)) return false;
+  const double x = p.x() / p.z();
+  const double y = p.y() / p.z();
+  const double s = x * x + y * y;
+  if (!(s < max_tangent2_)) return false;
+  const Radtan radtan = distort_radtan(d_, {x, y});
+  out.value = radtan.value;
+  if constexpr (wanted != Wanted::value) {
     Matrix23 normalised;
     normalised << 1.0, 0.0, -x, 0.0, 1.0, -y;
     out.by_point = radtan.slope * normalised / p.z();
+  }
+  if constexpr (wanted == Wanted::all) {
     out.by_distortion << x * s, x * s * s, 2.0 * x * y, s + 2.0 * x * x, x * s * s * s,  //
         y * s, y * s * s, s + 2.0 * y * y, 2.0 * x * y, y * s * s * s;
-    return out;
   }
+  return true;
+}
+
+template <CameraModel::Wanted wanted>
+void CameraModel::distort_wide(const Vector3d& p, double r, double theta, Distorted& out) const {
   const auto [angle, slope] = distorted_angle(d_, theta);
   const double square = p.squaredNorm();
   // scale = angle / r, and its derivative by r over r; both have limits on the axis.
   const bool on_axis = r < 1e-6 * std::abs(p.z());
   const double scale = on_axis ? 1.0 / p.z() : angle / r;
-  const double scale_by_r_over_r =
-      on_axis ? 2.0 * (d_[0] - 1.0 / 3.0) / (p.z() * square) : (slope * p.z() / square - scale) / (r * r);
   const Vector2d xy = p.head<2>();
   out.value = scale * xy;
-  out.by_point.leftCols<2>() = scale * Matrix2d::Identity() + scale_by_r_over_r * xy * xy.transpose();
-  out.by_point.col(2) = -slope / square * xy;
-  double power = theta;
-  for (int i = 0; i < 4; ++i) {
-    power *= theta * theta;
-    if (r > 0.0) out.by_distortion.col(i) = power / r * xy;
+  if constexpr (wanted != Wanted::value) {
+    const double scale_by_r_over_r =
+        on_axis ? 2.0 * (d_[0] - 1.0 / 3.0) / (p.z() * square) : (slope * p.z() / square - scale) / (r * r);
+    out.by_point.leftCols<2>() = scale * Matrix2d::Identity() + scale_by_r_over_r * xy * xy.transpose();
+    out.by_point.col(2) = -slope / square * xy;
   }
-  return out;
+  if constexpr (wanted == Wanted::all) {
+    out.by_distortion.setZero();
+    double power = theta;
+    for (int i = 0; i < 4; ++i) {
+      power *= theta * theta;
+      if (r > 0.0) out.by_distortion.col(i) = power / r * xy;
+    }
+  }
 }
 
 std::optional<Vector2d> CameraModel::project(const Vector3d& p_camera) const {
-  const std::optional<Distorted> d = distort(p_camera);
-  if (!d) return std::nullopt;
-  return Vector2d(intrinsics_.fx * d->value.x() + intrinsics_.cx, intrinsics_.fy * d->value.y() + intrinsics_.cy);
+  Distorted d;
+  if (!distort<Wanted::value>(p_camera, d)) return std::nullopt;
+  return Vector2d(intrinsics_.fx * d.value.x() + intrinsics_.cx, intrinsics_.fy * d.value.y() + intrinsics_.cy);
+}
+
+std::optional<Vector2d> CameraModel::project(const Vector3d& p_camera, Matrix23& by_point) const {
+  Distorted d;
+  if (!distort<Wanted::by_point>(p_camera, d)) return std::nullopt;
+  const Vector2d focal(intrinsics_.fx, intrinsics_.fy);
+  by_point = focal.asDiagonal() * d.by_point;
+  return Vector2d(focal.cwiseProduct(d.value) + Vector2d(intrinsics_.cx, intrinsics_.cy));
 }
 
 std::optional<Vector2d> CameraModel::project(const Vector3d& p_camera, PixelDerivatives& derivatives) const {
-  const std::optional<Distorted> d = distort(p_camera);
-  if (!d) return std::nullopt;
+  Distorted d;
+  if (!distort<Wanted::all>(p_camera, d)) return std::nullopt;
   const Vector2d focal(intrinsics_.fx, intrinsics_.fy);
-  derivatives.by_point = focal.asDiagonal() * d->by_point;
+  derivatives.by_point = focal.asDiagonal() * d.by_point;
   derivatives.by_intrinsics.setZero();
-  derivatives.by_intrinsics(0, 0) = d->value.x();
-  derivatives.by_intrinsics(1, 1) = d->value.y();
+  derivatives.by_intrinsics(0, 0) = d.value.x();
+  derivatives.by_intrinsics(1, 1) = d.value.y();
   derivatives.by_intrinsics(0, 2) = 1.0;
   derivatives.by_intrinsics(1, 3) = 1.0;
-  derivatives.by_intrinsics.rightCols<5>() = focal.asDiagonal() * d->by_distortion;
-  return Vector2d(focal.cwiseProduct(d->value) + Vector2d(intrinsics_.cx, intrinsics_.cy));
+  derivatives.by_intrinsics.rightCols<5>() = focal.asDiagonal() * d.by_distortion;
+  return Vector2d(focal.cwiseProduct(d.value) + Vector2d(intrinsics_.cx, intrinsics_.cy));
 }
 
 std::optional<Vector3d> CameraModel::undistort_radtan(const Vector2d& distorted) const {

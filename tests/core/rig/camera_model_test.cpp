@@ -64,6 +64,10 @@ TEST_P(EveryCamera, DerivativesByPointAndIntrinsicsAgreeWithDifferencesOverTheWh
         [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return *camera_.project(p + Vector3d(x)); }, 3);
     EXPECT_LT((derivatives.by_point - by_point).norm(), 1e-6 * by_point.norm()) << pixel.transpose();
 
+    Eigen::Matrix<double, 2, 3> alone;
+    EXPECT_EQ(*camera_.project(p, alone), *camera_.project(p));
+    EXPECT_EQ(alone, derivatives.by_point);
+
     const auto changed = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
       CameraIntrinsics i = GetParam();
       i.fx += x[0];
