@@ -1,6 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <filesystem>
 #include <memory>
 
 #include "apps/calibration_text.h"
@@ -21,11 +19,13 @@ struct CalibrateOptions {
   std::string out;
   std::string rig;
   std::string method = "targetless";
-  std::string stages = "joint";
+  std::string stages = "cameras";
   std::string initial;
+  std::string images;
   std::string require = "10mm,0.1deg";
   std::vector<double> pose_prior{0.05, 2.0};
   bool full_map = false;
+  bool refine_intrinsics = false;
 };
 
 // --initial is read before the recording is, which takes longer; nothing where it is not given.
@@ -36,24 +36,25 @@ Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path
   return std::optional<ExtrinsicsFile>(std::move(*loaded));
 }
 
-// The guess of each LiDAR: from --initial where given, else from the rig file.
-Expected<std::vector<std::optional<SE3>>> guesses(const Recording& recording,
-                                                  const std::optional<ExtrinsicsFile>& initial,
-                                                  const std::string& path) {
+// The guess of a sensor: from --initial where that has it, else from the rig file.
+std::optional<SE3> guess_of(const Sensor& sensor, const std::optional<ExtrinsicsFile>& initial) {
+  if (initial && initial->T_base_sensor.count(sensor.name) > 0) return initial->T_base_sensor.at(sensor.name);
+  return sensor.initial_T_base_sensor;
+}
+
+Expected<void> check_base(const Rig& rig, const std::optional<ExtrinsicsFile>& initial, const std::string& path) {
+  if (!initial || initial->base == rig.base_sensor().name) return {};
+  return input_error("its base is " + initial->base + ", the rig's is " + rig.base_sensor().name, path,
+                     "give extrinsics with the rig's base");
+}
+
+std::vector<std::optional<SE3>> lidar_guesses(const Recording& recording,
+                                              const std::optional<ExtrinsicsFile>& initial) {
   std::vector<std::optional<SE3>> out;
-  if (initial && initial->base != recording.rig.base_sensor().name) {
-    return input_error("its base is " + initial->base + ", the rig's is " + recording.rig.base_sensor().name, path,
-                       "give extrinsics with the rig's base");
-  }
   for (const int sensor : recording.lidar.lidar_sensors) {
-    const Sensor& s = recording.rig.sensors[static_cast<std::size_t>(sensor)];
-    if (sensor == recording.rig.base) {
-      out.emplace_back(SE3{});
-    } else if (initial && initial->T_base_sensor.count(s.name) > 0) {
-      out.emplace_back(initial->T_base_sensor.at(s.name));
-    } else {
-      out.push_back(s.initial_T_base_sensor);
-    }
+    out.push_back(sensor == recording.rig.base
+                      ? SE3{}
+                      : guess_of(recording.rig.sensors[static_cast<std::size_t>(sensor)], initial));
   }
   return out;
 }
@@ -63,16 +64,19 @@ LastStage last_stage(const std::string& name) {
   return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
 }
 
-// Only LiDARs are solved for: whoever recorded images should know what became of them.
-void tell_of_images(const std::string& input, const Rig& rig, Reporter& reporter) {
-  std::error_code error;
-  std::string left_out;
-  for (const Sensor& sensor : rig.sensors) {
-    const bool any = std::filesystem::is_directory(std::filesystem::path(input) / "images" / sensor.name, error) ||
-                     std::filesystem::is_directory(std::filesystem::path(input) / "image" / sensor.name, error);
-    if (!sensor.is_lidar() && any) left_out.append(left_out.empty() ? "" : ", ").append(sensor.name);
+RigCalibrationOptions calibration_options(const CalibrateOptions& options, const Tolerance& require) {
+  RigCalibrationOptions out;
+  out.lidars.require = {require.translation_m, require.rotation_rad};
+  out.lidars.last_stage = last_stage(options.stages);
+  out.lidars.pose_prior_m = options.pose_prior[0];
+  out.lidars.pose_prior_rad = to_rad(options.pose_prior[1]);
+  if (options.full_map) out.lidars.map_size_m = 0.0;
+  if (options.stages == "cameras") {
+    out.cameras->refine_intrinsics = options.refine_intrinsics;
+  } else {
+    out.cameras.reset();
   }
-  if (!left_out.empty()) reporter.warn("the images of " + left_out + " are not used: only LiDARs are calibrated");
+  return out;
 }
 
 // What the report tells of the run, so that it can be repeated.
@@ -83,6 +87,8 @@ std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOpti
           {"--method", options.method},
           {"--stages", options.stages},
           {"--initial", options.initial.empty() ? "the rig file's" : options.initial},
+          {"--images", options.images.empty() ? "those of INPUT" : options.images},
+          {"--refine-intrinsics", options.refine_intrinsics ? "yes" : "no"},
           {"--require", options.require},
           {"--pose-prior", prior},
           {"--full-map", options.full_map ? "yes" : "no"}};
@@ -94,28 +100,28 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!require) return require.error();
   const auto initial = rough_extrinsics(options.initial);
   if (!initial) return initial.error();
-  InputDigester digester(options.rig.empty() ? std::vector{options.input} : std::vector{options.input, options.rig});
+  std::vector<std::string> inputs{options.input};
+  for (const std::string& path : {options.rig, options.images}) {
+    if (!path.empty()) inputs.push_back(path);
+  }
+  InputDigester digester(inputs);
   CellOptions cells;
   cells.keep_thinned = true;
   StageClock clock;
   StageReport& reading = clock.begin("reading");
-  const Expected<Recording> recording = read_recording(options.input, options.rig, cells, context.run_context());
+  Expected<Recording> recording =
+      read_recording({options.input, options.rig, options.images}, cells, context.run_context());
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
-  tell_of_images(options.input, recording->rig, context.reporter);
-  const auto guess = guesses(*recording, *initial, options.initial);
-  if (!guess) return guess.error();
-
-  LidarCalibrationOptions calibration;
-  calibration.require = {require->translation_m, require->rotation_rad};
-  calibration.last_stage = last_stage(options.stages);
-  calibration.pose_prior_m = options.pose_prior[0];
-  calibration.pose_prior_rad = to_rad(options.pose_prior[1]);
-  if (options.full_map) calibration.map_size_m = 0.0;
+  if (const auto right = check_base(recording->rig, *initial, options.initial); !right) return right.error();
+  for (CameraRecording& camera : recording->cameras) {
+    camera.guess_T_base_camera = guess_of(recording->rig.sensors[static_cast<std::size_t>(camera.sensor)], *initial);
+  }
   std::vector<StageReport> stages = clock.take();
   Expected<CalibrationResult> result =
-      calibrate_lidars(recording->rig, recording->lidar, *guess, calibration, context.run_context());
+      calibrate_rig(recording->rig, recording->lidar, recording->cameras, lidar_guesses(*recording, *initial),
+                    calibration_options(options, *require), context.run_context());
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
@@ -149,13 +155,20 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--method", options->method, "targetless (default)")
       ->check(CLI::IsMember({"targetless"}))
       ->option_text("METHOD");
-  command->add_option("--stages", options->stages, "Stop after poses, extrinsics or joint (default)")
-      ->check(CLI::IsMember({"poses", "extrinsics", "joint"}))
+  command
+      ->add_option("--stages", options->stages, "Stop after poses, extrinsics, joint (all LiDARs) or cameras (default)")
+      ->check(CLI::IsMember({"poses", "extrinsics", "joint", "cameras"}))
       ->option_text("STAGE");
   command
       ->add_option("--initial", options->initial,
                    "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's)")
       ->option_text("FILE");
+  command
+      ->add_option("--images", options->images,
+                   "The cameras' images where they do not lie with the recording: DIR/<camera>/ as in a session")
+      ->option_text("DIR");
+  command->add_flag("--refine-intrinsics", options->refine_intrinsics,
+                    "Find each camera's intrinsics, too, starting from the rig file's");
   command->add_option("--require", options->require, "What good means: 95 % bounds (default 10mm,0.1deg)")
       ->check(CLI::Validator(check_tolerance, ""))
       ->option_text("MM,DEG");

@@ -60,13 +60,6 @@ std::string ending_of(ByteView data) {
   return "";
 }
 
-std::optional<int> stop_at(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
-  for (const Stop& stop : stops) {
-    if (stamp_ns >= stop.start_ns && stamp_ns <= stop.end_ns) return stop.index;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Expected<void> ImageFiles::restart() {
@@ -121,7 +114,10 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
 Expected<void> ImageFiles::finish(const std::vector<Stop>& stops) {
   for (auto& [sensor, camera] : cameras_) {
     if (camera.frames.empty()) continue;
-    for (FrameRecord& frame : camera.frames) frame.stop = stop_at(stops, frame.stamp_ns);
+    for (FrameRecord& frame : camera.frames) {
+      const std::optional<std::size_t> at = stop_that_contains(stops, frame.stamp_ns, frame.stamp_ns);
+      if (at) frame.stop = stops[*at].index;
+    }
     const std::string path = (fs::path(camera_folder(sensor)) / "frames.csv").string();
     if (Expected<void> written = write_frames(path, camera.frames); !written) return written;
   }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "apps/still_images.h"
 #include "apps/stream_recording.h"
 #include "core/base/parallel.h"
 #include "core/io/pcd_file.h"
@@ -11,6 +12,8 @@
 
 namespace rigcal {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::vector<int> lidar_sensors(const Rig& rig) {
   std::vector<int> out;
@@ -160,11 +163,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   return out;
 }
 
-}  // namespace
-
-Expected<Recording> read_recording(const std::string& path, const std::string& rig_path, const CellOptions& cells,
-                                   const RunContext& context) {
-  namespace fs = std::filesystem;
+Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
+  const std::string& path = paths.input;
   std::error_code ec;
   if (!fs::exists(path, ec)) return input_error("no such file or folder", path, "check the path");
   const bool folder = fs::is_directory(path, ec);
@@ -172,19 +172,40 @@ Expected<Recording> read_recording(const std::string& path, const std::string& r
     Expected<SessionFolder> session = open_session(path);
     if (!session) return session.error();
     if (session->packets.empty()) {
-      Expected<Rig> rig = rig_path.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(rig_path);
+      Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
       if (!rig) return rig.error();
       return read_patches(std::move(*rig), session->patches, session->trajectory, cells, context);
     }
   } else if (folder) {
-    if (rig_path.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
-    Expected<Rig> rig = load_rig(rig_path);
+    if (paths.rig.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
+    Expected<Rig> rig = load_rig(paths.rig);
     if (!rig) return rig.error();
     return read_patches(std::move(*rig), path, {}, cells, context);
   }
-  const Expected<StreamSource> source = open_stream(path, rig_path);
+  const Expected<StreamSource> source = open_stream(path, paths.rig);
   if (!source) return source.error();
   return read_stream(*source, cells, context);
+}
+
+// Where the images of a recording lie, in the order in which they are looked for.
+std::vector<std::string> image_places(const RecordingPaths& paths) {
+  if (!paths.images.empty()) return {paths.images};
+  const fs::path input(paths.input);
+  return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
+}
+
+}  // namespace
+
+Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
+  std::error_code error;
+  if (!paths.images.empty() && !fs::is_directory(paths.images, error)) {
+    return input_error("no such folder", paths.images, "--images wants a folder with one folder of images a camera");
+  }
+  Expected<Recording> recording = read_points(paths, cells, context);
+  if (!recording) return recording;
+  recording->cameras = camera_recordings(recording->rig, recording->lidar.stops, image_places(paths),
+                                         "give them by --images DIR, or find the LiDARs alone by --stages joint");
+  return recording;
 }
 
 }  // namespace rigcal

@@ -6,7 +6,7 @@
 
 #include "core/base/run_context.h"
 #include "core/io/patch_folder.h"
-#include "core/pipeline/lidar_calibration.h"
+#include "core/pipeline/rig_calibration.h"
 #include "core/rig/rig.h"
 
 namespace rigcal {
@@ -15,17 +15,26 @@ namespace rigcal {
 struct Recording {
   Rig rig;
   LidarRecording lidar;
-  std::uint64_t points = 0;  ///< In the patches.
+  std::vector<CameraRecording> cameras;  ///< All of the rig's, with guesses from the rig file; read when asked for.
+  std::uint64_t points = 0;              ///< In the patches.
   /// Packets by the name of the sensor and what became of them ("point_lost"); empty where it came as patches.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
   std::vector<ClockReport> clocks;  ///< Likewise empty.
 };
 
-/// Reads a packet dump, a session or a patch folder. `rig_path` may be empty for a session, which has its own. What is
+/// Where a recording lies. `rig` may be empty for a session, which has its own; `images` where they lie with the
+/// recording, and otherwise is laid out like a session's.
+struct RecordingPaths {
+  std::string input;
+  std::string rig;
+  std::string images;
+};
+
+/// Reads a packet dump, a session or a patch folder. What is
 /// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit
 /// code 3 wants them: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never stands
 /// still.
-[[nodiscard]] Expected<Recording> read_recording(const std::string& path, const std::string& rig_path,
-                                                 const CellOptions& cells, const RunContext& context);
+[[nodiscard]] Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells,
+                                                 const RunContext& context);
 
 }  // namespace rigcal

@@ -9,7 +9,7 @@
 namespace rigcal {
 
 /// The thinned points of all patches with `use`, in the world, one for each cube of `size_m` (0: all of them).
-/// `sensor_of[lidar]` is the sensor's index in the rig, which goes to MapPoint::sensor.
+/// `sensor_of[lidar]` goes to MapPoint::sensor.
 [[nodiscard]] std::vector<MapPoint> fuse_map(const std::vector<PatchCells>& patches, const RigState& state,
                                              const std::vector<char>& use, const std::vector<int>& sensor_of,
                                              double size_m);

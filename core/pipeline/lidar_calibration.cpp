@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
@@ -45,6 +46,8 @@ class Calibration {
         options_(options),
         context_(context),
         solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0} {}
+
+  [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
   Expected<CalibrationResult> run() {
     const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
@@ -297,16 +300,18 @@ class Calibration {
     context_.reporter.progress("verdict", -1.0);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
     StageReport& stage = clock_.begin("map");
-    result.map =
-        fuse_map(recording_.patches, solution_.state, solution_.use, recording_.lidar_sensors, options_.map_size_m);
+    // The result's sensors are the rig's LiDARs in its order, as the recording's are.
+    std::vector<int> places(recording_.lidar_sensors.size());
+    std::iota(places.begin(), places.end(), 0);
+    result.map = fuse_map(recording_.patches, solution_.state, solution_.use, places, options_.map_size_m);
     stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
-    compare_with_guess(result);
+    compare_with_guess(places, result);
     result.stages = clock_.take();
     return result;
   }
 
   // What the calibration changed, for the eye: surfaces with the LiDARs where they were thought to be.
-  void compare_with_guess(CalibrationResult& result) {
+  void compare_with_guess(const std::vector<int>& places, CalibrationResult& result) {
     clock_.begin("comparison with the guess");
     RigState before = solution_.state;
     std::vector<char> use = solution_.use;
@@ -321,9 +326,9 @@ class Calibration {
       names.push_back(rig_.sensors[static_cast<std::size_t>(sensor)].name);
     }
     result.shared_surfaces = shared_surfaces(solution_.refined.map.features, before, solution_.state, names);
-    result.cuts = cut_surfaces(solution_.refined.map.features, recording_.patches, before, solution_.state, use,
-                               recording_.lidar_sensors);
-    result.map_at_guess = fuse_map(recording_.patches, before, use, recording_.lidar_sensors, map_at_guess_m);
+    result.cuts =
+        cut_surfaces(solution_.refined.map.features, recording_.patches, before, solution_.state, use, places);
+    result.map_at_guess = fuse_map(recording_.patches, before, use, places, map_at_guess_m);
   }
 
   const Rig& rig_;
@@ -341,8 +346,12 @@ class Calibration {
 
 Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
                                              const std::vector<std::optional<SE3>>& guess_T_base_sensor,
-                                             const LidarCalibrationOptions& options, const RunContext& context) {
-  return Calibration(rig, recording, guess_T_base_sensor, options, context).run();
+                                             const LidarCalibrationOptions& options, const RunContext& context,
+                                             std::unique_ptr<LidarSolution>* solution) {
+  Calibration calibration(rig, recording, guess_T_base_sensor, options, context);
+  Expected<CalibrationResult> result = calibration.run();
+  if (result && solution != nullptr) *solution = std::make_unique<LidarSolution>(calibration.take_solution());
+  return result;
 }
 
 }  // namespace rigcal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,12 +35,16 @@ struct LidarCalibrationOptions {
   int max_tight_passes = 8;  ///< A bound only; passes end when nothing moves any more.
 };
 
+struct LidarSolution;
+
 /// The targetless method for LiDARs: start, base poses, extrinsics, joint adjustment, verdict. `guess_T_base_sensor`
 /// has an entry for each LiDAR. Errors: no stop, no base in the recording and no way round it, cancelled. A sensor that
-/// cannot be solved is no error but `failed` in the result.
+/// cannot be solved is no error but `failed` in the result. `solution`, if not null, gets where the calibration ended,
+/// for what builds on it.
 [[nodiscard]] Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
                                                            const std::vector<std::optional<SE3>>& guess_T_base_sensor,
                                                            const LidarCalibrationOptions& options,
-                                                           const RunContext& context);
+                                                           const RunContext& context,
+                                                           std::unique_ptr<LidarSolution>* solution = nullptr);
 
 }  // namespace rigcal

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/camera/camera_calibration.h"
 #include "core/quality/result_evidence.h"
 #include "core/records/records.h"
 
@@ -27,6 +28,22 @@ struct SensorResult {
   Matrix6d covariance = Matrix6d::Zero();
   std::optional<SE3> guess_T_base_sensor = std::nullopt;  ///< Where it was thought to be before.
   HoldOutFigures hold_out = {};
+};
+
+/// An image that took part.
+struct UsedImage {
+  int stop = 0;      ///< Index into CalibrationResult::trajectory.
+  std::string file;  ///< Where it came from; of several of a stop the first.
+};
+
+/// What the images told of one camera; its entry in `sensors` has the verdict.
+struct CameraEvidence {
+  std::string name;
+  std::optional<SE3> guess_T_base_camera;
+  CameraIntrinsics given;  ///< The rig file's.
+  bool refined_intrinsics = false;
+  std::vector<UsedImage> images;
+  CameraEstimate estimate;
 };
 
 /// The pose of the rig at one stop.
@@ -50,7 +67,7 @@ struct StageReport {
   double peak_memory_mb = 0.0;
 };
 
-/// A point of the fused cloud in the world frame G with the index of the sensor that saw it.
+/// A point of the fused cloud in the world frame G with the index in `sensors` of the one that saw it.
 struct MapPoint {
   float x = 0.0F;
   float y = 0.0F;
@@ -89,6 +106,8 @@ struct CalibrationResult {
   std::vector<MapPoint> map;
   std::vector<MapPoint> map_at_guess;  ///< A point per 5 cm, with the poses of the result.
   std::vector<Overlay> overlays;
+  std::vector<CameraEvidence> cameras;  ///< Those that had images and intrinsics, in the order of the rig file.
+  std::vector<LidarEdge> edges;         ///< What the cameras were found by; empty where none was.
 };
 
 }  // namespace rigcal

@@ -32,7 +32,7 @@ struct SurfaceCut {
   struct Dot {
     float along_m = 0.0F;
     float off_m = 0.0F;       ///< Along the surface's normal.
-    std::uint8_t sensor = 0;  ///< Index in the rig.
+    std::uint8_t sensor = 0;  ///< Index in the result's sensors.
   };
   Vector3d center_G = Vector3d::Zero();
   Vector3d normal_G = Vector3d::UnitZ();

@@ -1,8 +1,9 @@
 #include "core/quality/verdict.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <string>
+
+#include "core/quality/verdict_text.h"
 
 namespace rigcal {
 namespace {
@@ -10,25 +11,6 @@ namespace {
 // Wider than this nothing is known: half a metre, thirty degrees.
 constexpr double unknown_m = 0.5;
 constexpr double unknown_rad = 0.52;
-
-std::string number(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
-std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
-std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }
-
-void fail(Verdict& verdict, std::string reason) {
-  verdict.status = Status::failed;
-  verdict.reasons.push_back(std::move(reason));
-}
-
-void weaken(Verdict& verdict, std::string reason) {
-  if (verdict.status == Status::good) verdict.status = Status::weak;
-  verdict.reasons.push_back(std::move(reason));
-}
 
 void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
   const double t = translation_bound(e.covariance);

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,6 +69,10 @@ struct Stop {
   std::int64_t start_ns = 0;
   std::int64_t end_ns = 0;
 };
+
+/// Position in `stops` of the one that contains all from `start_ns` to `end_ns`.
+[[nodiscard]] std::optional<std::size_t> stop_that_contains(std::span<const Stop> stops, std::int64_t start_ns,
+                                                            std::int64_t end_ns);
 
 /// What one sensor saw in one stop.
 struct Patch {

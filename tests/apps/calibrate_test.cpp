@@ -259,17 +259,6 @@ TEST_F(Calibrate, DoesNotCallSolvedWhatAnEarlyEndLeftUnsolved) {
   expect_near("rough/extrinsics.yaml", "session/ground_truth.yaml", 20.0, 0.2);
 }
 
-TEST_F(Calibrate, SaysThatItDoesNotUseImages) {
-  fs::create_directories(scratch / "with_images/images/camera_left");
-  fs::create_symlink(scratch / "session/lidar.pcapng", scratch / "with_images/lidar.pcapng");
-  std::string rig = rig_yaml;
-  rig.insert(rig.find("initial_extrinsics"), "  camera_left: {type: camera}\n");
-  std::ofstream(scratch / "with_images/rig.yaml") << rig;
-  const ProgramRun run = rigcal("calibrate with_images --out with_images_result --stages poses");
-  EXPECT_THAT(run.err, HasSubstr("warning: the images of camera_left are not used"));
-  EXPECT_THAT(file("with_images_result/report.json"), HasSubstr("the images of camera_left are not used"));
-}
-
 TEST_F(Calibrate, ReplacesAnOlderResultAndNothingElse) {
   fs::create_directories(scratch / "older");
   std::ofstream(scratch / "older/extrinsics.yaml") << "rigcal: 1\nbase: something else\n";

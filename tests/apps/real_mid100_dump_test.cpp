@@ -119,7 +119,7 @@ class RealMid100Dump : public RealMid100 {
 
   Expected<CalibrationResult> calibrate(const std::string& path) {
     const RunContext context{reporter_};
-    const auto recording = read_recording(path, rig_file_, CellOptions{}, context);
+    const auto recording = read_recording({path, rig_file_, {}}, CellOptions{}, context);
     if (!recording) return recording.error();
     points_used_.push_back(recording->points);
     const std::vector<std::optional<SE3>> guess{std::nullopt, SE3{}, published()};

@@ -17,7 +17,7 @@ TEST_F(RealMid100, TwoUnitsAtTwoStopsFitBetterThanThePublishedCalibration) {
   copy_clouds(patches, "10", "12");
   const std::vector<TumPose> trajectory{{10'000'000'000, poses_[0]}, {12'000'000'000, poses_[1]}};
   ASSERT_TRUE(write_tum((patches / "trajectory.tum").string(), trajectory));
-  const auto recording = read_recording(patches.string(), write_rig_file(), CellOptions{}, context);
+  const auto recording = read_recording({patches.string(), write_rig_file(), {}}, CellOptions{}, context);
   ASSERT_TRUE(recording) << recording.error().message();
   const std::vector<std::optional<SE3>> guess{SE3{}, extrinsics_[0], extrinsics_[1]};
   const auto result = calibrate_lidars(recording->rig, recording->lidar, guess, {}, context);

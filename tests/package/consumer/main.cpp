@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   if (argc < 2) return 2;
   rigcal::SilentReporter silent;
   const rigcal::RunContext context{silent};
-  const auto recording = rigcal::read_recording(argv[1], argc > 2 ? argv[2] : "", rigcal::CellOptions{}, context);
+  const auto recording = rigcal::read_recording({argv[1], argc > 2 ? argv[2] : "", ""}, rigcal::CellOptions{}, context);
   if (!recording) {
     std::cerr << recording.error().message() << "\n";
     return 3;

@@ -1,0 +1,249 @@
+#include "apps/still_images.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <map>
+
+#include "apps/image_mean.h"
+#include "core/base/parallel.h"
+#include "core/io/image_file.h"
+#include "core/io/image_folder.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Sentences about many files of a kind: the first few in full, then how many more.
+class Complaints {
+ public:
+  void add(std::string sentence) {
+    if (count_++ < told) first_.push_back(std::move(sentence));
+  }
+  void tell(const std::string& camera, Reporter& reporter) const {
+    for (const std::string& sentence : first_) reporter.warn(sentence);
+    if (count_ > told) {
+      reporter.warn(camera + ": " + std::to_string(count_ - told) + " more of its images were left out likewise");
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] const std::string& first() const { return first_.front(); }
+
+ private:
+  static constexpr std::size_t told = 3;
+  std::vector<std::string> first_;
+  std::size_t count_ = 0;
+};
+
+bool has_times(const std::vector<Stop>& stops) {
+  return std::any_of(stops.begin(), stops.end(), [](const Stop& s) { return s.start_ns != 0 || s.end_ns != 0; });
+}
+
+std::optional<std::size_t> stop_of_index(const std::vector<Stop>& stops, std::int64_t index) {
+  for (std::size_t j = 0; j < stops.size(); ++j) {
+    if (stops[j].index == index) return j;
+  }
+  return std::nullopt;
+}
+
+std::string seconds(std::int64_t ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f s", 1e-9 * static_cast<double>(ns));
+  return text;
+}
+
+// Where the nearest stop lies, seen from a stamp outside of all.
+std::string nearest_stop(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
+  std::string text;
+  std::int64_t least = -1;
+  for (const Stop& stop : stops) {
+    const bool before = stamp_ns < stop.start_ns;
+    const std::int64_t gap = before ? stop.start_ns - stamp_ns : std::max<std::int64_t>(0, stamp_ns - stop.end_ns);
+    if (least >= 0 && gap >= least) continue;
+    least = gap;
+    text = seconds(gap) + (before ? " before stop " : " after stop ") + std::to_string(stop.index);
+    if (gap == 0) text = "its exposure does not end in stop " + std::to_string(stop.index);
+  }
+  return text;
+}
+
+struct Placed {
+  std::size_t stop = 0;
+  const ListedImage* image = nullptr;
+};
+
+/// Which images belong to which stop.
+class Placing {
+ public:
+  Placing(const Sensor& camera, const ImageFolder& folder, const std::vector<Stop>& stops)
+      : camera_(camera), folder_(folder), stops_(stops), timed_(has_times(stops)) {
+    for (const ListedImage& image : folder.images) place(image);
+  }
+
+  [[nodiscard]] const std::vector<Placed>& placed() const { return placed_; }
+
+  /// Why images are not used, for all of the camera; empty: all are.
+  [[nodiscard]] std::string outside() const {
+    if (outside_ == 0) return {};
+    return camera_.name + ": " + std::to_string(outside_) + " of " + std::to_string(folder_.images.size()) +
+           " images were taken outside of all stops and are not used, the first: " + first_outside_;
+  }
+  void tell(Reporter& reporter) const {
+    if (outside_ > 0 && !placed_.empty()) reporter.warn(outside());
+    if (contradicting_ > 0) {
+      reporter.warn(camera_.name + ": frames.csv names another stop than the stamp for " +
+                    std::to_string(contradicting_) + " images; the stamps count; the first: " + first_contradicting_);
+    }
+  }
+
+ private:
+  void place(const ListedImage& image) {
+    const std::optional<std::size_t> stop = timed_ ? by_time(image) : by_number(image);
+    if (!stop) {
+      if (++outside_ == 1) {
+        first_outside_ = image.path + (timed_ ? " (" + nearest_stop(stops_, image.number) + ")"
+                                              : " (the recording has no such stop)");
+      }
+      return;
+    }
+    if (timed_ && image.stop && *image.stop != stops_[*stop].index && ++contradicting_ == 1) {
+      first_contradicting_ = image.path + " (" + std::to_string(*image.stop) + ", but taken in stop " +
+                             std::to_string(stops_[*stop].index) + ")";
+    }
+    placed_.push_back({*stop, &image});
+  }
+
+  [[nodiscard]] std::optional<std::size_t> by_time(const ListedImage& image) const {
+    const double exposure_us = image.exposure_us.value_or(camera_.camera->exposure_us.value_or(0.0));
+    constexpr double longest_us = 1e9;
+    if (image.number > std::numeric_limits<std::int64_t>::max() / 2) return std::nullopt;
+    const auto half_ns = static_cast<std::int64_t>(500.0 * std::min(exposure_us, longest_us));
+    return stop_that_contains(stops_, image.number - half_ns, image.number + half_ns);
+  }
+
+  [[nodiscard]] std::optional<std::size_t> by_number(const ListedImage& image) const {
+    if (!folder_.has_frames) return stop_of_index(stops_, image.number);
+    return image.stop ? stop_of_index(stops_, *image.stop) : std::nullopt;
+  }
+
+  const Sensor& camera_;
+  const ImageFolder& folder_;
+  const std::vector<Stop>& stops_;
+  bool timed_ = false;
+  std::vector<Placed> placed_;
+  std::size_t outside_ = 0;
+  std::string first_outside_;
+  std::size_t contradicting_ = 0;
+  std::string first_contradicting_;
+};
+
+std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+
+struct StopOutcome {
+  std::optional<StillImage> image;
+  std::vector<std::string> complaints;
+};
+
+StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, const RunContext& context) {
+  StopOutcome out;
+  ImageMean mean;
+  std::string first;
+  for (const Placed& placed : images) {
+    if (context.cancelled()) return out;
+    const std::string& path = placed.image->path;
+    const Expected<Image> image = read_image(path);
+    if (!image) {
+      out.complaints.push_back(image.error().message());
+      continue;
+    }
+    const auto& wanted = camera.camera->intrinsics;
+    if (wanted && (image->width != wanted->width || image->height != wanted->height)) {
+      out.complaints.push_back(input_error("the image is " + size_text(image->width, image->height) +
+                                               " pixels large, the intrinsics of " + camera.name + " are for " +
+                                               size_text(wanted->width, wanted->height),
+                                           path, "give images as the camera took them, or intrinsics for their size")
+                                   .message());
+      continue;
+    }
+    if (!mean.add(*image)) {
+      out.complaints.push_back(
+          input_error("has other channels or depth than " + first, path, "leave one of them out").message());
+      continue;
+    }
+    if (first.empty()) first = path;
+  }
+  if (mean.count() == 0) return out;
+  out.image = StillImage{static_cast<int>(images.front().stop), first, mean.mean()};
+  out.image->image.pixel_format = camera.camera->pixel_format;
+  return out;
+}
+
+}  // namespace
+
+StillImages read_still_images(const std::string& folder, const Sensor& camera, const std::vector<Stop>& stops,
+                              const RunContext& context) {
+  StillImages out;
+  const Expected<ImageFolder> listed = list_image_folder(folder);
+  if (!listed) {
+    out.why_none = listed.error().message();
+    return out;
+  }
+  if (!listed->unknown.empty()) {
+    context.reporter.warn(folder + ": " + std::to_string(listed->unknown.size()) + " files are not used, since " +
+                          (listed->has_frames ? "frames.csv does not list them" : "their names are no numbers") +
+                          ", the first: " + listed->unknown.front());
+  }
+  const Placing placing(camera, *listed, stops);
+  placing.tell(context.reporter);
+  if (placing.placed().empty()) {
+    out.why_none = listed->images.empty() ? "its folder " + folder + " holds no images" : placing.outside();
+    return out;
+  }
+  std::map<std::size_t, std::vector<Placed>> by_stop;
+  for (const Placed& placed : placing.placed()) by_stop[placed.stop].push_back(placed);
+  std::vector<std::vector<Placed>> jobs;
+  for (auto& [stop, images] : by_stop) jobs.push_back(std::move(images));
+  std::vector<StopOutcome> outcomes(jobs.size());
+  parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) outcomes[k] = read_stop(jobs[k], camera, context);
+  });
+  Complaints complaints;
+  for (StopOutcome& outcome : outcomes) {
+    for (std::string& sentence : outcome.complaints) complaints.add(std::move(sentence));
+    if (outcome.image) out.images.push_back(std::move(*outcome.image));
+  }
+  if (out.images.empty() && complaints.count() > 0) {
+    out.why_none = "none of its " + std::to_string(complaints.count()) + " images can be used: " + complaints.first();
+  } else {
+    complaints.tell(camera.name, context.reporter);
+  }
+  return out;
+}
+
+std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,
+                                               const std::vector<std::string>& places, const std::string& advice) {
+  std::vector<CameraRecording> out;
+  for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
+    const Sensor& camera = rig.sensors[k];
+    if (camera.is_lidar()) continue;
+    std::string found;
+    for (const std::string& place : places) {
+      for (const std::string& name : {camera.name, camera.folder}) {
+        std::error_code error;
+        const std::string folder = (fs::path(place) / name).string();
+        if (found.empty() && !name.empty() && fs::is_directory(folder, error)) found = folder;
+      }
+    }
+    CameraRecording recording{static_cast<int>(k), camera.initial_T_base_sensor, {}};
+    recording.read_images = [found, camera, stops, advice](const RunContext& context) {
+      if (!found.empty()) return read_still_images(found, camera, stops, context);
+      return StillImages{{}, "the recording has no images of it; " + advice};
+    };
+    out.push_back(std::move(recording));
+  }
+  return out;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/pipeline/camera_stage.h"
+#include "core/records/records.h"
+#include "core/rig/rig.h"
+
+namespace rigcal {
+
+/// Reads the images of one camera from its folder (`list_image_folder`) and keeps those taken in a stop: the whole
+/// exposure must lie in it. Stops without times are told by frames.csv's remark, or by the files' names. Several images
+/// of a stop become their mean, which has less noise; the rig stood still. What cannot be used is left out with a
+/// warning: damaged files, another size than the intrinsics', exposures outside of all stops.
+[[nodiscard]] StillImages read_still_images(const std::string& folder, const Sensor& camera,
+                                            const std::vector<Stop>& stops, const RunContext& context);
+
+/// The cameras of a rig whose images lie in `<place>/<camera or its folder key>/`, the first of `places` that has it;
+/// `advice` tells what to do where none has. Guesses are the rig file's.
+[[nodiscard]] std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,
+                                                             const std::vector<std::string>& places,
+                                                             const std::string& advice);
+
+}  // namespace rigcal

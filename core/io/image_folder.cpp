@@ -1,0 +1,70 @@
+#include "core/io/image_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <set>
+#include <string_view>
+#include <tuple>
+
+#include "core/io/frame_files.h"
+#include "core/rig/text_file.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* frames_name = "frames.csv";
+
+bool is_image_name(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  constexpr std::array<std::string_view, 3> endings{".png", ".jpg", ".jpeg"};
+  return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return name.ends_with(ending); });
+}
+
+/// The number of "<digits>.png" and so on.
+std::optional<std::int64_t> number_of(const std::string& name) {
+  const std::size_t digits = name.find('.');
+  if (!is_image_name(name) || name.find('.', digits + 1) != std::string::npos) return std::nullopt;
+  if (name[0] < '0' || name[0] > '9') return std::nullopt;
+  std::int64_t number = 0;
+  const auto [rest, code] = std::from_chars(name.data(), name.data() + digits, number);
+  if (code != std::errc{} || rest != name.data() + digits) return std::nullopt;
+  return number;
+}
+
+}  // namespace
+
+Expected<ImageFolder> list_image_folder(const std::string& path) {
+  std::error_code error;
+  fs::directory_iterator entries(path, error);
+  if (error) return cannot_read(path, error.value());
+  std::set<std::string> names;
+  for (const fs::directory_entry& entry : entries) names.insert(entry.path().filename().string());
+  ImageFolder folder;
+  folder.has_frames = names.erase(frames_name) > 0;
+  if (folder.has_frames) {
+    const Expected<std::vector<FrameRecord>> frames = read_frames((fs::path(path) / frames_name).string());
+    if (!frames) return frames.error();
+    for (const FrameRecord& frame : *frames) {
+      folder.images.push_back({(fs::path(path) / frame.file).string(), frame.stamp_ns, frame.exposure_us, frame.stop});
+      names.erase(frame.file);
+    }
+  } else {
+    for (auto name = names.begin(); name != names.end();) {
+      const std::optional<std::int64_t> number = number_of(*name);
+      if (number) folder.images.push_back({(fs::path(path) / *name).string(), *number, std::nullopt, std::nullopt});
+      name = number ? names.erase(name) : std::next(name);
+    }
+  }
+  folder.unknown.assign(names.begin(), names.end());
+  std::sort(folder.images.begin(), folder.images.end(), [](const ListedImage& a, const ListedImage& b) {
+    return std::tie(a.number, a.path) < std::tie(b.number, b.path);
+  });
+  return folder;
+}
+
+}  // namespace rigcal

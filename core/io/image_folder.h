@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace rigcal {
+
+/// An image file of one camera. Files without a frames.csv are named by one number: `number` is that, a stamp where the
+/// recording has times and the number of the stop where it has none.
+struct ListedImage {
+  std::string path;
+  std::int64_t number = 0;  ///< Middle of the exposure, session time, ns; or the stop's number.
+  std::optional<double> exposure_us;
+  std::optional<int> stop;  ///< What frames.csv remarks.
+};
+
+struct ImageFolder {
+  std::vector<ListedImage> images;   ///< By `number`, then by path.
+  bool has_frames = false;           ///< There is a frames.csv, so the numbers are stamps.
+  std::vector<std::string> unknown;  ///< Files that neither frames.csv nor their name tells anything of; sorted.
+};
+
+/// Lists the images of one camera: those of `<path>/frames.csv` (contract section 5), or without it all files named
+/// `<number>.png`, `.jpg` or `.jpeg`. Nothing is decoded. Errors: no folder, a damaged frames.csv.
+[[nodiscard]] Expected<ImageFolder> list_image_folder(const std::string& path);
+
+}  // namespace rigcal

@@ -1,0 +1,211 @@
+#include "core/pipeline/camera_stage.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+#include "core/camera/map_samples.h"
+#include "core/edges/grey_image.h"
+#include "core/pipeline/stage_clock.h"
+#include "core/quality/camera_verdict.h"
+#include "core/report/overlay.h"
+
+namespace rigcal {
+namespace {
+
+// An image whose values differ by less shows nothing but noise.
+constexpr float min_spread = 6.0F;
+
+std::string blankness(const GreyImage& grey) {
+  const float value = grey.values[grey.values.size() / 2];
+  return value < 32.0F ? "black" : (value > 224.0F ? "white" : "grey without anything in it");
+}
+
+SensorResult failed(const std::string& name, std::string reason) {
+  return {name, Status::failed, {std::move(reason)}, std::nullopt, Matrix6d::Zero()};
+}
+
+// What is missing before a camera's images need be looked at; empty: nothing.
+std::string missing(const Sensor& sensor, const CameraRecording& camera) {
+  if (!sensor.camera->intrinsics) {
+    return "the rig file has no intrinsics for it; put in intrinsics: {model: radtan, width, height, fx, fy, cx, cy, "
+           "distortion: [k1, k2, p1, p2, k3]} from a calibration of the camera alone";
+  }
+  if (!camera.guess_T_base_camera) {
+    return "there is no rough pose for it; give one under initial_extrinsics in the rig file, or by --initial (10 "
+           "degrees, 0.2 m)";
+  }
+  return {};
+}
+
+std::size_t place_of(const std::string& name, const std::vector<SensorResult>& sensors) {
+  const auto at = std::find_if(sensors.begin(), sensors.end(), [&](const SensorResult& s) { return s.name == name; });
+  return static_cast<std::size_t>(at - sensors.begin());
+}
+
+// The cameras' sensors among the LiDARs', as the rig file has them; points of maps and cuts know theirs by its place.
+void insert_in_order(const Rig& rig, const std::vector<SensorResult>& cameras, CalibrationResult& result) {
+  std::vector<SensorResult> all;
+  std::vector<std::uint8_t> place(result.sensors.size(), 0);
+  for (const Sensor& sensor : rig.sensors) {
+    const std::size_t lidar = place_of(sensor.name, result.sensors);
+    const std::size_t camera = place_of(sensor.name, cameras);
+    if (lidar < result.sensors.size()) {
+      place[lidar] = static_cast<std::uint8_t>(all.size());
+      all.push_back(result.sensors[lidar]);
+    } else if (camera < cameras.size()) {
+      all.push_back(cameras[camera]);
+    }
+  }
+  result.sensors = std::move(all);
+  for (std::vector<MapPoint>* map : {&result.map, &result.map_at_guess}) {
+    for (MapPoint& point : *map) point.sensor = place[point.sensor];
+  }
+  for (SurfaceCut& cut : result.cuts) {
+    for (std::vector<SurfaceCut::Dot>* dots : {&cut.before, &cut.after}) {
+      for (SurfaceCut::Dot& dot : *dots) dot.sensor = place[dot.sensor];
+    }
+  }
+}
+
+class CameraStage {
+ public:
+  CameraStage(const Rig& rig, const LidarRecording& recording, const LidarSolution& solution,
+              const Requirement& require, const CameraCalibrationOptions& options, const RunContext& context,
+              CalibrationResult& result)
+      : rig_(rig),
+        recording_(recording),
+        solution_(solution),
+        require_(require),
+        options_(options),
+        context_(context),
+        result_(result) {}
+
+  Expected<SensorResult> run(const CameraRecording& camera) {
+    const Sensor& sensor = rig_.sensors[static_cast<std::size_t>(camera.sensor)];
+    if (std::string reason = missing(sensor, camera); !reason.empty()) return failed(sensor.name, std::move(reason));
+    clock_.begin(sensor.name + " images");
+    context_.reporter.progress(sensor.name, -1.0);
+    CameraTask task{camera.sensor, sensor.name, *sensor.camera->intrinsics, camera.guess_T_base_camera, {}};
+    const StillImages still = camera.read_images(context_);
+    task.views = camera_views(still.images, sensor.name, context_);
+    if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
+    if (task.views.empty()) {
+      return failed(sensor.name, still.images.empty() ? still.why_none
+                                                      : "none of its images shows anything; check lens cap, aperture "
+                                                        "and exposure");
+    }
+    if (scene_.T_G_base.empty()) make_scene();
+    StageReport& stage = clock_.begin(sensor.name);
+    stage.counts.emplace_back("images", static_cast<double>(task.views.size()));
+    Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options_, context_);
+    if (!estimate) return estimate.error();
+    tell(*estimate, stage);
+    for (Overlay& overlay : draw_overlays(scene_, task, *estimate)) result_.overlays.push_back(std::move(overlay));
+    return conclude(task, std::move(*estimate));
+  }
+
+  void finish() {
+    result_.edges = std::move(scene_.edges);
+    for (StageReport& stage : clock_.take()) result_.stages.push_back(std::move(stage));
+  }
+
+ private:
+  // Not before there is an image to be matched: it takes as long as a camera.
+  void make_scene() {
+    StageReport& stage = clock_.begin("edges");
+    context_.reporter.progress("edges", -1.0);
+    scene_ = make_camera_scene(recording_, solution_);
+    stage.counts = {{"lidar_edge_points", static_cast<double>(scene_.edges.size())},
+                    {"map_samples", static_cast<double>(scene_.samples.size())}};
+  }
+
+  void tell(const CameraEstimate& estimate, StageReport& stage) const {
+    stage.iterations = estimate.iterations;
+    stage.counts.emplace_back("images_with_edges", estimate.views_with_edges);
+    stage.counts.emplace_back("lidar_edge_points", static_cast<double>(scene_.edges.size()));
+    stage.counts.emplace_back("matched_edge_points", static_cast<double>(estimate.edge_points));
+    stage.counts.emplace_back("segments", static_cast<double>(estimate.segments));
+  }
+
+  SensorResult conclude(const CameraTask& task, CameraEstimate estimate) {
+    const Verdict verdict = judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+    SensorResult sensor{task.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
+    sensor.guess_T_base_sensor = task.guess_T_base_camera;
+    sensor.hold_out = {estimate.hold_out, estimate.hold_out_px, estimate.hold_out_start_px, "px"};
+    if (verdict.status != Status::failed) {
+      sensor.T_base_sensor = estimate.pose.T_base_camera;
+      sensor.covariance = estimate.pose.covariance;
+    }
+    CameraEvidence evidence{task.name, task.guess_T_base_camera, task.intrinsics, options_.refine_intrinsics, {}, {}};
+    for (const CameraView& view : task.views) evidence.images.push_back({view.stop, view.file});
+    evidence.estimate = std::move(estimate);
+    result_.cameras.push_back(std::move(evidence));
+    return sensor;
+  }
+
+  const Rig& rig_;
+  const LidarRecording& recording_;
+  const LidarSolution& solution_;
+  const Requirement& require_;
+  const CameraCalibrationOptions& options_;
+  const RunContext& context_;
+  CalibrationResult& result_;
+  CameraScene scene_;
+  StageClock clock_;
+};
+
+}  // namespace
+
+CameraScene make_camera_scene(const LidarRecording& recording, const LidarSolution& solution) {
+  CameraScene scene;
+  scene.T_G_base = solution.state.T_G_base;
+  scene.stop_known = solution.start.stop_known;
+  const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
+  scene.edges = find_lidar_edges(leaves, recording.patches, solution.state, solution.noise, solution.use, {});
+  scene.samples = sample_map(recording.patches, solution.state, solution.use, leaves);
+  return scene;
+}
+
+std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
+                                     const RunContext& context) {
+  int bits = 8;
+  for (const StillImage& still : images) bits = std::max(bits, value_bits(still.image));
+  std::vector<CameraView> views(images.size());
+  std::vector<char> blank(images.size(), 0);
+  parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const int own = images[k].image.bits == 8 ? 8 : bits;
+      views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, own)};
+      blank[k] = grey_spread(views[k].grey) < min_spread;
+    }
+  });
+  std::vector<CameraView> kept;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    if (blank[k]) {
+      context.reporter.warn(views[k].file + ": the image of " + camera + " is " + blankness(views[k].grey) +
+                            " and is left out; check lens cap and exposure");
+    } else {
+      kept.push_back(std::move(views[k]));
+    }
+  }
+  return kept;
+}
+
+Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& cameras, const LidarRecording& recording,
+                           const LidarSolution& solution, const Requirement& require,
+                           const CameraCalibrationOptions& options, const RunContext& context,
+                           CalibrationResult& result) {
+  CameraStage stage(rig, recording, solution, require, options, context, result);
+  std::vector<SensorResult> found;
+  for (const CameraRecording& camera : cameras) {
+    Expected<SensorResult> sensor = stage.run(camera);
+    if (!sensor) return sensor.error();
+    result.status = std::max(result.status, sensor->status);
+    found.push_back(std::move(*sensor));
+  }
+  insert_in_order(rig, found, result);
+  stage.finish();
+  return {};
+}
+
+}  // namespace rigcal

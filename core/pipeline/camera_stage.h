@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/run_context.h"
+#include "core/camera/camera_calibration.h"
+#include "core/pipeline/lidar_result.h"
+#include "core/quality/result.h"
+#include "core/records/image.h"
+
+namespace rigcal {
+
+/// An image taken while the rig stood still.
+struct StillImage {
+  int stop = 0;  ///< Index into LidarRecording::stops.
+  std::string file;
+  Image image;
+};
+
+/// What a recording has of one camera. Without an image, `why_none` says why, in a sentence a user can act on.
+struct StillImages {
+  std::vector<StillImage> images;
+  std::string why_none;
+};
+
+/// A camera of a recording. Its images are read when its turn has come, so that those of one camera at a time are held.
+struct CameraRecording {
+  int sensor = 0;  ///< Index in the rig.
+  std::optional<SE3> guess_T_base_camera;
+  std::function<StillImages(const RunContext&)> read_images;
+};
+
+/// Poses, edges and samples of the map that the LiDAR calibration ended with.
+[[nodiscard]] CameraScene make_camera_scene(const LidarRecording& recording, const LidarSolution& solution);
+
+/// The images in grey, all of them on the scale of the one with the most bits, without those that show nothing (warned
+/// of by name).
+[[nodiscard]] std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
+                                                   const RunContext& context);
+
+/// Finds the cameras one after the other, each on all threads, and adds to `result` their sensors (in the order of the
+/// rig), evidence, edges and stages; its status becomes the worst. What keeps a camera from being found is a reason of
+/// its verdict, never an Error. Errors: cancelled.
+Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& cameras, const LidarRecording& recording,
+                           const LidarSolution& solution, const Requirement& require,
+                           const CameraCalibrationOptions& options, const RunContext& context,
+                           CalibrationResult& result);
+
+}  // namespace rigcal

@@ -1,0 +1,20 @@
+#include "core/pipeline/rig_calibration.h"
+
+namespace rigcal {
+
+Expected<CalibrationResult> calibrate_rig(const Rig& rig, const LidarRecording& recording,
+                                          const std::vector<CameraRecording>& cameras,
+                                          const std::vector<std::optional<SE3>>& guess_T_base_lidar,
+                                          const RigCalibrationOptions& options, const RunContext& context) {
+  const bool all = options.cameras.has_value() && options.lidars.last_stage == LastStage::joint && !cameras.empty();
+  std::unique_ptr<LidarSolution> solution;
+  Expected<CalibrationResult> result =
+      calibrate_lidars(rig, recording, guess_T_base_lidar, options.lidars, context, &solution);
+  if (!result || !all) return result;
+  const Expected<void> added =
+      add_cameras(rig, cameras, recording, *solution, options.lidars.require, *options.cameras, context, *result);
+  if (!added) return added.error();
+  return result;
+}
+
+}  // namespace rigcal

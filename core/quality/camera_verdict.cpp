@@ -1,0 +1,104 @@
+#include "core/quality/camera_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/quality/verdict_text.h"
+
+namespace rigcal {
+namespace {
+
+std::string px(double value) { return number(value, 2) + " px"; }
+
+double sigmas(const ScalarEstimate& e) { return e.sigma > 0.0 ? std::abs(e.value) / e.sigma : 0.0; }
+
+void judge_bounds(const CameraEstimate& e, const Requirement& require, Verdict& verdict) {
+  const double t = translation_bound(e.pose.covariance);
+  const double r = rotation_bound(e.pose.covariance);
+  if (t > require.translation_m) {
+    weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
+                        "), worst along " + weak_translation_words(e.pose.covariance, e.pose.T_base_camera) +
+                        "; add stops with corners of walls or furniture near to the camera");
+  }
+  if (r > require.rotation_rad) {
+    weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
+                        "); add stops in which edges of buildings or furniture lie all over the image");
+  }
+}
+
+void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Verdict& verdict) {
+  if (e.hold_out_px > 0.0 && e.hold_out_start_px > 0.0 && e.hold_out_px > e.hold_out_start_px) {
+    fail(verdict, "it fits held-out stops worse (" + px(e.hold_out_px) + ") than its start did (" +
+                      px(e.hold_out_start_px) + "); its images show no edges that the LiDARs see, or too few");
+  } else if (e.hold_out > limits.hold_out) {
+    weaken(verdict, "held-out stops disagree: " + px(e.hold_out_px) + ", " + number(e.hold_out, 1) +
+                        " times what noise explains; was the camera moved or refocused during the recording?");
+  }
+  if (e.hold_out == 0.0) {
+    weaken(verdict, "no stop could be held out to check it, for its images come from too few stops (" +
+                        std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
+                        "); record four stops or more");
+  }
+}
+
+void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, Verdict& verdict) {
+  if (sigmas(e.focal_scale) > limits.intrinsics_sigmas) {
+    weaken(verdict, "the images fit better with a focal length " + number(100.0 * std::abs(e.focal_scale.value), 2) +
+                        " % " + (e.focal_scale.value > 0.0 ? "longer" : "shorter") +
+                        " than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics");
+  }
+  if (sigmas(e.k1_change) > limits.intrinsics_sigmas) {
+    weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
+                        " by " + number(std::abs(e.k1_change.value), 4) +
+                        " than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics");
+  }
+  if (sigmas(e.radial_trend) > limits.radial_trend_sigmas && std::abs(e.radial_trend.value) > limits.radial_trend_px) {
+    weaken(verdict, "what is left over points along the radius, " + px(std::abs(e.radial_trend.value)) +
+                        " at the corners: the distortion of the rig file is not this lens'; calibrate its intrinsics "
+                        "anew, or try --refine-intrinsics");
+  }
+}
+
+void judge_second_opinions(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
+                           Verdict& verdict) {
+  if (e.information && e.disagreement_chi2 > limits.disagreement_chi2) {
+    const SE3 between = e.pose.T_base_camera.inverse() * e.information->T_base_camera;
+    weaken(verdict, "its edges and its grey values disagree by " + mm(between.t.norm()) + " and " +
+                        deg(log_so3(between.R).norm()) +
+                        ", more than both allow; one of them found a false match: look at the overlays in report.html");
+  }
+  const double halves_m = limits.halves_share * std::max(require.translation_m, translation_bound(e.pose.covariance));
+  const double halves_rad = limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
+  if (e.halves_m > halves_m || e.halves_rad > halves_rad) {
+    weaken(verdict, "either half of its stops gives another pose, " + mm(e.halves_m) + " and " + deg(e.halves_rad) +
+                        " apart; add stops, or check that the camera sits firmly");
+  }
+  if (e.runner_up && e.runner_up_ratio > limits.runner_up_ratio) {
+    const SE3 between = e.pose.T_base_camera.inverse() * *e.runner_up;
+    weaken(verdict, "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) +
+                        " away, fits nearly as well (" + number(100.0 * e.runner_up_ratio, 0) +
+                        " %); give a closer guess or add stops that face other things");
+  }
+}
+
+}  // namespace
+
+Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
+                     const CameraThresholds& limits) {
+  Verdict verdict;
+  if (!e.found) {
+    fail(verdict, e.why_not.empty() ? "no pose was found for " + name : e.why_not);
+    return verdict;
+  }
+  if (!e.converged) {
+    fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
+    return verdict;
+  }
+  judge_bounds(e, require, verdict);
+  judge_hold_out(e, limits, verdict);
+  if (!refined) judge_intrinsics(e, limits, verdict);
+  judge_second_opinions(e, require, limits, verdict);
+  return verdict;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "core/camera/camera_calibration.h"
+#include "core/quality/verdict.h"
+
+namespace rigcal {
+
+/// From where on what the images tell makes a camera `weak`. Chosen by statistics over simulated rigs with and without
+/// wrong minima and wrong intrinsics.
+struct CameraThresholds {
+  double hold_out = 2.0;             ///< Offsets of held-out stops over their expected sigma.
+  double disagreement_chi2 = 22.46;  ///< Edges against information: 0.1 % of 6 degrees of freedom.
+  double intrinsics_sigmas = 3.0;    ///< Focal length and k1 against the rig file,
+  double radial_trend_sigmas = 4.0;  ///< and the trend of the residuals along the radius,
+  double radial_trend_px = 0.3;      ///< if it is as large as this at the corner.
+  double halves_share = 1.0;         ///< Either half of the stops apart, over the requirement.
+  double runner_up_ratio = 0.95;
+};
+
+/// The contract's rule for a camera: good needs the 95 % bounds inside the requirement, a hold-out within twice the
+/// expected noise and not worse than the start, the runner-up minimum rejected, and checks that agree: the information
+/// between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was not found, did not
+/// converge or fits held-out stops worse than its start. Reasons are sentences a user can act on. `refined`: the
+/// intrinsics were to be found, too, and need not agree with the rig file's.
+[[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
+                                   bool refined = false, const CameraThresholds& thresholds = {});
+
+}  // namespace rigcal

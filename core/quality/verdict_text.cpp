@@ -1,0 +1,27 @@
+#include "core/quality/verdict_text.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace rigcal {
+
+std::string number(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
+std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }
+
+void fail(Verdict& verdict, std::string reason) {
+  verdict.status = Status::failed;
+  verdict.reasons.push_back(std::move(reason));
+}
+
+void weaken(Verdict& verdict, std::string reason) {
+  if (verdict.status == Status::good) verdict.status = Status::weak;
+  verdict.reasons.push_back(std::move(reason));
+}
+
+}  // namespace rigcal
