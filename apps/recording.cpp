@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "apps/still_images.h"
 #include "apps/stream_recording.h"
@@ -89,6 +90,21 @@ void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcome
 
 // A trajectory without any translation, as `export` writes it, holds the gyro's rotations between the stops and says
 // nothing of where the base was.
+bool has_rotations_only(const std::map<int, SE3>& trajectory) {
+  return trajectory.size() > 1 &&
+         std::all_of(trajectory.begin(), trajectory.end(), [](const auto& p) { return p.second.t.isZero(0.0); });
+}
+
+// Stops with a patch, and those with nothing but images whose poses are given: cameras can be found from these, too.
+std::set<int> stops_of(const PatchFolder& folder, const Rig& rig, const std::vector<std::string>& image_places) {
+  std::set<int> stops(folder.stops.begin(), folder.stops.end());
+  if (!folder.trajectory || has_rotations_only(*folder.trajectory)) return stops;
+  for (const int stop : stops_with_images(rig, image_places)) {
+    if (folder.trajectory->contains(stop)) stops.insert(stop);
+  }
+  return stops;
+}
+
 Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::map<int, int>& position,
                                const std::string& path, LidarRecording& out) {
   std::vector<std::optional<SE3>> poses(out.stops.size());
@@ -96,10 +112,7 @@ Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::
     const auto at = position.find(stop);
     if (at != position.end()) poses[static_cast<std::size_t>(at->second)] = T;
   }
-  const bool rotations_only =
-      trajectory.size() > 1 &&
-      std::all_of(trajectory.begin(), trajectory.end(), [](const auto& p) { return p.second.t.isZero(0.0); });
-  if (rotations_only) {
+  if (has_rotations_only(trajectory)) {
     out.R_previous_this.resize(poses.size());
     for (std::size_t j = 1; j < poses.size(); ++j) {
       if (poses[j - 1] && poses[j]) out.R_previous_this[j] = poses[j - 1]->R.transpose() * poses[j]->R;
@@ -119,13 +132,14 @@ Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::
 }
 
 Expected<Recording> read_patches(Rig rig, const std::string& path, const std::string& trajectory_path,
-                                 const CellOptions& options, const RunContext& context) {
+                                 const std::vector<std::string>& image_places, const CellOptions& options,
+                                 const RunContext& context) {
   const Expected<PatchFolder> folder = list_patch_folder(path, rig, trajectory_path);
   if (!folder) return folder.error();
   Recording out;
   out.lidar.lidar_sensors = lidar_sensors(rig);
   std::map<int, int> position;
-  for (const int stop : folder->stops) {
+  for (const int stop : stops_of(*folder, rig, image_places)) {
     position[stop] = static_cast<int>(out.lidar.stops.size());
     out.lidar.stops.push_back({stop, 0, 0});
   }
@@ -163,6 +177,13 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   return out;
 }
 
+// Where the images of a recording lie, in the order in which they are looked for.
+std::vector<std::string> image_places(const RecordingPaths& paths) {
+  if (!paths.images.empty()) return {paths.images};
+  const fs::path input(paths.input);
+  return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
+}
+
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
   std::error_code ec;
@@ -174,24 +195,17 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     if (session->packets.empty()) {
       Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
       if (!rig) return rig.error();
-      return read_patches(std::move(*rig), session->patches, session->trajectory, cells, context);
+      return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells, context);
     }
   } else if (folder) {
     if (paths.rig.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
     Expected<Rig> rig = load_rig(paths.rig);
     if (!rig) return rig.error();
-    return read_patches(std::move(*rig), path, {}, cells, context);
+    return read_patches(std::move(*rig), path, {}, image_places(paths), cells, context);
   }
   const Expected<StreamSource> source = open_stream(path, paths.rig);
   if (!source) return source.error();
   return read_stream(*source, cells, context);
-}
-
-// Where the images of a recording lie, in the order in which they are looked for.
-std::vector<std::string> image_places(const RecordingPaths& paths) {
-  if (!paths.images.empty()) return {paths.images};
-  const fs::path input(paths.input);
-  return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
 }
 
 }  // namespace

@@ -180,7 +180,34 @@ StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, c
   return out;
 }
 
+// The first of `places` that has a folder of this camera; empty: none.
+std::string image_folder_of(const Sensor& camera, const std::vector<std::string>& places) {
+  for (const std::string& place : places) {
+    for (const std::string& name : {camera.name, camera.folder}) {
+      std::error_code error;
+      const fs::path folder = fs::path(place) / name;
+      if (!name.empty() && fs::is_directory(folder, error)) return folder.string();
+    }
+  }
+  return {};
+}
+
 }  // namespace
+
+std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places) {
+  std::set<int> stops;
+  for (const Sensor& sensor : rig.sensors) {
+    const std::string folder = sensor.is_lidar() ? std::string() : image_folder_of(sensor, places);
+    if (folder.empty()) continue;
+    // What is wrong with it is told when its images are read.
+    const Expected<ImageFolder> listed = list_image_folder(folder);
+    if (!listed || listed->has_frames) continue;
+    for (const ListedImage& image : listed->images) {
+      if (image.number <= std::numeric_limits<int>::max()) stops.insert(static_cast<int>(image.number));
+    }
+  }
+  return stops;
+}
 
 StillImages read_still_images(const std::string& folder, const Sensor& camera, const std::vector<Stop>& stops,
                               const RunContext& context) {
@@ -228,14 +255,7 @@ std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
     const Sensor& camera = rig.sensors[k];
     if (camera.is_lidar()) continue;
-    std::string found;
-    for (const std::string& place : places) {
-      for (const std::string& name : {camera.name, camera.folder}) {
-        std::error_code error;
-        const std::string folder = (fs::path(place) / name).string();
-        if (found.empty() && !name.empty() && fs::is_directory(folder, error)) found = folder;
-      }
-    }
+    const std::string found = image_folder_of(camera, places);
     CameraRecording recording{static_cast<int>(k), camera.initial_T_base_sensor, {}};
     recording.read_images = [found, camera, stops, advice](const RunContext& context) {
       if (!found.empty()) return read_still_images(found, camera, stops, context);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,10 @@ namespace rigcal {
 /// warning: damaged files, another size than the intrinsics', exposures outside of all stops.
 [[nodiscard]] StillImages read_still_images(const std::string& folder, const Sensor& camera,
                                             const std::vector<Stop>& stops, const RunContext& context);
+
+/// The numbers of the stops of which the cameras of a rig have images, where the recording has no times: then files
+/// are named by their stop.
+[[nodiscard]] std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places);
 
 /// The cameras of a rig whose images lie in `<place>/<camera or its folder key>/`, the first of `places` that has it;
 /// `advice` tells what to do where none has. Guesses are the rig file's.
