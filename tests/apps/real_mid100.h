@@ -54,20 +54,25 @@ class RealMid100 : public ::testing::Test {
     return median_point_to_plane_m(cloud(middle_file_, T_middle), cloud(right_file_, T_right), 4);
   }
 
+  [[nodiscard]] static std::string text_of(const std::filesystem::path& path) {
+    std::ifstream in(path);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
   static constexpr const char* middle_file_ = "mid100_middle/10.pcd";
   static constexpr const char* right_file_ = "mid100_right/12.pcd";
   std::filesystem::path source_;
   std::filesystem::path folder_;  ///< Empty, for the test.
   Rig rig_;                       ///< avia (the base), mid100_middle, mid100_right.
-  std::vector<SE3> poses_;        ///< T_G_avia at the stop of the middle and of the right unit's cloud.
+  std::vector<SE3> all_poses_;    ///< T_G_avia at every stop, the first the identity.
+  std::vector<SE3> poses_;        ///< The same at the stop of the middle and of the right unit's cloud.
   std::vector<SE3> extrinsics_;   ///< T_avia_unit of the middle and of the right unit.
 
  private:
   static std::vector<double> numbers_in(const std::filesystem::path& path, bool joined) {
-    std::ifstream in(path);
-    std::stringstream text;
-    text << in.rdbuf();
-    std::string s = text.str();
+    std::string s = text_of(path);
     // The extrinsics' lines run together: a number that begins right behind six digits of another one.
     if (joined) {
       for (std::size_t at = 1; at + 1 < s.size(); ++at) {
@@ -90,7 +95,8 @@ class RealMid100 : public ::testing::Test {
     const auto extrinsics = numbers_in(source_ / "published" / "ref.json", true);
     ASSERT_GE(poses.size(), 13U * 7U);
     ASSERT_EQ(extrinsics.size(), 3U * 7U);
-    poses_ = {pose_at(poses, 10), pose_at(poses, 12)};
+    for (std::size_t j = 0; 7 * j + 6 < poses.size(); ++j) all_poses_.push_back(pose_at(poses, j));
+    poses_ = {all_poses_[10], all_poses_[12]};
     extrinsics_ = {pose_at(extrinsics, 1), pose_at(extrinsics, 2)};
   }
 
