@@ -86,6 +86,7 @@ const Table& rooms() {
         {"core/start", {"core/planes"}},
         {"core/quality", {"core/planes", "core/camera"}},
         {"core/report", {"core/quality", "core/io"}},
+        {"drivers/net", {"core/records"}},
         {"drivers/livox_codec", {"core/records"}},
         {"simdata", {"core/rig", "core/io", "drivers/livox_codec"}},
     };

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+
+namespace rigcal::net {
+
+/// CLOCK_REALTIME and CLOCK_MONOTONIC read together.
+struct ClockReading {
+  std::int64_t realtime_ns = 0;
+  std::int64_t monotonic_ns = 0;
+};
+[[nodiscard]] ClockReading read_clocks();
+
+/// The session clock: CLOCK_MONOTONIC plus one offset, fixed when it is made, so that it reads as UTC and never steps.
+/// Kernel stamps are CLOCK_REALTIME, which may be set at any time: they are mapped by the latest pair of readings.
+class SessionClock {
+ public:
+  explicit SessionClock(const ClockReading& start) : start_(start), latest_(start) {}
+
+  /// A pair to map the stamps that follow; to be given about every 100 ms.
+  void update(const ClockReading& reading) { latest_ = reading; }
+  [[nodiscard]] std::int64_t from_realtime(std::int64_t stamp_ns) const {
+    return from_monotonic(stamp_ns - latest_.realtime_ns + latest_.monotonic_ns);
+  }
+  [[nodiscard]] std::int64_t from_monotonic(std::int64_t stamp_ns) const {
+    return stamp_ns - start_.monotonic_ns + start_.realtime_ns;
+  }
+  [[nodiscard]] const ClockReading& start() const { return start_; }
+  [[nodiscard]] const ClockReading& latest() const { return latest_; }
+
+ private:
+  ClockReading start_;
+  ClockReading latest_;
+};
+
+}  // namespace rigcal::net

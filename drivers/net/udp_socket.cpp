@@ -1,0 +1,216 @@
+#include "drivers/net/udp_socket.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace rigcal::net {
+namespace {
+
+sockaddr_in to_address(const Endpoint& endpoint) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(endpoint.port);
+  std::memcpy(&address.sin_addr, endpoint.ip.data(), endpoint.ip.size());
+  return address;
+}
+
+Endpoint to_endpoint(const sockaddr_in& address) {
+  Endpoint endpoint;
+  std::memcpy(endpoint.ip.data(), &address.sin_addr, endpoint.ip.size());
+  endpoint.port = ntohs(address.sin_port);
+  return endpoint;
+}
+
+bool set_option(int descriptor, int level, int name, int value) {
+  return setsockopt(descriptor, level, name, &value, sizeof value) == 0;
+}
+
+Error socket_error(const std::string& what, const Endpoint& local, std::string mend) {
+  return system_error(what + ": " + std::strerror(errno), "UDP " + to_string(local), std::move(mend));
+}
+
+std::string mend_of_bind(int error) {
+  switch (error) {
+    case EADDRINUSE:
+      return "another program has the port: end it (`ss -lunp` shows which)";
+    case EADDRNOTAVAIL:
+      return "no interface of this machine has that address: set it, or take another one (`ip addr` shows them)";
+    case EACCES:
+      return "take a port above 1023";
+    default:
+      return {};
+  }
+}
+
+Expected<void> set_up(int descriptor, const UdpOptions& options) {
+  if (options.reuse_address && !set_option(descriptor, SOL_SOCKET, SO_REUSEADDR, 1))
+    return socket_error("cannot share the port", options.local, {});
+  if (options.broadcast && !set_option(descriptor, SOL_SOCKET, SO_BROADCAST, 1))
+    return socket_error("cannot broadcast", options.local, {});
+  if (!set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, 1) || !set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, 1) ||
+      !set_option(descriptor, IPPROTO_IP, IP_PKTINFO, 1))
+    return socket_error("the system gives no stamps or addresses of datagrams", options.local, {});
+  if (!options.interface.empty() && setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, options.interface.c_str(),
+                                               static_cast<socklen_t>(options.interface.size())) != 0)
+    return socket_error("cannot bind to the interface '" + options.interface + "'", options.local,
+                        errno == ENODEV ? "there is no such interface (`ip link` lists them)"
+                                        : "this needs CAP_NET_RAW: leave the interface away, or give the capability");
+  if (options.receive_bytes > 0) {
+    const int bytes = static_cast<int>(std::min<std::size_t>(options.receive_bytes, 1U << 30U));
+    // The first one may go beyond the system's limit and needs a privilege; how much was given is asked afterwards.
+    if (!set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, bytes))
+      static_cast<void>(set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes));
+  }
+  return {};
+}
+
+constexpr std::size_t kControlBytes = 128;  // Stamp, drop counter and address information take 80.
+
+}  // namespace
+
+struct ReceiveBatch::Buffers {
+  explicit Buffers(std::size_t count)
+      : bytes(count * kDatagramBytes), control(count), from(count), parts(count), headers(count), received(count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      parts[i] = {bytes.data() + i * kDatagramBytes, kDatagramBytes};
+      msghdr& header = headers[i].msg_hdr;
+      header.msg_name = &from[i];
+      header.msg_iov = &parts[i];
+      header.msg_iovlen = 1;
+      header.msg_control = control[i].bytes;
+    }
+  }
+
+  void prepare() {
+    for (mmsghdr& header : headers) {
+      header.msg_hdr.msg_namelen = sizeof(sockaddr_in);
+      header.msg_hdr.msg_controllen = kControlBytes;
+      header.msg_hdr.msg_flags = 0;
+    }
+  }
+
+  struct Control {
+    alignas(cmsghdr) std::uint8_t bytes[kControlBytes];
+  };
+  std::vector<std::uint8_t> bytes;
+  std::vector<Control> control;
+  std::vector<sockaddr_in> from;
+  std::vector<iovec> parts;
+  std::vector<mmsghdr> headers;
+  std::vector<Received> received;
+  std::size_t size = 0;
+};
+
+ReceiveBatch::ReceiveBatch(std::size_t datagrams) : buffers_(std::make_unique<Buffers>(datagrams)) {}
+ReceiveBatch::~ReceiveBatch() = default;
+ReceiveBatch::ReceiveBatch(ReceiveBatch&&) noexcept = default;
+ReceiveBatch& ReceiveBatch::operator=(ReceiveBatch&&) noexcept = default;
+std::size_t ReceiveBatch::capacity() const { return buffers_->headers.size(); }
+std::size_t ReceiveBatch::size() const { return buffers_->size; }
+const Received& ReceiveBatch::operator[](std::size_t index) const { return buffers_->received[index]; }
+
+Expected<UdpSocket> UdpSocket::open(const UdpOptions& options) {
+  UdpSocket made;
+  made.descriptor_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (made.descriptor_ < 0) return socket_error("cannot make a socket", options.local, {});
+  if (const auto set = set_up(made.descriptor_, options); !set) return set.error();
+  sockaddr_in address = to_address(options.local);
+  if (bind(made.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const std::string mend = mend_of_bind(errno);
+    return socket_error("cannot listen", options.local, mend);
+  }
+  socklen_t size = sizeof address;
+  if (getsockname(made.descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+    return socket_error("cannot tell the port", options.local, {});
+  made.local_ = to_endpoint(address);
+  int bytes = 0;
+  size = sizeof bytes;
+  if (getsockopt(made.descriptor_, SOL_SOCKET, SO_RCVBUF, &bytes, &size) == 0)
+    made.receive_bytes_ = static_cast<std::size_t>(bytes) / 2;  // The kernel doubles it for its own book-keeping.
+  return made;
+}
+
+UdpSocket::~UdpSocket() { close(); }
+
+UdpSocket::UdpSocket(UdpSocket&& other) noexcept { *this = std::move(other); }
+
+UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
+  if (this == &other) return *this;
+  close();
+  descriptor_ = std::exchange(other.descriptor_, -1);
+  local_ = other.local_;
+  receive_bytes_ = other.receive_bytes_;
+  kernel_drops_ = other.kernel_drops_;
+  dropped_ = other.dropped_;
+  return *this;
+}
+
+void UdpSocket::close() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
+  ReceiveBatch::Buffers& buffers = *batch.buffers_;
+  buffers.size = 0;
+  buffers.prepare();
+  const int count = recvmmsg(descriptor_, buffers.headers.data(), static_cast<unsigned>(buffers.headers.size()),
+                             MSG_DONTWAIT, nullptr);
+  if (count < 0) {
+    // A port that nobody listens on any more comes back as an error of the next call: that is news, not a fault.
+    if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR || errno == ECONNREFUSED) return std::size_t{0};
+    return socket_error("cannot receive", local_, "look at the network interface");
+  }
+  buffers.size = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < buffers.size; ++i) {
+    msghdr& header = buffers.headers[i].msg_hdr;
+    Received& received = buffers.received[i];
+    received.realtime_ns = 0;
+    received.from = to_endpoint(buffers.from[i]);
+    received.to = local_;
+    received.truncated = (header.msg_flags & MSG_TRUNC) != 0;
+    received.bytes = {static_cast<const std::uint8_t*>(buffers.parts[i].iov_base), buffers.headers[i].msg_len};
+    for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr; part = CMSG_NXTHDR(&header, part)) {
+      if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SCM_TIMESTAMPNS) {
+        timespec stamp{};
+        std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+        received.realtime_ns = static_cast<std::int64_t>(stamp.tv_sec) * 1'000'000'000 + stamp.tv_nsec;
+      } else if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SO_RXQ_OVFL) {
+        std::uint32_t drops = 0;
+        std::memcpy(&drops, CMSG_DATA(part), sizeof drops);
+        dropped_ += drops - kernel_drops_;  // Of 32 bits: it wraps, and the difference with it.
+        kernel_drops_ = drops;
+      } else if (part->cmsg_level == IPPROTO_IP && part->cmsg_type == IP_PKTINFO) {
+        in_pktinfo info{};
+        std::memcpy(&info, CMSG_DATA(part), sizeof info);
+        std::memcpy(received.to.ip.data(), &info.ipi_addr, received.to.ip.size());
+        std::memcpy(received.local_ip.data(), &info.ipi_spec_dst, received.local_ip.size());
+        received.interface = info.ipi_ifindex;
+      }
+    }
+  }
+  return buffers.size;
+}
+
+Expected<bool> UdpSocket::send(const Endpoint& to, ByteView bytes) const {
+  const sockaddr_in address = to_address(to);
+  const ssize_t sent = sendto(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+                              reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  if (sent == static_cast<ssize_t>(bytes.size())) return true;
+  if (errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS || errno == ECONNREFUSED || errno == EINTR)
+    return false;
+  return socket_error("cannot send to " + to_string(to), local_,
+                      errno == ENETUNREACH || errno == EHOSTUNREACH
+                          ? "no interface leads there: give one an address in that network"
+                          : "look at the network interface and the firewall");
+}
+
+}  // namespace rigcal::net

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/records/records.h"
+
+namespace rigcal::net {
+
+struct UdpOptions {
+  Endpoint local;                 ///< Address 0.0.0.0: any. Port 0: the system chooses.
+  bool reuse_address = false;     ///< Several programs may listen on the port; needed for broadcasts.
+  bool broadcast = false;         ///< May send to broadcast addresses.
+  std::size_t receive_bytes = 0;  ///< Receive buffer; 0: as the system has it.
+  std::string interface;          ///< Only from and to this interface (SO_BINDTODEVICE); empty: any.
+};
+
+/// A datagram as it came. `bytes` lives until the batch is used again.
+struct Received {
+  std::int64_t realtime_ns = 0;  ///< When the kernel had it, CLOCK_REALTIME.
+  Endpoint from;
+  Endpoint to;                             ///< As it was addressed: a broadcast keeps its address.
+  std::array<std::uint8_t, 4> local_ip{};  ///< Of the interface that it came in on.
+  int interface = 0;                       ///< The system's number of that interface.
+  bool truncated = false;                  ///< Longer than the batch's buffers.
+  ByteView bytes;
+};
+
+/// Buffers for datagrams that are received at once. All memory is asked for when it is made.
+class ReceiveBatch {
+ public:
+  static constexpr std::size_t kDatagramBytes = 2048;  ///< No Livox datagram is longer than 1400.
+
+  explicit ReceiveBatch(std::size_t datagrams);
+  ~ReceiveBatch();
+  ReceiveBatch(ReceiveBatch&&) noexcept;
+  ReceiveBatch& operator=(ReceiveBatch&&) noexcept;
+
+  [[nodiscard]] std::size_t capacity() const;
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] const Received& operator[](std::size_t index) const;
+
+ private:
+  friend class UdpSocket;
+  struct Buffers;
+  std::unique_ptr<Buffers> buffers_;
+};
+
+/// A bound, non-blocking UDP socket with kernel stamps and the kernel's count of drops.
+class UdpSocket {
+ public:
+  /// Errors (kind system): the port is taken, no such address or interface, no permission.
+  [[nodiscard]] static Expected<UdpSocket> open(const UdpOptions& options);
+  ~UdpSocket();
+  UdpSocket(UdpSocket&& other) noexcept;
+  UdpSocket& operator=(UdpSocket&& other) noexcept;
+
+  [[nodiscard]] int descriptor() const { return descriptor_; }
+  [[nodiscard]] const Endpoint& local() const { return local_; }
+  /// What the system has given, which may be less than what was asked for.
+  [[nodiscard]] std::size_t receive_bytes() const { return receive_bytes_; }
+
+  /// What is there now, at most a batch; 0 where nothing is. Errors: the interface is gone.
+  Expected<std::size_t> receive(ReceiveBatch& batch);
+  /// False where the system has no room now or nobody listens; the datagram is lost then, as on any network. Errors: no
+  /// way there, no permission.
+  Expected<bool> send(const Endpoint& to, ByteView bytes) const;
+
+  /// Datagrams that the kernel had to throw away because the buffer was full, as of the last one received.
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  UdpSocket() = default;
+  void close();
+
+  int descriptor_ = -1;
+  Endpoint local_;
+  std::size_t receive_bytes_ = 0;
+  std::uint32_t kernel_drops_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace rigcal::net
