@@ -1,0 +1,71 @@
+#include "core/camera/camera_checks.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+
+namespace rigcal {
+namespace {
+
+// Of a normal distribution, from the median of the absolute values; 0 of none.
+double robust_rms(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  for (double& v : values) v = std::abs(v);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return 1.4826 * *middle;
+}
+
+// Below this share of a segment the partners are as likely clutter.
+constexpr double least_share = 0.5;
+
+template <class Visit>
+void for_each_view(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
+                   std::span<const EdgeView> views, const Visit& visit) {
+  const CameraModel model(changed(intrinsics, state));
+  for (const EdgeView& view : views) {
+    visit(view, camera_at(model, state, scene.T_G_base[static_cast<std::size_t>(view.stop)]));
+  }
+}
+
+}  // namespace
+
+EdgeFitQuality fit_quality(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
+                           const MatchOptions& options, std::span<const EdgeView> views) {
+  EdgeFitQuality quality;
+  std::vector<double> normalised;
+  std::vector<double> pixels;
+  for_each_view(scene, intrinsics, state, views, [&](const EdgeView& view, const CameraAtStop& camera) {
+    const std::size_t before = pixels.size();
+    for (const SegmentFit& fit : match_view(scene, view, camera, options)) {
+      quality.edge_points += static_cast<std::size_t>(fit.matched);
+      if (fit.share() < least_share) continue;
+      pixels.push_back(fit.offset_px);
+      normalised.push_back(fit.offset_px / fit.sigma_px);
+    }
+    if (pixels.size() > before) ++quality.views;
+  });
+  quality.segments = pixels.size();
+  quality.residual_px = robust_rms(std::move(pixels));
+  quality.normalised = robust_rms(std::move(normalised));
+  return quality;
+}
+
+double offset_from(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
+                   const CameraState& other, const MatchOptions& options, std::span<const EdgeView> views) {
+  const CameraModel other_model(changed(intrinsics, other));
+  std::vector<double> offsets;
+  for_each_view(scene, intrinsics, state, views, [&](const EdgeView& view, const CameraAtStop& camera) {
+    std::vector<EdgeMatch> matches;
+    (void)match_view(scene, view, camera, options, &matches);
+    const CameraAtStop there = camera_at(other_model, other, scene.T_G_base[static_cast<std::size_t>(view.stop)]);
+    for (const EdgeMatch& match : matches) {
+      if (match.weight < 0.5) continue;
+      const auto projection = project_edge(there, scene.edges[match.sample]);
+      if (projection) offsets.push_back(match.normal.dot(projection->pixel - match.position));
+    }
+  });
+  return robust_rms(std::move(offsets));
+}
+
+}  // namespace rigcal

@@ -1,0 +1,121 @@
+#include "core/camera/edge_matching.h"
+
+#include <array>
+
+namespace rigcal {
+namespace {
+
+// Neighbouring pixels of a chain are at most a diagonal apart, so one of them lies so near to any line across it.
+constexpr double half_step_px = 0.75;
+
+class ViewMatcher {
+ public:
+  ViewMatcher(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera, const MatchOptions& options)
+      : scene_(scene), view_(view), camera_(camera), options_(options), cos_gate_(std::cos(options.gate_rad)) {}
+
+  [[nodiscard]] SegmentFit segment(const EdgeSegment& segment, std::vector<EdgeMatch>* matches) {
+    SegmentFit fit;
+    fit.line = segment.line;
+    double px_per_m = 0.0;
+    double offsets = 0.0;
+    for (std::uint32_t k = segment.begin; k < segment.end; ++k) {
+      const std::uint32_t sample = view_.samples[k];
+      const auto projection = project_edge(camera_, scene_.edges[sample]);
+      if (!projection) continue;
+      ++fit.samples;
+      px_per_m += projection->px_per_m;
+      find_candidates(*projection);
+      weigh(*projection);
+      double explained = 0.0;
+      for (int c = 0; c < count_; ++c) {
+        const Candidate& candidate = candidates_[static_cast<std::size_t>(c)];
+        const CameraVector row = projection->jacobian.transpose() * candidate.normal;
+        fit.gradient += candidate.weight * candidate.offset * row;
+        fit.normal.noalias() += candidate.weight * row * row.transpose();
+        offsets += candidate.weight * candidate.offset;
+        explained += candidate.weight;
+        if (matches != nullptr) {
+          matches->push_back({sample, candidate.position, candidate.normal, candidate.weight, candidate.offset});
+        }
+      }
+      fit.weight += explained;
+      fit.matches += count_;
+      if (explained > 0.5) ++fit.matched;
+    }
+    if (fit.samples == 0) return fit;
+    fit.offset_px = fit.weight > 0.0 ? offsets / fit.weight : 0.0;
+    fit.sigma_px = std::hypot(options_.segment_px, options_.segment_m * px_per_m / fit.samples);
+    // While partners are still sought far away, a segment may be as far off.
+    const double normalised = fit.offset_px / (options_.kernel_sigmas * std::hypot(fit.sigma_px, options_.scale_px));
+    fit.robust = 1.0 / std::pow(1.0 + normalised * normalised, 2);
+    return fit;
+  }
+
+ private:
+  struct Candidate {
+    Eigen::Vector2d position;
+    Eigen::Vector2d normal;
+    double offset = 0.0;
+    double beside = 0.0;  // how far from the line across
+    double weight = 0.0;
+    int chain = 0;
+  };
+
+  void find_candidates(const EdgeProjection& projection) {
+    count_ = 0;
+    const Eigen::Vector2d n = projection.normal;
+    const Eigen::Vector2d reach = options_.gate_px * n.cwiseAbs() + Eigen::Vector2d::Constant(half_step_px);
+    view_.index.around(projection.pixel, reach, [&](const ImageEdge& edge) {
+      const Eigen::Vector2d d = edge.position.cast<double>() - projection.pixel;
+      const double along = n.dot(d);
+      const double beside = std::abs(n.x() * d.y() - n.y() * d.x());
+      if (beside > half_step_px || std::abs(along) > options_.gate_px) return;
+      const Eigen::Vector2d m = edge.normal.cast<double>();
+      if (std::abs(n.dot(m)) < cos_gate_) return;
+      add({edge.position.cast<double>(), m, -m.dot(d), beside, 0.0, edge.chain});
+    });
+  }
+
+  // Of each chain the pixel next to the line across, or the line would count a chain twice.
+  void add(const Candidate& candidate) {
+    for (int c = 0; c < count_; ++c) {
+      Candidate& other = candidates_[static_cast<std::size_t>(c)];
+      if (other.chain != candidate.chain || (other.position - candidate.position).norm() > 2.0) continue;
+      if (candidate.beside < other.beside) other = candidate;
+      return;
+    }
+    if (count_ < static_cast<int>(candidates_.size())) candidates_[static_cast<std::size_t>(count_++)] = candidate;
+  }
+
+  void weigh(const EdgeProjection& projection) {
+    const double variance = options_.scale_px * options_.scale_px + projection.sigma_px * projection.sigma_px;
+    double sum = options_.outlier;
+    for (int c = 0; c < count_; ++c) {
+      Candidate& candidate = candidates_[static_cast<std::size_t>(c)];
+      candidate.weight = std::exp(-0.5 * candidate.offset * candidate.offset / variance);
+      sum += candidate.weight;
+    }
+    for (int c = 0; c < count_; ++c) candidates_[static_cast<std::size_t>(c)].weight /= sum;
+  }
+
+  const CameraScene& scene_;
+  const EdgeView& view_;
+  const CameraAtStop& camera_;
+  const MatchOptions& options_;
+  double cos_gate_;
+  std::array<Candidate, 12> candidates_;  // more than fit a gate's width
+  int count_ = 0;
+};
+
+}  // namespace
+
+std::vector<SegmentFit> match_view(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera,
+                                   const MatchOptions& options, std::vector<EdgeMatch>* matches) {
+  ViewMatcher matcher(scene, view, camera, options);
+  std::vector<SegmentFit> fits;
+  fits.reserve(view.segments.size());
+  for (const EdgeSegment& segment : view.segments) fits.push_back(matcher.segment(segment, matches));
+  return fits;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "core/camera/edge_views.h"
+
+namespace rigcal {
+
+struct MatchOptions {
+  double gate_px = 3.0;            ///< Partners are looked for so far to either side,
+  double gate_rad = to_rad(15.0);  ///< and within so much of the projected edge's direction.
+  double scale_px = 0.7;           ///< Sigma of what is a partner,
+  double outlier = 0.1;            ///< against which clutter has this likelihood everywhere.
+  double segment_px = 0.6;         ///< Sigma of a whole segment: shading, blur, fit,
+  double segment_m = 0.002;        ///< and what its line is off in space.
+  double kernel_sigmas = 1.0;      ///< Of Geman and McClure (1987) on a segment's mean offset.
+};
+
+/// A pixel of an image edge that a sample may be seen at, with the probability that it is.
+struct EdgeMatch {
+  std::uint32_t sample = 0;  ///< In CameraScene::edges.
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
+  double weight = 0.0;     ///< All candidates of a sample and "none of them" have 1 together.
+  double offset_px = 0.0;  ///< normal . (projection - position)
+};
+
+/// What one segment says: sums over its samples' matches.
+struct SegmentFit {
+  int line = 0;
+  int samples = 0;
+  int matched = 0;                               ///< Samples with a partner more likely than none.
+  int matches = 0;                               ///< Partners of all samples.
+  double weight = 0.0;                           ///< Sum of the matches' weights; `samples` if all are explained.
+  double offset_px = 0.0;                        ///< Weighted mean.
+  double sigma_px = 0.0;                         ///< Expected of that mean.
+  double robust = 0.0;                           ///< Weight by the kernel, 0 .. 1.
+  CameraVector gradient = CameraVector::Zero();  ///< Sum of w J r,
+  CameraMatrix normal = CameraMatrix::Zero();    ///< and w J J^T.
+
+  [[nodiscard]] double share() const { return samples > 0 ? weight / samples : 0.0; }
+  /// By what its sums enter the whole.
+  [[nodiscard]] double information() const { return robust / (samples * sigma_px * sigma_px); }
+};
+
+/// Matches every sample of a view with all image edges that it may be (no nearest neighbour: the likelier candidates
+/// weigh more, and clutter takes what fits none). `matches`, if asked for, are those that went in, segment by segment.
+[[nodiscard]] std::vector<SegmentFit> match_view(const CameraScene& scene, const EdgeView& view,
+                                                 const CameraAtStop& camera, const MatchOptions& options,
+                                                 std::vector<EdgeMatch>* matches = nullptr);
+
+}  // namespace rigcal

@@ -1,0 +1,167 @@
+#include "core/camera/edge_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/camera/edge_proximity.h"
+
+namespace rigcal {
+namespace {
+
+// Scale of the nearness: what a rotation half a step off and a translation off by some centimetres do to a pixel.
+constexpr double scale_px = 8.0;
+
+struct Probe {
+  std::size_t view = 0;
+  Vector3d p;        // in the camera at the centre of the search
+  Vector3d beside;   // a little along the edge from it
+  float weight = 0;  // all probes of a segment have one together
+};
+
+class Search {
+ public:
+  Search(const CameraScene& scene, const CameraIntrinsics& intrinsics, const SE3& centre, const EdgePriors& priors,
+         const std::vector<EdgeView>& views, const EdgeSearchOptions& options)
+      : model_(intrinsics), centre_(centre), priors_(priors), options_(options) {
+    proximity_.resize(views.size(), EdgeProximity(0, 0, EdgeIndex(), scale_px));
+    parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        proximity_[k] = EdgeProximity(intrinsics.width, intrinsics.height, views[k].index, scale_px);
+      }
+    });
+    choose_probes(scene, views);
+  }
+
+  [[nodiscard]] std::vector<SE3> run() const {
+    std::vector<Scored> grid = score_grid();
+    std::vector<Scored> starts;
+    for (const Scored& candidate : grid) {
+      if (static_cast<int>(starts.size()) >= 2 * options_.starts) break;
+      if (is_new(candidate, starts)) starts.push_back(candidate);
+    }
+    parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) climb(starts[k]);
+    });
+    std::stable_sort(starts.begin(), starts.end(), better);
+    std::vector<Scored> distinct;
+    for (const Scored& candidate : starts) {
+      if (static_cast<int>(distinct.size()) >= options_.starts) break;
+      if (is_new(candidate, distinct)) distinct.push_back(candidate);
+    }
+    std::vector<SE3> out;
+    for (const Scored& start : distinct) out.push_back(centre_ * SE3::exp(start.xi));
+    return out;
+  }
+
+ private:
+  struct Scored {
+    Vector6d xi = Vector6d::Zero();  // centre exp(xi)
+    double score = 0.0;
+  };
+  static bool better(const Scored& a, const Scored& b) { return a.score > b.score; }
+
+  [[nodiscard]] bool is_new(const Scored& candidate, const std::vector<Scored>& among) const {
+    return std::none_of(among.begin(), among.end(), [&](const Scored& other) {
+      return (other.xi.head<3>() - candidate.xi.head<3>()).norm() < options_.apart_rad;
+    });
+  }
+
+  void choose_probes(const CameraScene& scene, const std::vector<EdgeView>& views) {
+    std::size_t all = 0;
+    for (const EdgeView& view : views) all += view.samples.size();
+    const std::size_t every = std::max<std::size_t>(1, (all + options_.samples - 1) / options_.samples);
+    const SE3 T_C_base = centre_.inverse();
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      const EdgeView& view = views[k];
+      const SE3 T_C_G = T_C_base * scene.T_G_base[static_cast<std::size_t>(view.stop)].inverse();
+      for (const EdgeSegment& segment : view.segments) {
+        const std::size_t first = probes_.size();
+        for (std::uint32_t i = segment.begin; i < segment.end; i += static_cast<std::uint32_t>(every)) {
+          const LidarEdge& edge = scene.edges[view.samples[i]];
+          const Vector3d p = T_C_G * edge.p_G;
+          probes_.push_back({k, p, p + 0.01 * p.norm() * (T_C_G.R * edge.direction_G), 0.0F});
+        }
+        const std::size_t count = probes_.size() - first;
+        // A line that is seen along more of the image says more, but not in proportion.
+        const double worth = view.weight * std::sqrt(static_cast<double>(segment.end - segment.begin));
+        for (std::size_t i = first; i < probes_.size(); ++i) {
+          probes_[i].weight = static_cast<float>(worth / static_cast<double>(count));
+          total_ += worth / static_cast<double>(count);
+        }
+      }
+    }
+  }
+
+  // Mean nearness, 0 .. 1, less the prior.
+  [[nodiscard]] double score(const Vector6d& xi) const {
+    const SE3 back = SE3::exp(xi).inverse();
+    double sum = 0.0;
+    for (const Probe& probe : probes_) {
+      const auto pixel = model_.project(back * probe.p);
+      if (!pixel || !model_.contains(*pixel)) continue;
+      const auto beside = model_.project(back * probe.beside);
+      if (beside) sum += static_cast<double>(probe.weight * proximity_[probe.view].at(*pixel, *beside - *pixel));
+    }
+    const double off = xi.head<3>().squaredNorm() / std::pow(priors_.rotation_rad, 2) +
+                       xi.tail<3>().squaredNorm() / std::pow(priors_.translation_m, 2);
+    return total_ > 0.0 ? sum / total_ - 0.005 * off : 0.0;
+  }
+
+  [[nodiscard]] std::vector<Scored> score_grid() const {
+    const int half = static_cast<int>(std::round(options_.reach_rad / options_.step_rad));
+    const int side = 2 * half + 1;
+    std::vector<Scored> grid(static_cast<std::size_t>(side * side * side));
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      const int k = static_cast<int>(i);
+      grid[i].xi.head<3>() =
+          options_.step_rad * Vector3d(k % side - half, k / side % side - half, k / (side * side) - half);
+    }
+    parallel_for(grid.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) grid[i].score = score(grid[i].xi);
+    });
+    std::stable_sort(grid.begin(), grid.end(), better);
+    return grid;
+  }
+
+  // Up and down along each parameter, with steps that get shorter.
+  void climb(Scored& at) const {
+    for (double scale = 1.0; scale > 0.06; scale *= 0.5) {
+      for (int round = 0; round < 3; ++round) {
+        bool moved = false;
+        for (int k = 0; k < 6; ++k) {
+          const double step = scale * (k < 3 ? 0.5 * options_.step_rad : 0.4 * priors_.translation_m);
+          for (const double sign : {1.0, -1.0}) {
+            Scored next = at;
+            next.xi[k] += sign * step;
+            next.score = score(next.xi);
+            if (next.score <= at.score) continue;
+            at = next;
+            moved = true;
+            break;
+          }
+        }
+        if (!moved) break;
+      }
+    }
+  }
+
+  CameraModel model_;
+  SE3 centre_;
+  const EdgePriors& priors_;
+  const EdgeSearchOptions& options_;
+  std::vector<EdgeProximity> proximity_;
+  std::vector<Probe> probes_;
+  double total_ = 0.0;
+};
+
+}  // namespace
+
+std::vector<SE3> search_edges(const CameraScene& scene, const CameraIntrinsics& intrinsics,
+                              const SE3& centre_T_base_camera, const EdgePriors& priors,
+                              const std::vector<EdgeView>& views, const EdgeSearchOptions& options) {
+  return Search(scene, intrinsics, centre_T_base_camera, priors, views, options).run();
+}
+
+}  // namespace rigcal

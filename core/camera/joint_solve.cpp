@@ -1,0 +1,198 @@
+#include "core/camera/joint_solve.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Geometry>
+#include <memory>
+
+#include "core/base/parallel.h"
+
+namespace rigcal {
+namespace {
+
+// A pose as Ceres keeps it: rotation by columns, then translation.
+constexpr int pose_size = 12;
+using PoseBlock = std::array<double, pose_size>;
+
+PoseBlock block_of(const SE3& T) {
+  PoseBlock block;
+  Eigen::Map<Matrix3d>(block.data()) = T.R;
+  Eigen::Map<Vector3d>(block.data() + 9) = T.t;
+  return block;
+}
+
+SE3 pose_of(const double* block) { return {Eigen::Map<const Matrix3d>(block), Eigen::Map<const Vector3d>(block + 9)}; }
+
+// Steps T exp(xi). Derivatives of cost functions by a pose stand in the first six of its twelve columns, so the
+// derivative of the step is the identity above nothing.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  [[nodiscard]] int AmbientSize() const override { return pose_size; }
+  [[nodiscard]] int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const PoseBlock block = block_of(pose_of(x) * SE3::exp(Eigen::Map<const Vector6d>(delta)));
+    std::copy(block.begin(), block.end(), x_plus_delta);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override { return identity(jacobian, pose_size, 6); }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    const Vector6d xi = (pose_of(x).inverse() * pose_of(y)).log();
+    std::copy_n(xi.data(), 6, y_minus_x);
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override { return identity(jacobian, 6, pose_size); }
+
+ private:
+  static bool identity(double* jacobian, int rows, int columns) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(jacobian, rows, columns)
+        .setIdentity();
+    return true;
+  }
+};
+
+// What all costs share.
+struct JointProblem {
+  const CameraScene& scene;
+  const CameraIntrinsics& intrinsics;
+};
+
+// The matches of one view, each by its weight: residuals sqrt(w) n.(pi(K, D, T_C_G X) - q).
+class ViewCost final : public ceres::CostFunction {
+ public:
+  ViewCost(const JointProblem& problem, int stop, std::vector<EdgeMatch> matches)
+      : problem_(problem), stop_(stop), matches_(std::move(matches)) {
+    set_num_residuals(static_cast<int>(matches_.size()));
+    mutable_parameter_block_sizes()->assign({pose_size, 2});
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const CameraState state{pose_of(parameters[0]), parameters[1][0], parameters[1][1]};
+    const CameraModel model(changed(problem_.intrinsics, state));
+    const CameraAtStop camera = camera_at(model, state, problem_.scene.T_G_base[static_cast<std::size_t>(stop_)]);
+    for (std::size_t k = 0; k < matches_.size(); ++k) {
+      const EdgeMatch& match = matches_[k];
+      const auto projection = project_edge(camera, problem_.scene.edges[match.sample]);
+      if (!projection) return false;
+      const double root = std::sqrt(match.weight);
+      residuals[k] = root * match.normal.dot(projection->pixel - match.position);
+      if (jacobians == nullptr) continue;
+      const CameraVector row = root * (projection->jacobian.transpose() * match.normal);
+      if (jacobians[0] != nullptr) {
+        double* by_pose = jacobians[0] + k * pose_size;
+        std::fill_n(by_pose, pose_size, 0.0);
+        std::copy_n(row.data(), 6, by_pose);
+      }
+      if (jacobians[1] != nullptr) std::copy_n(row.data() + 6, 2, jacobians[1] + 2 * k);
+    }
+    return true;
+  }
+
+ private:
+  const JointProblem& problem_;
+  int stop_;
+  std::vector<EdgeMatch> matches_;
+};
+
+class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_size, 2> {
+ public:
+  explicit PriorCost(const EdgePriors& priors) : priors_(priors) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const CameraState state{pose_of(parameters[0]), parameters[1][0], parameters[1][1]};
+    const CameraVector weight = prior_sigma(priors_).array().inverse();
+    Eigen::Map<CameraVector> out(residuals);
+    out = weight.cwiseProduct(prior_offset(priors_, state));
+    if (jacobians == nullptr) return true;
+    // Offsets are small against a radian, and the prior is soft: the step's own derivative is good enough.
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, camera_parameters, pose_size, Eigen::RowMajor>> J(jacobians[0]);
+      J.setZero();
+      for (int k = 0; k < 6; ++k) J(k, k) = weight[k];
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, camera_parameters, 2, Eigen::RowMajor>> J(jacobians[1]);
+      J.setZero();
+      J(6, 0) = weight[6];
+      J(7, 1) = weight[7];
+    }
+    return true;
+  }
+
+ private:
+  const EdgePriors& priors_;
+};
+
+// The matches of a view with the weight that they have in the whole.
+std::vector<EdgeMatch> weighted_matches(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera,
+                                        const MatchOptions& options) {
+  std::vector<EdgeMatch> matches;
+  const std::vector<SegmentFit> fits = match_view(scene, view, camera, options, &matches);
+  std::vector<EdgeMatch> kept;
+  std::size_t next = 0;
+  for (const SegmentFit& fit : fits) {
+    const double information = fit.samples > 0 ? view.weight * fit.information() : 0.0;
+    for (const std::size_t end = next + static_cast<std::size_t>(fit.matches); next < end; ++next) {
+      matches[next].weight *= information;
+      // What weighs nothing would only cost time.
+      if (matches[next].weight > 1e-9) kept.push_back(matches[next]);
+    }
+  }
+  return kept;
+}
+
+CameraMatrix covariance_of(ceres::Problem& problem, const double* pose, const double* intrinsics) {
+  ceres::Covariance::Options options;
+  options.num_threads = 1;
+  options.algorithm_type = ceres::DENSE_SVD;
+  ceres::Covariance covariance(options);
+  const std::vector<const double*> blocks{pose, intrinsics};
+  CameraMatrix out = CameraMatrix::Zero();
+  if (!covariance.Compute(blocks, &problem)) return out;
+  Eigen::Matrix<double, camera_parameters, camera_parameters, Eigen::RowMajor> dense;
+  if (covariance.GetCovarianceMatrixInTangentSpace(blocks, dense.data())) out = dense;
+  return out;
+}
+
+}  // namespace
+
+JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& start,
+                            const EdgePriors& priors, const MatchOptions& options, std::span<const EdgeView> views) {
+  const JointProblem shared{scene, intrinsics};
+  PoseBlock pose = block_of(start.T_base_camera);
+  std::array<double, 2> lens{start.focal_scale, start.k1_change};
+  ceres::Problem problem;
+  problem.AddParameterBlock(pose.data(), pose_size, new PoseManifold);
+  problem.AddParameterBlock(lens.data(), 2);
+  problem.AddResidualBlock(new PriorCost(priors), nullptr, pose.data(), lens.data());
+  std::vector<std::vector<EdgeMatch>> matches(views.size());
+  const CameraModel model(changed(intrinsics, start));
+  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(views[k].stop)];
+      matches[k] = weighted_matches(scene, views[k], camera_at(model, start, T_G_base), options);
+    }
+  });
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    if (matches[k].empty()) continue;
+    problem.AddResidualBlock(new ViewCost(shared, views[k].stop, std::move(matches[k])), nullptr, pose.data(),
+                             lens.data());
+  }
+  ceres::Solver::Options solver;
+  solver.num_threads = 1;
+  solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  solver.max_num_iterations = 20;
+  solver.function_tolerance = 1e-12;
+  solver.parameter_tolerance = 1e-10;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  JointSolution out;
+  out.converged = summary.termination_type == ceres::CONVERGENCE;
+  out.iterations = static_cast<int>(summary.iterations.size());
+  out.state = {pose_of(pose.data()), lens[0], lens[1]};
+  out.state.T_base_camera.R = nearest_rotation(out.state.T_base_camera.R);
+  out.covariance = covariance_of(problem, pose.data(), lens.data());
+  return out;
+}
+
+}  // namespace rigcal
