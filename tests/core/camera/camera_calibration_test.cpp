@@ -1,0 +1,179 @@
+#include "core/camera/camera_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "core/camera/joint_solve.h"
+#include "tests/core/camera/box_room.h"
+
+namespace rigcal {
+namespace {
+
+const BoxRoom& room() {
+  static const BoxRoom room;
+  return room;
+}
+
+// One camera's images take a while to cast; the guess is put in afterwards.
+CameraTask task_from(const SE3& guess) {
+  static const CameraTask task = room().task(BoxRoom::truth());
+  CameraTask copy = task;
+  copy.guess_T_base_camera = guess;
+  return copy;
+}
+
+CameraEstimate calibrate(const CameraTask& task, const CameraCalibrationOptions& options = {}) {
+  SilentReporter reporter;
+  const auto estimate = calibrate_camera(room().scene, task, options, RunContext{reporter});
+  EXPECT_TRUE(estimate);
+  return estimate ? *estimate : CameraEstimate{};
+}
+
+double offset_m(const SE3& T) { return (T.t - BoxRoom::truth().t).norm(); }
+double offset_rad(const SE3& T) { return rotation_distance(T.R, BoxRoom::truth().R); }
+
+TEST(CameraCalibration, ComesBackFromFiveDegreesAndTenCentimetres) {
+  double nees = 0.0;
+  constexpr int trials = 4;
+  for (std::uint64_t seed = 1; seed <= trials; ++seed) {
+    const CameraEstimate estimate = calibrate(task_from(BoxRoom::spoiled(to_rad(5.0), 0.1, seed)));
+    ASSERT_TRUE(estimate.found) << estimate.why_not;
+    EXPECT_TRUE(estimate.converged);
+    EXPECT_LT(offset_m(estimate.pose.T_base_camera), 0.004);
+    EXPECT_LT(offset_rad(estimate.pose.T_base_camera), to_rad(0.05));
+    const Vector6d xi = (BoxRoom::truth().inverse() * estimate.pose.T_base_camera).log();
+    nees += xi.dot(estimate.pose.covariance.inverse() * xi) / 6.0 / trials;
+    EXPECT_LT(std::abs(estimate.focal_scale.value), 3.0 * estimate.focal_scale.sigma);
+    EXPECT_LT(std::abs(estimate.k1_change.value), 3.0 * estimate.k1_change.sigma);
+    EXPECT_LT(estimate.residual_px, 0.4);
+    EXPECT_LT(estimate.hold_out, 1.5);
+    EXPECT_GT(estimate.hold_out_start_px, 5.0 * estimate.hold_out_px);
+    EXPECT_LT(estimate.halves_m, 0.01);
+    EXPECT_LT(estimate.runner_up_ratio, 0.8);
+    EXPECT_EQ(estimate.views, BoxRoom::stops);
+    EXPECT_EQ(estimate.views_with_edges, BoxRoom::stops);
+  }
+  EXPECT_LT(nees, 2.0);
+}
+
+TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
+  task.intrinsics.fx *= 1.01;
+  task.intrinsics.fy *= 1.01;
+  const CameraEstimate focal = calibrate(task);
+  ASSERT_TRUE(focal.found);
+  EXPECT_LT(focal.focal_scale.value, -0.002);
+  CameraCalibrationOptions refine;
+  refine.refine_intrinsics = true;
+  const CameraEstimate mended = calibrate(task, refine);
+  ASSERT_TRUE(mended.found);
+  EXPECT_NEAR(mended.intrinsics.fx, BoxRoom::intrinsics().fx, 0.0015 * BoxRoom::intrinsics().fx);
+  EXPECT_LT(offset_m(mended.pose.T_base_camera), 0.006);
+
+  task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 6));
+  task.intrinsics.distortion[0] += 0.05;
+  const CameraEstimate bent = calibrate(task);
+  ASSERT_TRUE(bent.found);
+  EXPECT_LT(bent.k1_change.value, -3.0 * bent.k1_change.sigma);
+  EXPECT_EQ(bent.intrinsics.distortion[0], task.intrinsics.distortion[0]);
+}
+
+TEST(CameraCalibration, TellsWhyItCannot) {
+  CameraTask task = task_from(BoxRoom::truth());
+  task.guess_T_base_camera.reset();
+  EXPECT_NE(calibrate(task).why_not.find("guess"), std::string::npos);
+
+  task = task_from(BoxRoom::truth());
+  task.views.clear();
+  EXPECT_NE(calibrate(task).why_not.find("no image"), std::string::npos);
+
+  task = task_from(BoxRoom::truth());
+  for (CameraView& view : task.views) std::fill(view.grey.values.begin(), view.grey.values.end(), 3.0F);
+  const CameraEstimate black = calibrate(task);
+  EXPECT_FALSE(black.found);
+  EXPECT_NE(black.why_not.find("black"), std::string::npos);
+
+  task = task_from(BoxRoom::truth());
+  for (CameraView& view : task.views) view.stop = 100;
+  EXPECT_FALSE(calibrate(task).found);
+}
+
+TEST(CameraCalibration, FindsNothingInAnEmptyMapOrBehindTheCamera) {
+  CameraScene scene = room().scene;
+  // The only edges lie where the camera's single image does not look.
+  CameraTask task = task_from(BoxRoom::truth());
+  task.views.resize(1);
+  const Vector3d forward = (scene.T_G_base[0] * BoxRoom::truth()).R.col(2);
+  std::erase_if(scene.edges, [&](const LidarEdge& edge) { return edge.p_G.dot(forward) > 0.0; });
+  ASSERT_FALSE(scene.edges.empty());
+  SilentReporter reporter;
+  const auto estimate = calibrate_camera(scene, task, {}, RunContext{reporter});
+  ASSERT_TRUE(estimate);
+  EXPECT_FALSE(estimate->found);
+  EXPECT_NE(estimate->why_not.find("too few edges"), std::string::npos);
+  EXPECT_TRUE(std::isfinite(estimate->wall_s));
+}
+
+TEST(CameraCalibration, OneImageIsLessSureThanAll) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(1.0), 0.02, 7));
+  const CameraEstimate all = calibrate(task);
+  task.views.resize(1);
+  const CameraEstimate one = calibrate(task);
+  ASSERT_TRUE(all.found);
+  if (!one.found) return;  // too few edges in it: said so
+  EXPECT_EQ(one.views, 1);
+  EXPECT_GT(one.pose.covariance.trace(), 2.0 * all.pose.covariance.trace());
+}
+
+TEST(CameraCalibration, IsTheSameOnAnyNumberOfThreads) {
+  const int before = thread_count();
+  const CameraTask task = task_from(BoxRoom::spoiled(to_rad(3.0), 0.08, 8));
+  set_thread_count(1);
+  const CameraEstimate one = calibrate(task);
+  set_thread_count(4);
+  const CameraEstimate four = calibrate(task);
+  set_thread_count(before);
+  ASSERT_TRUE(one.found);
+  EXPECT_TRUE(one.pose.T_base_camera.R == four.pose.T_base_camera.R);
+  EXPECT_TRUE(one.pose.T_base_camera.t == four.pose.T_base_camera.t);
+  EXPECT_TRUE(one.pose.covariance == four.pose.covariance);
+  EXPECT_EQ(one.hold_out, four.hold_out);
+}
+
+TEST(CameraCalibration, StopsWhenAsked) {
+  SilentReporter reporter;
+  std::stop_source source;
+  source.request_stop();
+  const auto estimate =
+      calibrate_camera(room().scene, task_from(BoxRoom::truth()), {}, RunContext{reporter, source.get_token()});
+  ASSERT_FALSE(estimate);
+  EXPECT_EQ(estimate.error().kind, ErrorKind::cancelled);
+}
+
+TEST(JointSolve, EndsWhereTheAnnealedSolverDoes) {
+  SilentReporter reporter;
+  const CameraTask task = task_from(BoxRoom::truth());
+  std::vector<EdgeView> views = make_edge_views(room().scene, task);
+  ASSERT_EQ(views.size(), task.views.size());
+  const CameraState start{BoxRoom::spoiled(to_rad(0.2), 0.01, 9)};
+  find_visible(room().scene, task.intrinsics, start, VisibleOptions{}, views);
+  EdgePriors priors;
+  priors.T_base_camera = start.T_base_camera;
+  const std::vector<SolveLevel> levels = standard_levels();
+  const EdgeSolution annealed =
+      solve_edges(room().scene, task.intrinsics, start, priors, levels, views, RunContext{reporter});
+  EXPECT_TRUE(annealed.converged);
+  const JointSolution joint =
+      solve_jointly(room().scene, task.intrinsics, annealed.state, priors, levels.back().match, views);
+  EXPECT_TRUE(joint.converged);
+  const Vector6d apart = (annealed.state.T_base_camera.inverse() * joint.state.T_base_camera).log();
+  EXPECT_LT(apart.head<3>().norm(), to_rad(1e-3));
+  EXPECT_LT(apart.tail<3>().norm(), 1e-4);
+  // Both tell the same covariance, Ceres from its own Jacobians.
+  const CameraMatrix expected = annealed.information.inverse();
+  EXPECT_LT((joint.covariance - expected).norm(), 0.02 * expected.norm());
+}
+
+}  // namespace
+}  // namespace rigcal
