@@ -88,7 +88,8 @@ const Table& rooms() {
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
         {"drivers/livox_codec", {"core/records"}},
-        {"simdata", {"core/rig", "core/io", "drivers/livox_codec"}},
+        {"drivers/livox/protocol", {"drivers/livox_codec"}},
+        {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec"}},
     };
     std::vector<std::string> core;
     for (const auto& [room, _] : rows) {
