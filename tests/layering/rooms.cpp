@@ -89,6 +89,7 @@ const Table& rooms() {
         {"drivers/net", {"core/records"}},
         {"drivers/livox_codec", {"core/records"}},
         {"drivers/livox/protocol", {"drivers/livox_codec"}},
+        {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},
         {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec"}},
     };
     std::vector<std::string> core;

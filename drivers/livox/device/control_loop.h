@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "drivers/livox/device/datagram_ring.h"
+#include "drivers/livox/device/receiver.h"
+#include "drivers/livox/protocol/host_protocol.h"
+#include "drivers/net/interfaces.h"
+
+namespace rigcal::livox {
+
+/// The protocol on real sockets: one for discovery, one for the commands of each host address. One thread calls `run`;
+/// everything else may be called from any thread.
+class ControlLoop {
+ public:
+  struct Wiring {
+    std::vector<net::Interface> hosts;
+    std::vector<std::uint16_t> data_ports;  ///< By host.
+    std::vector<WantedDevice> devices;
+    std::uint16_t discovery_port = kDiscoveryPort;
+    bool bind_to_interface = false;
+    net::ClockReading session_start;
+  };
+
+  /// Errors: a port that is taken, what HostProtocol::create refuses.
+  [[nodiscard]] static Expected<std::unique_ptr<ControlLoop>> open(Wiring wiring, Senders& senders);
+
+  /// Until the devices are free after `leave`.
+  void run();
+  void leave();
+
+  Expected<void> request(std::size_t device, ControlPayload request);
+  void set_sampling(std::size_t device, bool on);
+  void set_power(std::size_t device, PowerMode mode);
+
+  /// Takes the events since the last call; at most `kMostEvents` are kept.
+  [[nodiscard]] std::vector<Event> take_events();
+  [[nodiscard]] std::vector<LinkInfo> links() const;
+  [[nodiscard]] std::vector<Sighting> sightings() const;
+  [[nodiscard]] ProtocolCounters counters() const;
+  [[nodiscard]] std::uint64_t lost_events() const;
+  /// All control datagrams, in both directions.
+  [[nodiscard]] DatagramRing& ring() { return ring_; }
+
+  static constexpr std::size_t kMostEvents = 4096;
+
+ private:
+  ControlLoop(Wiring wiring, Senders& senders, HostProtocol protocol, net::UdpSocket discovery,
+              std::vector<net::UdpSocket> commands, net::Waiter waiter);
+  template <class Call>
+  auto with_protocol(const Call& call);
+  void hear(net::UdpSocket& socket, std::optional<std::size_t> host);
+  void hand_out();
+
+  Wiring wiring_;
+  Senders& senders_;
+  HostProtocol protocol_;
+  net::UdpSocket discovery_;
+  std::vector<net::UdpSocket> commands_;
+  net::Waiter waiter_;
+  net::ReceiveBatch batch_;
+  net::SessionClock clock_;
+  DatagramRing ring_;
+  ProtocolOutput output_;
+  mutable std::mutex mutex_;  ///< Of the protocol, its output, the ring's writing end and the events.
+  std::deque<Event> events_;
+  std::uint64_t lost_events_ = 0;
+};
+
+}  // namespace rigcal::livox

@@ -1,0 +1,42 @@
+#include "drivers/livox/device/datagram_ring.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace rigcal::livox {
+
+DatagramRing::DatagramRing(std::size_t datagrams) : slots_(std::bit_ceil(std::max<std::size_t>(datagrams, 2))) {
+  // Touched now, so that the first packets do not wait for the system to find memory.
+  for (Slot& slot : slots_) slot.bytes.fill(0);
+}
+
+bool DatagramRing::push(const Datagram& datagram) {
+  const std::uint64_t pushed = pushed_.load(std::memory_order_relaxed);
+  const std::size_t waiting = pushed - popped_.load(std::memory_order_acquire);
+  if (waiting >= slots_.size() || datagram.bytes.size() > kLongest) {
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
+  Slot& slot = slots_[pushed & (slots_.size() - 1)];
+  slot.stamp_ns = datagram.stamp_ns;
+  slot.from = datagram.from;
+  slot.to = datagram.to;
+  slot.size = static_cast<std::uint32_t>(datagram.bytes.size());
+  std::copy(datagram.bytes.begin(), datagram.bytes.end(), slot.bytes.begin());
+  if (waiting + 1 > high_water_.load(std::memory_order_relaxed))
+    high_water_.store(waiting + 1, std::memory_order_relaxed);
+  pushed_.store(pushed + 1, std::memory_order_release);
+  return true;
+}
+
+bool DatagramRing::peek(Datagram& datagram) const {
+  const std::uint64_t popped = popped_.load(std::memory_order_relaxed);
+  if (popped == pushed_.load(std::memory_order_acquire)) return false;
+  const Slot& slot = slots_[popped & (slots_.size() - 1)];
+  datagram = {slot.stamp_ns, slot.from, slot.to, ByteView(slot.bytes).first(slot.size)};
+  return true;
+}
+
+void DatagramRing::pop() { popped_.fetch_add(1, std::memory_order_release); }
+
+}  // namespace rigcal::livox

@@ -1,0 +1,133 @@
+#include "drivers/livox/device/driver.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "drivers/livox/device/host_choice.h"
+#include "drivers/livox/device/privileges.h"
+#include "drivers/net/socket_limits.h"
+
+namespace rigcal::livox {
+namespace {
+
+constexpr std::int64_t receive_wait_ns = 100'000'000;
+constexpr std::chrono::microseconds poll_pause{500};
+
+}  // namespace
+
+Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
+  std::unique_ptr<Driver> driver(new Driver);
+  driver->options_ = options;
+  const auto interfaces = net::list_interfaces();
+  if (!interfaces) return interfaces.error();
+  auto hosts = choose_hosts(*interfaces, options.devices, options.interface, options.host_ip);
+  if (!hosts) return hosts.error();
+  driver->hosts_ = *std::move(hosts);
+  driver->session_start_ = net::read_clocks();
+  std::vector<std::uint16_t> data_ports;
+  for (const net::Interface& host : driver->hosts_) {
+    net::UdpOptions socket;
+    socket.local = {host.ip, 0};
+    socket.receive_bytes = options.receive_bytes;
+    if (options.bind_to_interface) socket.interface = host.name;
+    auto receiver = Receiver::open(socket, driver->senders_, driver->session_start_, options.queue_datagrams);
+    if (!receiver) return receiver.error();
+    const net::UdpSocket& opened = (*receiver)->socket();
+    if (opened.receive_bytes() < options.receive_bytes)
+      driver->notes_.push_back(host.name + ": " +
+                               net::receive_buffer_hint(options.receive_bytes, opened.receive_bytes()));
+    data_ports.push_back(opened.local().port);
+    driver->receivers_.push_back(*std::move(receiver));
+  }
+  auto control = ControlLoop::open({driver->hosts_, std::move(data_ports), options.devices, options.discovery_port,
+                                    options.bind_to_interface, driver->session_start_},
+                                   driver->senders_);
+  if (!control) return control.error();
+  driver->control_ = *std::move(control);
+  if (options.lock_memory) {
+    if (std::string refusal = lock_memory(); !refusal.empty()) driver->notes_.push_back(std::move(refusal));
+  }
+  driver->thread_notes_.resize(driver->receivers_.size());
+  driver->is_running_ = true;
+  Driver& running = *driver;
+  for (std::size_t i = 0; i < running.receivers_.size(); ++i)
+    running.threads_.emplace_back([&running, i] { running.run_receiver(i); });
+  while (running.started_ < running.receivers_.size()) std::this_thread::yield();
+  for (std::string& note : running.thread_notes_)
+    if (!note.empty()) running.notes_.push_back(std::move(note));
+  running.control_thread_ = std::thread([&running] { running.control_->run(); });
+  return driver;
+}
+
+void Driver::run_receiver(std::size_t index) {
+  if (options_.realtime) thread_notes_[index] = become_realtime();
+  ++started_;
+  while (is_running_.load(std::memory_order_relaxed)) receivers_[index]->receive_some(receive_wait_ns);
+  receivers_[index]->receive_some(0);  // What came while the devices were being freed.
+}
+
+Driver::~Driver() { stop(); }
+
+void Driver::stop() {
+  if (control_thread_.joinable()) {
+    control_->leave();
+    control_thread_.join();
+  }
+  is_running_ = false;
+  for (const auto& receiver : receivers_) receiver->wake();
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+bool Driver::next(Datagram& datagram, std::int64_t timeout_ns) {
+  if (taken_from_ != nullptr) taken_from_->pop();
+  taken_from_ = nullptr;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(timeout_ns);
+  while (true) {
+    const bool was_running = is_running_.load();
+    const auto take = [&](DatagramRing& ring) {
+      Datagram candidate;
+      if (!ring.peek(candidate)) return;
+      if (taken_from_ != nullptr && candidate.stamp_ns >= datagram.stamp_ns) return;
+      datagram = candidate;
+      taken_from_ = &ring;
+    };
+    take(control_->ring());
+    for (const auto& receiver : receivers_) take(receiver->ring());
+    if (taken_from_ != nullptr) return true;
+    if (!was_running || std::chrono::steady_clock::now() >= end) return false;
+    // Polling: a wake-up from the threads that receive would cost them a system call for every packet.
+    std::this_thread::sleep_for(poll_pause);
+  }
+}
+
+std::vector<DeviceReport> Driver::devices() const {
+  std::vector<DeviceReport> reports;
+  for (LinkInfo& link : control_->links()) {
+    DeviceReport report;
+    report.link = std::move(link);
+    for (const auto& receiver : receivers_) {
+      const DeviceTraffic& traffic = receiver->traffic(reports.size());
+      report.packets += traffic.packets.load(std::memory_order_relaxed);
+      report.bytes += traffic.bytes.load(std::memory_order_relaxed);
+      report.last_packet_ns = std::max(report.last_packet_ns, traffic.last_ns.load(std::memory_order_relaxed));
+    }
+    reports.push_back(std::move(report));
+  }
+  return reports;
+}
+
+std::vector<InterfaceReport> Driver::interfaces() const {
+  std::vector<InterfaceReport> reports;
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
+    Receiver& receiver = *receivers_[i];
+    reports.push_back({hosts_[i], receiver.socket().receive_bytes(), receiver.ring().high_water(),
+                       receiver.ring().capacity(), receiver.counters()});
+  }
+  return reports;
+}
+
+std::vector<std::string> Driver::notes() const { return notes_; }
+
+}  // namespace rigcal::livox

@@ -1,0 +1,32 @@
+#include "drivers/livox/device/privileges.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace rigcal::livox {
+namespace {
+
+constexpr int receive_priority = 50;  // Of 1 to 99: above all ordinary work, below the kernel's own threads.
+
+}  // namespace
+
+std::string become_realtime() {
+  sched_param parameters{};
+  parameters.sched_priority = receive_priority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  if (error == 0) return {};
+  return std::string("no real-time priority (") + std::strerror(error) +
+         "): allow it with an rtprio of 50 in /etc/security/limits.d, or CAP_SYS_NICE";
+}
+
+std::string lock_memory() {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  return std::string("memory cannot be locked (") + std::strerror(errno) +
+         "): allow it with an unlimited memlock in /etc/security/limits.d, or CAP_IPC_LOCK";
+}
+
+}  // namespace rigcal::livox

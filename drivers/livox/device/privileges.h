@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+namespace rigcal::livox {
+
+/// Asks for real-time priority for the calling thread. What keeps it from that and the mend, or an empty text.
+[[nodiscard]] std::string become_realtime();
+
+/// Keeps all memory of the program from being swapped out. What keeps it from that and the mend, or an empty text.
+[[nodiscard]] std::string lock_memory();
+
+}  // namespace rigcal::livox

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "drivers/livox/device/datagram_ring.h"
+#include "drivers/livox/protocol/host_protocol.h"
+#include "drivers/net/session_clock.h"
+#include "drivers/net/udp_socket.h"
+#include "drivers/net/waiter.h"
+
+namespace rigcal::livox {
+
+/// Whose packets are taken: the address of each device while it is connected. Written by one thread, read by others.
+class Senders {
+ public:
+  void set(std::size_t device, const Ipv4& ip) { addresses_[device].store(pack(ip), std::memory_order_relaxed); }
+  void clear(std::size_t device) { addresses_[device].store(0, std::memory_order_relaxed); }
+  /// Index of the device, or kNoDevice.
+  [[nodiscard]] std::size_t find(const Ipv4& ip) const {
+    const std::uint32_t wanted = pack(ip);
+    if (wanted == 0) return kNoDevice;  // Stands for nobody below.
+    for (std::size_t i = 0; i < addresses_.size(); ++i)
+      if (addresses_[i].load(std::memory_order_relaxed) == wanted) return i;
+    return kNoDevice;
+  }
+
+ private:
+  static std::uint32_t pack(const Ipv4& ip) {
+    return std::uint32_t{ip[0]} << 24U | std::uint32_t{ip[1]} << 16U | std::uint32_t{ip[2]} << 8U | ip[3];
+  }
+  std::array<std::atomic<std::uint32_t>, kMaxDevices> addresses_{};
+};
+
+/// What came from one device on one interface.
+struct DeviceTraffic {
+  std::atomic<std::uint64_t> packets{0};
+  std::atomic<std::uint64_t> bytes{0};
+  std::atomic<std::int64_t> last_ns{0};  ///< Session time of the latest.
+};
+
+/// Where datagrams of one interface got lost, each counted once.
+struct ReceiverCounters {
+  std::uint64_t received = 0;           ///< Handed on.
+  std::uint64_t dropped_by_kernel = 0;  ///< The socket's buffer was full.
+  std::uint64_t dropped_by_queue = 0;   ///< Nobody took them from the queue in time.
+  std::uint64_t strangers = 0;          ///< From addresses of no connected device.
+  std::uint64_t errors = 0;             ///< The system refused to receive, for example while the interface was down.
+};
+
+/// Takes the sample packets of one interface off their socket, stamps and queues them, and nothing else. After it is
+/// made no memory is asked for.
+class Receiver {
+ public:
+  /// Errors: see UdpSocket::open.
+  [[nodiscard]] static Expected<std::unique_ptr<Receiver>> open(const net::UdpOptions& options, const Senders& senders,
+                                                                const net::ClockReading& session_start,
+                                                                std::size_t queue_datagrams);
+
+  /// Waits for packets, at most for that long, and queues what is there; then pauses shortly where that was little.
+  void receive_some(std::int64_t timeout_ns);
+  /// From any thread: ends a wait.
+  void wake() const { waiter_.wake(); }
+
+  [[nodiscard]] const net::UdpSocket& socket() const { return socket_; }
+  [[nodiscard]] DatagramRing& ring() { return ring_; }
+  [[nodiscard]] ReceiverCounters counters() const;
+  [[nodiscard]] const DeviceTraffic& traffic(std::size_t device) const { return traffic_[device]; }
+
+ private:
+  Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& senders, const net::ClockReading& session_start,
+           std::size_t queue_datagrams);
+
+  net::UdpSocket socket_;
+  net::Waiter waiter_;
+  const Senders& senders_;
+  net::SessionClock clock_;
+  net::ReceiveBatch batch_;
+  DatagramRing ring_;
+  std::array<DeviceTraffic, kMaxDevices> traffic_;
+  std::atomic<std::uint64_t> received_{0};
+  std::atomic<std::uint64_t> kernel_drops_{0};
+  std::atomic<std::uint64_t> strangers_{0};
+  std::atomic<std::uint64_t> errors_{0};
+};
+
+}  // namespace rigcal::livox
