@@ -132,7 +132,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (context.stop.stop_requested()) {
     return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
   }
-  if (const auto written = write_result_folder(*result, options.out); !written) return written.error();
+  if (const auto written = write_result_folder(*result, options.out, &recording->rig); !written) return written.error();
   if (context.json) {
     CommandContext::print(calibration_json(*result, options.out));
   } else if (!context.quiet) {

@@ -1,15 +1,12 @@
 #include "core/quality/verdict_text.h"
 
-#include <cstdio>
 #include <utility>
+
+#include "core/base/text.h"
 
 namespace rigcal {
 
-std::string number(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
+std::string number(double value, int digits) { return fixed_text(value, digits); }
 
 std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
 std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }

@@ -9,6 +9,7 @@
 
 #include "core/io/output_file.h"
 #include "core/io/staged_folder.h"
+#include "core/report/html/page.h"
 #include "core/report/map_ply.h"
 #include "core/report/result_texts.h"
 
@@ -95,7 +96,7 @@ Expected<void> check_result_target(const std::string& path) {
   return {};
 }
 
-Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path) {
+Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path, const Rig* rig) {
   if (Expected<void> sound = check_result(result); !sound) return sound;
   if (Expected<void> free = check_result_target(path); !free) return free;
   std::vector<std::string> own_entries{known_files.begin(), known_files.end()};
@@ -106,6 +107,7 @@ Expected<void> write_result_folder(const CalibrationResult& result, const std::s
   if (Expected<void> done = write_text(folder / "extrinsics.yaml", extrinsics_yaml(result)); !done) return done;
   if (Expected<void> done = write_text(folder / "trajectory.tum", trajectory_tum(result)); !done) return done;
   if (Expected<void> done = write_text(folder / "report.json", report_json(result)); !done) return done;
+  if (Expected<void> done = write_text(folder / "report.html", report_html(result, rig)); !done) return done;
   if (Expected<void> done = write_map_ply(result, (folder / "map.ply").string()); !done) return done;
   if (Expected<void> done = write_overlays(result, folder / overlay_folder); !done) return done;
   return staged->commit();

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/quality/result.h"
+#include "core/rig/rig.h"
 
 namespace rigcal {
 
@@ -15,8 +16,10 @@ namespace rigcal {
 /// <camera>_<stop>_map.jpg.
 [[nodiscard]] std::string overlay_file(const CalibrationResult& result, const Overlay& overlay);
 
-/// Writes extrinsics.yaml, trajectory.tum, report.json, map.ply and the overlays. The folder appears, or takes the
-/// place of an older result, as a whole and only when all of it is on the disk; after an Error nothing has changed.
-[[nodiscard]] Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path);
+/// Writes extrinsics.yaml, trajectory.tum, report.json, report.html, map.ply and the overlays; `rig` (or null) tells
+/// the page what kind of sensors they are. The folder appears, or takes the place of an older result, as a whole and
+/// only when all of it is on the disk; after an Error nothing has changed.
+[[nodiscard]] Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path,
+                                                 const Rig* rig = nullptr);
 
 }  // namespace rigcal

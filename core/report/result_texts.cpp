@@ -48,7 +48,48 @@ Json sensor_json(const SensorResult& sensor) {
     json["stddev_translation_mm"] = {mm.x(), mm.y(), mm.z()};
     json["stddev_rotation_deg"] = {deg.x(), deg.y(), deg.z()};
   }
+  if (sensor.hold_out.ratio > 0.0) {
+    const HoldOutFigures& figures = sensor.hold_out;
+    json["hold_out"] = {{"over_noise", figures.ratio},
+                        {"rms", figures.rms},
+                        {"rms_at_guess", figures.start_rms},
+                        {"unit", figures.unit}};
+  }
   return json;
+}
+
+// What the run was made from, and what it changed.
+void add_evidence(const CalibrationResult& result, Json& json) {
+  if (!result.settings.empty()) {
+    json["settings"] = Json::object();
+    for (const auto& [name, value] : result.settings) json["settings"][name] = value;
+  }
+  json["inputs"] = Json::array();
+  for (const InputDigest& input : result.inputs) {
+    json["inputs"].push_back({{"path", input.path},
+                              {"files", input.files},
+                              {"bytes", input.bytes},
+                              {"sha256", input.sha256},
+                              {"in_part", input.in_part}});
+  }
+  json["shared_surfaces"] = Json::array();
+  for (const SharedSurfaces& pair : result.shared_surfaces) {
+    const Json sensors = pair.first.empty() ? Json::array() : Json{pair.first, pair.second};
+    json["shared_surfaces"].push_back({{"sensors", sensors},
+                                       {"surfaces", pair.surfaces},
+                                       {"before_mm", 1e3 * pair.before_m},
+                                       {"after_mm", 1e3 * pair.after_m}});
+  }
+  if (result.clocks.empty()) return;
+  json["clocks"] = Json::array();
+  for (const ClockReport& clock : result.clocks) {
+    json["clocks"].push_back({{"sensor", clock.sensor},
+                              {"drift_ppm", clock.drift_ppm},
+                              {"jitter_us", clock.jitter_us},
+                              {"max_delay_us", clock.max_delay_us},
+                              {"jumps", clock.jumps},
+                              {"strays", clock.strays}});
+  }
 }
 
 Json stage_json(const StageReport& stage) {
@@ -56,6 +97,7 @@ Json stage_json(const StageReport& stage) {
   // Not finite numbers would be written as null, which is what they are here: not known.
   if (stage.cost_before) json["cost_before"] = *stage.cost_before;
   if (stage.cost_after) json["cost_after"] = *stage.cost_after;
+  if (!stage.costs.empty()) json["costs"] = stage.costs;
   json["peak_memory_mb"] = stage.peak_memory_mb;
   Json counts = Json::object();
   for (const auto& [name, value] : stage.counts) counts[name] = value;
@@ -161,6 +203,7 @@ std::string report_json(const CalibrationResult& result) {
   json["peak_memory_mb"] = peak_mb;
   json["warnings"] = result.warnings;
   if (!result.packets.empty()) json["packets"] = result.packets;
+  add_evidence(result, json);
   // A file name in a warning need not be UTF-8: such bytes are replaced, not thrown at the user.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

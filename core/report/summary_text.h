@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "core/quality/result.h"
+
+namespace rigcal {
+
+/// The verdict in one sentence, the same on the page and in the terminal: "All 4 sensors are good." or "2 of 4 sensors
+/// are good: camera_left is weak, mid40_right failed."
+[[nodiscard]] std::string summary_sentence(const CalibrationResult& result);
+
+/// How well one sensor is known, in a clause without its reasons: "known to 0.6 mm and 0.003 degrees (95 %)".
+[[nodiscard]] std::string bounds_text(const CalibrationResult& result, const SensorResult& sensor);
+
+}  // namespace rigcal
