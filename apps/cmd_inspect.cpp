@@ -14,11 +14,13 @@ namespace fs = std::filesystem;
 
 struct InspectOptions {
   std::string path;
+  std::string other;  ///< A second result, or empty.
   std::string rig;
 };
 
 Expected<Inspection> inspect(const InspectOptions& options, const RunContext& context) {
   std::error_code error;
+  if (!options.other.empty()) return inspect_two_results(options.path, options.other);
   if (fs::is_directory(options.path, error)) {
     if (fs::exists(fs::path(options.path) / "extrinsics.yaml", error)) return inspect_result(options.path);
     if (!is_session_folder(options.path)) {
@@ -50,7 +52,9 @@ Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& co
   } else if (!context.quiet) {
     CommandContext::print(inspection_text(*inspection));
   }
-  return inspection->value("complete", true) ? ExitCode::good : ExitCode::not_trustworthy;
+  const bool trustworthy = inspection->value("complete", true) && inspection->value("same", true) &&
+                           inspection->value("status", "good") == "good";
+  return trustworthy ? ExitCode::good : ExitCode::not_trustworthy;
 }
 
 }  // namespace
@@ -59,6 +63,7 @@ void add_inspect_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand("inspect", "Show what is in a dump, bag, session, patch folder or result");
   command->add_option("PATH", options->path, "A dump, .lvx file, bag, session, patch folder or result")->required();
+  command->add_option("OTHER", options->other, "A second result: says which sensors moved between the two");
   command->add_option("--rig", options->rig, "Rig file: then the stops of a dump or bag are shown too")
       ->option_text("RIG");
   command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");

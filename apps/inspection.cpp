@@ -6,7 +6,6 @@
 
 #include "apps/bag_batches.h"
 #include "core/base/version.h"
-#include "core/io/extrinsics_file.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcd_file.h"
 
@@ -23,10 +22,6 @@ class CountingSink final : public StopSink {
   void points(int, int, std::span<const Point>) override {}
   void stop_done(const StopRecord&) override {}
 };
-
-Inspection begin(const char* kind, const std::string& path) {
-  return {{"rigcal", format_version}, {"command", "inspect"}, {"kind", kind}, {"path", path}};
-}
 
 Inspection gap_json(const StreamGap& gap) {
   return {{"start_ns", gap.start_ns}, {"seconds", 1e-9 * static_cast<double>(gap.length_ns)}, {"packets", gap.lost}};
@@ -229,6 +224,10 @@ Expected<Rig> rig_of_folders(const std::string& path) {
 
 }  // namespace
 
+Inspection begin_inspection(const char* kind, const std::string& path) {
+  return {{"rigcal", format_version}, {"command", "inspect"}, {"kind", kind}, {"path", path}};
+}
+
 Expected<Inspection> inspect_stream(const std::string& path, const RunContext& context) {
   StreamSource source;
   source.path = path;
@@ -240,7 +239,7 @@ Expected<Inspection> inspect_stream(const std::string& path, const RunContext& c
     if (is_bag(path)) return input_error("holds no message", path, "record or copy it again");
     return input_error("holds no Livox packet", path, "record the UDP traffic of the LiDARs, ports 55000 to 65000");
   }
-  Inspection json = begin(is_bag(path) ? "bag" : "dump", path);
+  Inspection json = begin_inspection(is_bag(path) ? "bag" : "dump", path);
   json["complete"] = summary->truncation.empty();
   put_sources(source.rig, *summary, json);
   json["warnings"] = reading_warnings(source, *summary);
@@ -256,7 +255,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
     return *reading_error(source, options, *summary);
   }
   const char* file_kind = is_bag(source.file) ? "bag" : "dump";
-  Inspection json = begin(source.path == source.file ? file_kind : "session", source.path);
+  Inspection json = begin_inspection(source.path == source.file ? file_kind : "session", source.path);
   json["complete"] = source.complete && summary->truncation.empty();
   put_sources(source.rig, *summary, json);
   json["stops_from"] = summary->source == StopSource::gyro ? "gyro" : "points";
@@ -299,40 +298,11 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
   for (const std::string& name : folder->unknown) warnings.push_back(name + " belongs to no sensor");
-  Inspection json = begin("patches", path);
+  Inspection json = begin_inspection("patches", path);
   json["trajectory"] = folder->trajectory.has_value();
   json["stops"] = Inspection::array();
   for (auto& [stop, entry] : stops) json["stops"].push_back(std::move(entry));
   json["warnings"] = warnings;
-  return json;
-}
-
-Expected<Inspection> inspect_result(const std::string& path) {
-  std::error_code error;
-  const std::string file = fs::is_directory(path, error) ? (fs::path(path) / "extrinsics.yaml").string() : path;
-  const Expected<ExtrinsicsFile> result = load_extrinsics(file);
-  if (!result) return result.error();
-  Inspection json = begin("result", path);
-  json["base"] = result->base;
-  json["sensors"] = Inspection::array();
-  std::map<std::string, std::string> status = result->status;
-  for (const auto& [name, pose] : result->T_base_sensor) status.try_emplace(name, "");
-  for (const auto& [name, verdict] : status) {
-    Inspection sensor{{"name", name}};
-    if (!verdict.empty()) sensor["status"] = verdict;
-    if (const auto pose = result->T_base_sensor.find(name); pose != result->T_base_sensor.end()) {
-      const Eigen::Vector4d q = xyzw_from_rotation(pose->second.R);
-      sensor["translation"] = {pose->second.t.x(), pose->second.t.y(), pose->second.t.z()};
-      sensor["rotation_xyzw"] = {q[0], q[1], q[2], q[3]};
-    }
-    if (const auto c = result->covariance.find(name); c != result->covariance.end()) {
-      const Vector6d sigma = c->second.diagonal().cwiseMax(0.0).cwiseSqrt();
-      sensor["stddev_deg"] = {to_deg(sigma[0]), to_deg(sigma[1]), to_deg(sigma[2])};
-      sensor["stddev_mm"] = {1e3 * sigma[3], 1e3 * sigma[4], 1e3 * sigma[5]};
-    }
-    json["sensors"].push_back(std::move(sensor));
-  }
-  json["warnings"] = Inspection::array();
   return json;
 }
 

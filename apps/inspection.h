@@ -16,8 +16,12 @@ using Inspection = nlohmann::ordered_json;
 /// A patch folder; its sensors are those of the rig file, or, where `rig_path` is empty, its folders.
 [[nodiscard]] Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path,
                                                    const RunContext& context);
-/// A result folder or an extrinsics.yaml.
+/// A result folder or an extrinsics.yaml: the verdict, in the words of report.html.
 [[nodiscard]] Expected<Inspection> inspect_result(const std::string& path);
+/// Two of them: which sensors moved between them, and whether any did ("same").
+[[nodiscard]] Expected<Inspection> inspect_two_results(const std::string& first, const std::string& second);
+/// The beginning that all have in common.
+[[nodiscard]] Inspection begin_inspection(const char* kind, const std::string& path);
 
 [[nodiscard]] std::string inspection_text(const Inspection& inspection);
 

@@ -152,6 +152,22 @@ void append_sensors(std::string& text, const Inspection& sensors) {
              deg[2]);
     }
     text += "\n";
+    if (sensor.contains("bounds")) text += "    " + sensor["bounds"].get<std::string>() + "\n";
+    if (!sensor.contains("reasons")) continue;
+    for (const Inspection& reason : sensor["reasons"]) text += "    - " + reason.get<std::string>() + "\n";
+  }
+}
+
+void append_moves(std::string& text, const Inspection& moves) {
+  for (const Inspection& move : moves) {
+    append(text, "%-16s %-12s", move["name"].get<std::string>().c_str(), move["verdict"].get<std::string>().c_str());
+    if (move.contains("why_not")) {
+      text += " " + move["why_not"].get<std::string>();
+    } else {
+      append(text, " %8.2f mm %8.4f deg  %6.1f times the joint sigma", number(move, "translation_mm"),
+             number(move, "rotation_deg"), number(move, "sigmas"));
+    }
+    text += "\n";
   }
 }
 
@@ -160,6 +176,12 @@ void append_sensors(std::string& text, const Inspection& sensors) {
 std::string inspection_text(const Inspection& inspection) {
   std::string text = inspection["path"].get<std::string>() + ": a " + inspection["kind"].get<std::string>() + "\n";
   if (inspection["kind"] == "patches") text.replace(text.rfind("a patches"), 9, "a patch folder");
+  if (inspection["kind"] == "comparison")
+    text = text.substr(0, text.rfind(": a ")) + " and " + inspection["other"].get<std::string>() + "\n";
+  if (inspection.contains("verdict")) {
+    text += (inspection.contains("status") ? inspection["status"].get<std::string>() + ": " : std::string()) +
+            inspection["verdict"].get<std::string>() + "\n";
+  }
   if (inspection.contains("base")) text += "base: " + inspection["base"].get<std::string>() + "\n";
   if (inspection.contains("devices")) {
     append_devices(text, inspection["devices"]);
@@ -173,6 +195,7 @@ std::string inspection_text(const Inspection& inspection) {
   if (inspection.contains("images")) append_images(text, inspection["images"]);
   if (inspection.contains("points")) append_kept(text, inspection["points"]);
   if (inspection.contains("sensors")) append_sensors(text, inspection["sensors"]);
+  if (inspection.contains("moves")) append_moves(text, inspection["moves"]);
   return text;
 }
 

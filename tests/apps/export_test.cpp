@@ -166,7 +166,9 @@ TEST_F(Export, InspectShowsAResult) {
   std::ofstream(scratch / "extrinsics.yaml")
       << "rigcal: 1\nbase: a\nsensors:\n  a: {status: good, translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n"
          "  b: {status: weak, translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n  c: {status: failed}\n";
-  const auto result = parse(rigcal("inspect . --json"));
+  const ProgramRun run = rigcal("inspect . --json");
+  EXPECT_EQ(run.code, 1) << "not all of it is good";
+  const auto result = nlohmann::json::parse(run.out);
   EXPECT_THAT(SchemaCheck("inspect.json").violations(result), IsEmpty());
   ASSERT_EQ(result["sensors"].size(), 3U);
   EXPECT_EQ(result["sensors"][1]["translation"][2], 3.0);

@@ -1,0 +1,133 @@
+// rigcal inspect of one result and of two, from files to exit code.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/report/result_folder.h"
+#include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+class InspectResult : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = std::filesystem::path(testing::TempDir()) /
+              (std::string("rigcal_inspect_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(scratch);
+    std::filesystem::create_directories(scratch);
+  }
+  void TearDown() override { std::filesystem::remove_all(scratch); }
+
+  // Two LiDARs beside the base, known to 0.5 mm and 0.005 degrees.
+  static CalibrationResult good() {
+    CalibrationResult result;
+    result.base = "avia";
+    result.method = "targetless";
+    result.status = Status::good;
+    for (const char* name : {"avia", "left", "right"}) {
+      SensorResult sensor{name, Status::good, {}, SE3{}, Matrix6d::Zero()};
+      if (!result.sensors.empty()) {
+        Vector6d xi;
+        xi << 0.0, 0.0, 0.5 * static_cast<double>(result.sensors.size()), 0.1, 0.2, 0.3;
+        sensor.T_base_sensor = SE3::exp(xi);
+        sensor.covariance.diagonal() << Vector3d::Constant(std::pow(to_rad(0.005), 2)), Vector3d::Constant(0.25e-6);
+      }
+      result.sensors.push_back(sensor);
+    }
+    result.warnings = {"a fan blew"};
+    return result;
+  }
+  static CalibrationResult with_left_moved_by(double m) {
+    CalibrationResult result = good();
+    result.sensors[1].T_base_sensor->t += result.sensors[1].T_base_sensor->R * Vector3d(0.0, m, 0.0);
+    return result;
+  }
+  void write(const CalibrationResult& result, const std::string& name) const {
+    ASSERT_TRUE(write_result_folder(result, scratch / name));
+  }
+  [[nodiscard]] ProgramRun inspect(const std::string& arguments) const {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' inspect " + arguments, scratch);
+  }
+
+  std::filesystem::path scratch;
+};
+
+TEST_F(InspectResult, SaysTheVerdictInTheWordsOfThePage) {
+  CalibrationResult result = good();
+  result.status = Status::weak;
+  result.sensors[2].status = Status::weak;
+  result.sensors[2].reasons = {"its translation is known to 14.0 mm only"};
+  write(result, "result");
+  const ProgramRun run = inspect("result");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("a fan blew"));
+  std::ifstream page(scratch / "result" / "report.html");
+  const std::string html{std::istreambuf_iterator<char>(page), {}};
+  for (const char* words : {"2 of 3 sensors are good: right is weak.", "its translation is known to 14.0 mm only",
+                            "known to 1.4 mm and 0.014 degrees (95 %)"}) {
+    EXPECT_THAT(run.out, HasSubstr(words));
+    EXPECT_NE(html.find(words), std::string::npos) << words;
+  }
+  const auto json = nlohmann::json::parse(inspect("result --json").out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["status"], "weak");
+  EXPECT_EQ(json["warnings"][0], "a fan blew");
+}
+
+TEST_F(InspectResult, OfGoodOnesEndsWithZero) {
+  write(good(), "result");
+  const ProgramRun run = inspect("result");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, HasSubstr("good: All 3 sensors are good."));
+  EXPECT_EQ(inspect("result/extrinsics.yaml").code, 0);
+}
+
+TEST_F(InspectResult, SaysWhichSensorMovedBetweenTwo) {
+  write(good(), "may");
+  write(with_left_moved_by(0.005), "june");
+  const ProgramRun run = inspect("may june");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.out, HasSubstr("left moved by 5.0 mm and 0.000 degrees"));
+  EXPECT_THAT(run.out, HasSubstr("1 other is where it was."));
+  const auto json = nlohmann::json::parse(inspect("may june --json").out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["kind"], "comparison");
+  EXPECT_EQ(json["same"], false);
+  EXPECT_EQ(json["moves"][0]["verdict"], "moved");
+  EXPECT_NEAR(json["moves"][0]["by_axis_mm"][1], 5.0, 1e-6);
+  EXPECT_EQ(json["moves"][1]["verdict"], "same");
+}
+
+TEST_F(InspectResult, SaysThatNothingMovedBetweenTwo) {
+  write(good(), "may");
+  write(with_left_moved_by(0.0005), "june");
+  const ProgramRun run = inspect("may june");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.out, HasSubstr("Nothing moved: 2 sensors are where they were."));
+  EXPECT_THAT(run.out, Not(HasSubstr("not compared")));
+}
+
+TEST_F(InspectResult, RefusesWhatCannotBeCompared) {
+  write(good(), "may");
+  CalibrationResult other = good();
+  other.base = "left";
+  other.sensors[1].T_base_sensor = SE3{};
+  write(other, "june");
+  EXPECT_EQ(inspect("may june").code, 3);
+  EXPECT_THAT(inspect("may june").err, HasSubstr("two bases"));
+  EXPECT_EQ(inspect("may nowhere").code, 3);
+  EXPECT_EQ(inspect("may june july").code, 2);
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,154 @@
+#include "core/quality/comparison.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/quality/lidar_quality.h"
+#include "tests/support/make_planes.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int stops = 4;
+constexpr int lidars = 3;
+constexpr double noise_m = 0.01;
+
+// What a calibration of a rig gives: planes seen with noise, solved, with their covariances.
+CalibrationResult calibrated(const std::vector<SE3>& T_base_sensor, std::uint64_t seed) {
+  Random random(seed);
+  RigState truth;
+  truth.T_base_sensor = T_base_sensor;
+  truth.T_G_base.emplace_back();
+  for (int j = 1; j < stops; ++j) truth.T_G_base.push_back(random_pose(random, 0.6, 0.2));
+  std::vector<PlaneFeature> features = make_plane_features(truth, 20, 30, noise_m, random);
+  for (PlaneFeature& feature : features) {
+    for (PlaneObservation& o : feature.observations) {
+      o.offset_variance = noise_m * noise_m / o.N;
+      const Vector3d n = truth.T_G_sensor(o.stop, o.lidar).R.transpose() * feature.normal_G;
+      o.scatter -= o.N * noise_m * noise_m * n * n.transpose();
+    }
+  }
+  ParameterLayout layout(stops, lidars);
+  for (int j = 1; j < stops; ++j) layout.free_stop(j);
+  for (int i = 1; i < lidars; ++i) layout.free_lidar(i);
+  RigState state = disturbed(truth, random, 0.002, 0.01);
+  const AdjustOptions options;
+  adjust(features, layout, options, state);
+  const LidarCovariances covariances = lidar_covariances({features, state, layout, options});
+  CalibrationResult result;
+  result.base = "base";
+  for (int i = 0; i < lidars; ++i) {
+    SensorResult sensor;
+    sensor.name = i == 0 ? "base" : "lidar" + std::to_string(i);
+    sensor.status = Status::good;
+    sensor.T_base_sensor = state.T_base_sensor[static_cast<std::size_t>(i)];
+    sensor.covariance = covariances.with_priors[static_cast<std::size_t>(i)];
+    result.sensors.push_back(sensor);
+  }
+  return result;
+}
+
+std::vector<SE3> mounted(Random& random) {
+  return {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
+}
+
+SE3 bump(Random& random, double rotation_rad, double translation_m) {
+  Vector6d xi;
+  for (int k = 0; k < 6; ++k) xi[k] = random.normal();
+  xi.head<3>() *= rotation_rad / xi.head<3>().norm();
+  xi.tail<3>() *= translation_m / xi.tail<3>().norm();
+  return SE3::exp(xi);
+}
+
+// How many of 100 pairs of runs say of lidar1 that it moved; and of anything else.
+struct Counts {
+  int moved = 0;
+  int others = 0;
+};
+
+Counts count(double rotation_rad, double translation_m) {
+  Counts counts;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Random random(1000 + seed);
+    std::vector<SE3> rig = mounted(random);
+    const CalibrationResult before = calibrated(rig, 2 * seed);
+    if (rotation_rad + translation_m > 0.0) rig[1] = rig[1] * bump(random, rotation_rad, translation_m);
+    const auto comparison = compare_results(before, calibrated(rig, 2 * seed + 1));
+    EXPECT_TRUE(comparison);
+    counts.moved += comparison->sensors[0].verdict == MoveVerdict::moved ? 1 : 0;
+    counts.others += comparison->sensors[1].verdict == MoveVerdict::moved || comparison->base_moved ? 1 : 0;
+  }
+  return counts;
+}
+
+TEST(CompareResults, SeesABumpOfFiveMillimetres) {
+  const Counts counts = count(0.0, 0.005);
+  EXPECT_GE(counts.moved, 95);
+  EXPECT_LE(counts.others, 5);
+}
+
+TEST(CompareResults, SeesABumpOfATenthOfADegree) {
+  const Counts counts = count(to_rad(0.1), 0.0);
+  EXPECT_GE(counts.moved, 95);
+  EXPECT_LE(counts.others, 5);
+}
+
+TEST(CompareResults, SeesNoneWhereThereIsNone) {
+  const Counts counts = count(0.0, 0.0);
+  EXPECT_LE(counts.moved + counts.others, 5);
+}
+
+TEST(CompareResults, KnowsTheBaseByAllOthersMovingAlike) {
+  Random random(5);
+  std::vector<SE3> rig = mounted(random);
+  const CalibrationResult before = calibrated(rig, 1);
+  const SE3 base = bump(random, to_rad(0.3), 0.02);
+  for (int i = 1; i < lidars; ++i) rig[static_cast<std::size_t>(i)] = base.inverse() * rig[static_cast<std::size_t>(i)];
+  const auto moved = compare_results(before, calibrated(rig, 2));
+  ASSERT_TRUE(moved);
+  EXPECT_TRUE(moved->base_moved);
+  EXPECT_EQ(comparison_sentence(*moved), "base, the base, moved: all others moved alike, seen from it.");
+  // Both moved, each in its own way.
+  rig[1] = rig[1] * bump(random, to_rad(0.3), 0.02);
+  const auto apart = compare_results(before, calibrated(rig, 3));
+  ASSERT_TRUE(apart);
+  EXPECT_FALSE(apart->base_moved);
+}
+
+TEST(CompareResults, SaysWhatItCannotCompare) {
+  Random random(5);
+  const std::vector<SE3> rig = mounted(random);
+  CalibrationResult a = calibrated(rig, 1);
+  CalibrationResult b = calibrated(rig, 2);
+  b.sensors[1].T_base_sensor.reset();
+  b.sensors[1].status = Status::failed;
+  b.sensors.push_back(b.sensors[2]);
+  b.sensors.back().name = "new";
+  const auto comparison = compare_results(a, b);
+  ASSERT_TRUE(comparison);
+  ASSERT_EQ(comparison->sensors.size(), 3U);
+  EXPECT_EQ(comparison->sensors[0].why_not, "it failed in the second result");
+  EXPECT_EQ(comparison->sensors[2].why_not, "the first result does not have it");
+  EXPECT_EQ(comparison_sentence(*comparison), "Nothing moved: 1 sensor is where it was; 2 sensors are not compared.");
+  b.base = "lidar1";
+  const auto two_bases = compare_results(a, b);
+  ASSERT_FALSE(two_bases);
+  EXPECT_THAT(two_bases.error().message(), HasSubstr("two bases, base and lidar1"));
+}
+
+TEST(ComparisonSentence, NamesWhatMovedAndByHowMuch) {
+  ResultComparison comparison;
+  comparison.base = "avia";
+  SensorMove moved{"left", MoveVerdict::moved, {}, Vector6d::Zero(), 16.04};
+  moved.xi << to_rad(0.012), 0.0, 0.0, 0.0, 0.0051, 0.0;
+  comparison.sensors = {moved, {"right", MoveVerdict::same, {}, Vector6d::Zero(), 0.9}};
+  EXPECT_EQ(
+      comparison_sentence(comparison),
+      "left moved by 5.1 mm and 0.012 degrees (16.0 times what both results are sure of); 1 other is where it was.");
+}
+
+}  // namespace
+}  // namespace rigcal
