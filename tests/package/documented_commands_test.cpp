@@ -1,0 +1,88 @@
+// Every rigcal command that the documentation shows is tried: those of the first run to their end, the others as far as
+// the program gets without their inputs, which is past its command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "tests/support/run_program.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The arguments of the commands in the shell blocks of a page.
+std::vector<std::string> commands_of(const fs::path& page) {
+  std::vector<std::string> found;
+  std::ifstream in(page);
+  bool shell = false;
+  std::string open;
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("```", 0) == 0) {
+      shell = !shell && line == "```sh";
+      continue;
+    }
+    if (!shell) continue;
+    open += line;
+    if (!open.empty() && open.back() == '\\') {
+      open.back() = ' ';
+      continue;
+    }
+    static const std::regex command("^\\s*(?:build/release/)?rigcal\\s+([^#]*)");
+    std::smatch match;
+    if (std::regex_search(open, match, command)) found.push_back(match[1]);
+    open.clear();
+  }
+  return found;
+}
+
+class DocumentedCommands : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = fs::path(testing::TempDir()) / ("rigcal_documented_" + std::to_string(getpid()));
+    fs::create_directories(scratch / "here");
+  }
+  void TearDown() override { fs::remove_all(scratch); }
+  [[nodiscard]] ProgramRun run(const std::string& arguments) const {
+    return run_program("cd '" + (scratch / "here").string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+
+  const fs::path root = RIGCAL_SOURCE_DIR;
+  fs::path scratch;
+};
+
+TEST_F(DocumentedCommands, AreCommandLinesThatTheProgramTakes) {
+  std::vector<fs::path> pages{root / "README.md"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(root / "docs")) {
+    if (entry.path().extension() == ".md" && entry.path().filename() != "first-run.md") pages.push_back(entry.path());
+  }
+  std::size_t tried = 0;
+  for (const fs::path& page : pages) {
+    for (const std::string& arguments : commands_of(page)) {
+      ++tried;
+      const ProgramRun said = run(arguments);
+      EXPECT_THAT(said.code, testing::AnyOf(0, 1, 3)) << page << ": rigcal " << arguments << "\n" << said.err;
+    }
+  }
+  EXPECT_GT(tried, 15U);
+}
+
+TEST_F(DocumentedCommands, OfTheFirstRunDoWhatItSays) {
+  const std::vector<std::string> commands = commands_of(root / "docs/first-run.md");
+  ASSERT_GE(commands.size(), 8U);
+  for (const std::string& arguments : commands) {
+    const ProgramRun said = run(arguments);
+    // Only the comparison is to find something.
+    EXPECT_EQ(said.code, &arguments == &commands.back() ? 1 : 0) << "rigcal " << arguments << "\n" << said.err;
+  }
+  EXPECT_TRUE(fs::exists(scratch / "here/result/report.html"));
+}
+
+}  // namespace
+}  // namespace rigcal
