@@ -74,14 +74,24 @@ bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m, const Lidar
   });
 }
 
-bool DepthBuffer::near_silhouette(const Eigen::Vector2d& pixel, double range_m, int cells) const {
+bool DepthBuffer::on_plane_of(const MapSample& own, const MapSample& other) const {
+  return own.normal_G.squaredNorm() > 0.0F &&
+         std::abs(own.normal_G.dot(other.p_G - own.p_G)) <= static_cast<float>(options_.own_plane_m);
+}
+
+bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m, const MapSample& own) const {
+  return unhidden(pixel, range_m, [&](const MapSample& sample) { return !on_plane_of(own, sample); });
+}
+
+bool DepthBuffer::near_silhouette(const Eigen::Vector2d& pixel, double range_m, const MapSample& own, int cells) const {
   const double step_m = options_.tolerance_m + options_.tolerance_per_m * range_m;
   const int c = column(pixel.x());
   const int r = row(pixel.y());
   for (int y = std::max(0, r - cells); y <= std::min(rows_ - 1, r + cells); ++y) {
     for (int x = std::max(0, c - cells); x <= std::min(columns_ - 1, c + cells); ++x) {
       const Entry& e = entry(x, y);
-      if (e.range_m == 0.0F || std::abs(e.range_m - range_m) > step_m) return true;
+      if (e.range_m == 0.0F) return true;
+      if (std::abs(e.range_m - range_m) > step_m && !on_plane_of(own, samples_[e.sample])) return true;
     }
   }
   return false;

@@ -30,9 +30,12 @@ class DepthBuffer {
   [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m) const;
   /// The same for a point of an edge: what lies on (or near) either of its faces does not hide it.
   [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const LidarEdge& edge) const;
-  /// Whether a cell within `cells` of the pixel's is empty or its range steps by more than the tolerance from
-  /// `range_m`: a silhouette is near.
-  [[nodiscard]] bool near_silhouette(const Eigen::Vector2d& pixel, double range_m, int cells) const;
+  /// The same for a sample of the map: its own plane does not hide it, however flat the camera looks along it.
+  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const MapSample& own) const;
+  /// Whether a cell within `cells` of the pixel's is empty, or its range steps by more than the tolerance from
+  /// `range_m` and not along the sample's own plane: a silhouette is near.
+  [[nodiscard]] bool near_silhouette(const Eigen::Vector2d& pixel, double range_m, const MapSample& own,
+                                     int cells) const;
   /// Range of the nearest surface in the pixel's cell, metres; 0 where there is none or the pixel is outside.
   [[nodiscard]] double range_at(const Eigen::Vector2d& pixel) const;
   /// Share of the cells with a surface.
@@ -49,6 +52,7 @@ class DepthBuffer {
     return entries_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                     static_cast<std::size_t>(column)];
   }
+  [[nodiscard]] bool on_plane_of(const MapSample& own, const MapSample& other) const;
   template <class Accept>
   [[nodiscard]] bool unhidden(const Eigen::Vector2d& pixel, double range_m, const Accept& hides) const;
 

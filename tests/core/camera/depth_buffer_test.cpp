@@ -63,8 +63,9 @@ TEST_F(DepthBufferTest, KnowsSilhouettes) {
   const DepthBuffer buffer(model_, SE3{}, samples_);
   const Vector3d at_border(-0.02, 0.0, 3.0);
   const Vector3d inside(-1.0, 0.0, 3.0);
-  EXPECT_TRUE(buffer.near_silhouette(pixel(at_border), at_border.norm(), 2));
-  EXPECT_FALSE(buffer.near_silhouette(pixel(inside), inside.norm(), 2));
+  const MapSample near_wall = samples_.back();
+  EXPECT_TRUE(buffer.near_silhouette(pixel(at_border), at_border.norm(), near_wall, 2));
+  EXPECT_FALSE(buffer.near_silhouette(pixel(inside), inside.norm(), near_wall, 2));
 }
 
 TEST_F(DepthBufferTest, EmptyWithoutAMapAndBehindTheCamera) {

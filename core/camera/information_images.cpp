@@ -1,0 +1,60 @@
+#include "core/camera/information_images.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/camera/joint_histogram.h"
+#include "core/camera/sightings.h"
+
+namespace rigcal {
+namespace {
+
+// Of so many pixels of an image each is counted.
+constexpr std::size_t pixels_counted = 20'000;
+
+std::array<double, 256> counts_of(const GreyImage& image) {
+  std::array<double, 256> count{};
+  const std::size_t stride = std::max<std::size_t>(1, image.values.size() / pixels_counted) | 1;
+  for (std::size_t i = 0; i < image.values.size(); i += stride) {
+    count[static_cast<std::size_t>(std::clamp(image.values[i], 0.0F, 255.0F))] += 1.0;
+  }
+  return count;
+}
+
+// From the darkest hundredth of an image to its brightest.
+std::array<float, 256> spread_of(const GreyImage& image) {
+  const std::array<double, 256> count = counts_of(image);
+  const double total = std::accumulate(count.begin(), count.end(), 0.0);
+  const auto value_at = [&](double share) {
+    double below = 0.0;
+    std::size_t v = 0;
+    while (v + 1 < count.size() && below + count[v] < share * total) below += count[v++];
+    return static_cast<float>(v);
+  };
+  const float low = value_at(0.01);
+  const float range = std::max(1.0F, value_at(0.99) - low);
+  std::array<float, 256> scale{};
+  for (std::size_t v = 0; v < scale.size(); ++v) {
+    scale[v] = std::clamp((grey_levels - 1) * (static_cast<float>(v) - low) / range, 0.0F, grey_levels - 1.0F);
+  }
+  return scale;
+}
+
+}  // namespace
+
+std::vector<SmoothImage> information_images(const CameraScene& scene, const CameraTask& camera, int halvings) {
+  static const GreyImage plain{1, 1, {0.0F}};
+  std::vector<SmoothImage> images(camera.views.size(), SmoothImage(plain, 0, {}));
+  parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const CameraView& view = camera.views[v];
+      if (!is_usable(scene, camera.intrinsics, view)) continue;
+      images[v] = SmoothImage(view.grey, halvings, spread_of(view.grey));
+    }
+  });
+  return images;
+}
+
+}  // namespace rigcal

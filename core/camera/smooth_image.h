@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "core/edges/image_edges.h"
+
+namespace rigcal {
+
+/// A grey value and how it changes per pixel of the full image.
+struct GreySample {
+  float value = 0.0F;
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();
+};
+
+/// An image to be looked up between its pixels: made smaller by halves, then read through a cubic B-spline, which
+/// blurs by about 0.6 * 2^halvings pixels and is smooth to the second derivative.
+class SmoothImage {
+ public:
+  /// The values are looked up in `scale`, an entry for each grey value 0 .. 255 (between them linearly), after the
+  /// halving.
+  SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale);
+
+  /// At a pixel of the full image; beyond its borders the image goes on as it ends.
+  [[nodiscard]] float value(const Eigen::Vector2d& pixel) const;
+  [[nodiscard]] GreySample at(const Eigen::Vector2d& pixel) const;
+
+ private:
+  struct Place {
+    std::size_t corner = 0;  ///< Of the 4 x 4 values.
+    float fx = 0.0F;         ///< Fractions beyond the second of them.
+    float fy = 0.0F;
+  };
+  [[nodiscard]] Place place(const Eigen::Vector2d& pixel) const;
+
+  int width_ = 0;
+  int height_ = 0;
+  double per_pixel_ = 1.0;  ///< Small pixels a pixel.
+  std::size_t stride_ = 0;  ///< Of the values, which have two more on every side.
+  std::vector<float> values_;
+};
+
+}  // namespace rigcal
