@@ -14,8 +14,22 @@ namespace {
 constexpr double edge_stroke_m = 0.025;  // as far apart as samples of an edge lie
 constexpr double fine_px = 16.0;         // OpenCV draws at fractions of a pixel: four bits
 constexpr double font_scale = 0.45;
+constexpr double brightest = 165.0;  // of the image itself
+constexpr float min_spread = 8.0F;   // what varies less is shown as it is
 
 cv::Scalar scalar(const Rgb& rgb) { return {double(rgb[0]), double(rgb[1]), double(rgb[2])}; }
+
+// The values at two shares of a list, for example 0.01: a hundredth is smaller. The list must not be empty.
+std::array<float, 2> shares_of(std::vector<float> values, double low, double high) {
+  std::array<float, 2> out{};
+  const std::array<double, 2> shares{low, high};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto at = static_cast<std::ptrdiff_t>(shares[k] * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), values.begin() + at, values.end());
+    out[k] = values[static_cast<std::size_t>(at)];
+  }
+  return out;
+}
 
 // A picture under a strip of text; pixels of the image are mapped to it.
 class Canvas {
@@ -65,18 +79,22 @@ class Canvas {
   [[nodiscard]] Image take() { return std::move(picture_); }
 
  private:
-  // Half as much contrast as the image has, so that what is drawn stands out on white walls, too.
+  // Dimmed, so that what is drawn stands out on white walls, too, and stretched, so that dark images show something.
   void fill(const GreyImage& grey) {
     const cv::Rect part = cv::Rect(window_.x, window_.y, window_.width, window_.height);
     const cv::Rect inside = part & cv::Rect(0, 0, grey.width, grey.height);
     if (inside.empty()) return;
     // OpenCV has no views of what may only be read.
     const cv::Mat values(grey.height, grey.width, CV_32F, const_cast<float*>(grey.values.data()));
-    cv::Mat cut = cv::Mat::zeros(part.height, part.width, CV_32F);
+    const auto [low, high] = shares_of(grey.values, 0.01, 0.99);
+    const bool stretches = high - low >= min_spread;
+    const double gain = stretches ? brightest / (high - low) : brightest / 255.0;
+    cv::Mat cut(part.height, part.width, CV_32F, cv::Scalar(stretches ? low : 0.0F));
     values(inside).copyTo(cut(cv::Rect(inside.x - part.x, inside.y - part.y, inside.width, inside.height)));
     cv::Mat sized;
     cv::resize(cut, sized, image_.size(), 0.0, 0.0, window_.scale < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
-    sized.convertTo(sized, CV_8U, 0.65);
+    sized.convertTo(sized, CV_8U, gain, stretches ? -gain * low : 0.0);
+    cv::min(sized, brightest, sized);
     cv::cvtColor(sized, image_, cv::COLOR_GRAY2RGB);
   }
   [[nodiscard]] cv::Point fine(const Eigen::Vector2d& pixel) const {
@@ -132,21 +150,7 @@ struct Dot {
   double value = 0.0;
 };
 
-// Values from the 2nd to the 98th hundredth: what is drawn dark and what bright.
-std::array<double, 2> spread_of(const std::vector<Dot>& dots) {
-  if (dots.empty()) return {0.0, 1.0};
-  std::vector<double> values;
-  values.reserve(dots.size());
-  for (const Dot& dot : dots) values.push_back(dot.value);
-  const auto at = [&](double share) {
-    const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + k, values.end());
-    return values[static_cast<std::size_t>(k)];
-  };
-  return {at(0.02), at(0.98)};
-}
-
-void write_scale(MapColour colour, const std::array<double, 2>& spread, Canvas& canvas) {
+void write_scale(MapColour colour, const std::array<float, 2>& spread, Canvas& canvas) {
   const bool range = colour == MapColour::range;
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), range ? "%.1f m" : "reflectivity %.0f",
@@ -192,8 +196,11 @@ Image draw_map(const GreyImage& grey, const CameraModel& model, const CameraScen
   }
   // Near ones lie on top.
   std::stable_sort(dots.begin(), dots.end(), [](const Dot& a, const Dot& b) { return a.range_m > b.range_m; });
-  const auto spread = spread_of(dots);
-  const double width = std::max(spread[1] - spread[0], 1e-9);
+  std::vector<float> values;
+  for (const Dot& dot : dots) values.push_back(static_cast<float>(dot.value));
+  if (values.empty()) values = {0.0F};
+  const auto spread = shares_of(std::move(values), 0.02, 0.98);
+  const double width = std::max(double{spread[1] - spread[0]}, 1e-9);
   const int side = std::max(2, static_cast<int>(std::lround(2.0 * canvas.scale())));
   for (const Dot& dot : dots) canvas.dot(dot.pixel, shade((dot.value - spread[0]) / width), side);
   canvas.write(title);

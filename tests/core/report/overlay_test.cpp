@@ -105,12 +105,21 @@ TEST(Overlay, ShowsAPartOfTheImageLarger) {
   const Image picture = draw_edges(grey, model, wall_with_edge(), {{}, SE3{}}, "camera", window);
   EXPECT_EQ(picture.width, 160);
   EXPECT_EQ(picture.height, 120 + overlay_legend_rows);
-  EXPECT_EQ(colour(picture, 4 * 10, 4 * 20), (Rgb{130, 130, 130}));
-  EXPECT_EQ(colour(picture, 4 * 10 + 3, 4 * 20 + 3), (Rgb{130, 130, 130}));
+  EXPECT_EQ(colour(picture, 4 * 10, 4 * 20), (Rgb{129, 129, 129}));
+  EXPECT_EQ(colour(picture, 4 * 10 + 3, 4 * 20 + 3), (Rgb{129, 129, 129}));
   EXPECT_EQ(colour(picture, 4 * 10 + 4, 4 * 20), dimmed);
   // The middle of pixel 160 of the camera.
   EXPECT_TRUE(is_about(colour(picture, 82, 60), result_rgb));
   EXPECT_EQ(colour(picture, 76, 60), dimmed);
+}
+
+TEST(Overlay, MakesADarkImageBrightEnoughToBeSeen) {
+  const CameraModel model(small_camera());
+  GreyImage grey = flat_image(10.0F);
+  for (int k = 0; k < 320 * 120; ++k) grey.values[static_cast<std::size_t>(k)] = 30.0F;
+  const Image picture = draw_edges(grey, model, wall_with_edge(), {}, "camera");
+  EXPECT_EQ(colour(picture, 100, 60), (Rgb{165, 165, 165}));
+  EXPECT_EQ(colour(picture, 100, 180), (Rgb{0, 0, 0}));
 }
 
 TEST(Overlay, IsLeftOutOfThePictureWhereTheWindowLeavesTheImage) {
