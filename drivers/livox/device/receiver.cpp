@@ -10,6 +10,16 @@ namespace {
 constexpr std::size_t batch_datagrams = 128;
 constexpr std::int64_t clock_period_ns = 100'000'000;
 constexpr std::int64_t pause_after_error_ns = 10'000'000;
+// At low rates packets are let gather: the kernel has stamped them, and a wake-up for each costs more than all the
+// rest. Even the smallest buffer holds three times as many as may come meanwhile, or they are no longer few.
+constexpr std::size_t few_datagrams = 32;
+constexpr std::int64_t pause_at_low_rates_ns = 1'500'000;
+
+void pause_for(std::int64_t nanoseconds) {
+  const timespec pause{0, nanoseconds};
+  nanosleep(&pause, nullptr);
+}
+
 }  // namespace
 
 Expected<std::unique_ptr<Receiver>> Receiver::open(const net::UdpOptions& options, const Senders& senders,
@@ -36,14 +46,13 @@ void Receiver::receive_some(std::int64_t timeout_ns) {
   if (!waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) return;
   const net::ClockReading now = net::read_clocks();
   if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns) clock_.update(now);
+  std::size_t total = 0;
   while (true) {
     const auto count = socket_.receive(batch_);
     if (!count) {
       // The interface may come back; without a pause this thread would do nothing but fail.
       errors_.fetch_add(1, std::memory_order_relaxed);
-      const timespec pause{0, pause_after_error_ns};
-      nanosleep(&pause, nullptr);
-      return;
+      return pause_for(pause_after_error_ns);
     }
     for (std::size_t i = 0; i < *count; ++i) {
       const net::Received& received = batch_[i];
@@ -61,8 +70,10 @@ void Receiver::receive_some(std::int64_t timeout_ns) {
       traffic.last_ns.store(stamp_ns, std::memory_order_relaxed);
     }
     kernel_drops_.store(socket_.dropped(), std::memory_order_relaxed);
-    if (*count < batch_.capacity()) return;
+    total += *count;
+    if (*count < batch_.capacity()) break;
   }
+  if (timeout_ns > 0 && total < few_datagrams) pause_for(pause_at_low_rates_ns);
 }
 
 ReceiverCounters Receiver::counters() const {
