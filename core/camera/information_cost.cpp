@@ -8,6 +8,8 @@ namespace rigcal {
 namespace {
 
 constexpr std::size_t chunk = 8192;
+// Of the sightings every so many tell the shape well enough.
+constexpr std::size_t shape_stride = 8;
 // Of an image, each way.
 constexpr int tiles = 4;
 
@@ -91,14 +93,15 @@ InformationCost::Derivatives InformationCost::derivatives(const SE3& T_base_came
     for (std::size_t k = begin; k < end; ++k) {
       const Slope& s = slopes[k];
       if (!s.seen) continue;
-      const Vector6d by_pose = s.by_pose.cast<double>();
       part.gradient += gradient_of(s, by_count);
+      if (k % shape_stride > 0) continue;
+      const Vector6d by_pose = s.by_pose.cast<double>();
       part.shape += by_pose * by_pose.transpose();
     }
     return part;
   });
   out.gradient = sum.gradient / out.seen;
-  out.shape = sum.shape / out.seen;
+  out.shape = static_cast<double>(shape_stride) * sum.shape / out.seen;
   return out;
 }
 

@@ -89,7 +89,8 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
       seen_from = T;
     }
     if (context.cancelled() || static_cast<double>(sightings.size()) < min_seen) return std::nullopt;
-    const std::vector<SmoothImage> images = information_images(scene, camera, halvings);
+    const std::vector<SmoothImage> images =
+        information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
     const InformationCost cost(model, sightings, images);
     T = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); }).T;
     if (has_moved(start_T_base_camera, T, lost_rad, lost_m)) return std::nullopt;

@@ -146,7 +146,7 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
 
   const double focal_px = 0.5 * (camera.intrinsics.fx + camera.intrinsics.fy);
   const int halvings = std::clamp(static_cast<int>(std::lround(std::log2(focal_px * grid_pixel_rad))), 0, 8);
-  const std::vector<SmoothImage> blurred = information_images(scene, camera, halvings);
+  const std::vector<SmoothImage> blurred = information_images(scene, camera, halvings, Shown::brightness);
   const InformationCost cost(model, sightings, blurred);
   const Prior prior(guess_T_base_camera, options);
   std::vector<GridPoint> grid = rotations_around(guess_T_base_camera, options.guess_sigma_rad);
@@ -156,7 +156,8 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
 
   std::vector<InformationPose> minima = minima_of(grid, cost, prior);
   minima.resize(std::min<std::size_t>(2, minima.size()));
-  const std::vector<SmoothImage> sharper = information_images(scene, camera, std::max(0, halvings - 1));
+  const std::vector<SmoothImage> sharper =
+      information_images(scene, camera, std::max(0, halvings - 1), Shown::brightness);
   const InformationCost sharp(model, sightings, sharper);
   for (InformationPose& m : minima) m = refined(sharp, prior, m.T_base_camera, 20);
   if (context.cancelled()) return std::nullopt;

@@ -50,7 +50,7 @@ TEST_F(InformationTest, GradientAgreesWithDifferences) {
   const std::vector<Sighting> sightings = find_sightings(r.scene, codes, r.camera, model, T, inner);
   ASSERT_GT(sightings.size(), 10'000U);
   for (const int halvings : {0, 2}) {
-    const std::vector<SmoothImage> images = information_images(r.scene, r.camera, halvings);
+    const std::vector<SmoothImage> images = information_images(r.scene, r.camera, halvings, Shown::contrast);
     const InformationCost cost(model, sightings, images);
     const InformationCost::Derivatives d = cost.derivatives(T);
     EXPECT_NEAR(d.value, cost.value(T).distance, 1e-6);
