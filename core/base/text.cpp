@@ -23,7 +23,9 @@ std::string fixed_text(double value, int digits) {
   std::array<char, 400> buffer{};
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed,
                                     std::clamp(digits, 0, 17));
-  return {buffer.data(), result.ptr};
+  std::string text(buffer.data(), result.ptr);
+  if (text.front() == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  return text;
 }
 
 std::string quoted_text(std::string_view text) {

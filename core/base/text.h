@@ -9,7 +9,7 @@ namespace rigcal {
 /// it for a number; what is not finite as YAML writes it (".inf", "-.inf", ".nan"). Independent of the locale.
 [[nodiscard]] std::string number_text(double value);
 
-/// With so many digits behind the point, for people: fixed_text(1.2345, 2) is "1.23".
+/// With so many digits behind the point, for people: fixed_text(1.2345, 2) is "1.23"; there is no "-0.00".
 [[nodiscard]] std::string fixed_text(double value, int digits);
 
 /// A text as a YAML scalar in double quotes; control characters are escaped.

@@ -14,6 +14,15 @@ TEST(NumberText, ReadsBackToTheSameBits) {
   }
 }
 
+TEST(FixedText, RoundsAndKnowsNoMinusZero) {
+  EXPECT_EQ(fixed_text(1.2345, 2), "1.23");
+  EXPECT_EQ(fixed_text(-0.06, 1), "-0.1");
+  EXPECT_EQ(fixed_text(-0.04, 1), "0.0");
+  EXPECT_EQ(fixed_text(-0.4, 0), "0");
+  EXPECT_EQ(fixed_text(-10.0, 0), "-10");
+  EXPECT_EQ(fixed_text(1e300, 1).size(), 303U);
+}
+
 TEST(NumberText, AlwaysHasAPointSoThatYamlReadersTakeItForANumber) {
   EXPECT_EQ(number_text(1.0), "1.0");
   EXPECT_EQ(number_text(-0.0), "0.0");
