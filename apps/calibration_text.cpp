@@ -10,9 +10,8 @@
 namespace rigcal {
 
 std::string calibration_text(const CalibrationResult& result, const std::string& out) {
-  std::string text =
-      fmt::format("{}: {}\nT_{}_sensor, p_{} = R p_sensor + t:\n", to_string(result.status), summary_sentence(result),
-                  result.base, result.base);
+  std::string text = fmt::format("{}: {}\nT_{}_sensor, p_{} = R p_sensor + t:\n", to_string(result.status),
+                                 summary_sentence(result), result.base, result.base);
   for (const SensorResult& s : result.sensors) {
     if (s.name == result.base) continue;
     if (!s.T_base_sensor) {
@@ -33,8 +32,8 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
   }
   double seconds = 0.0;
   for (const StageReport& stage : result.stages) seconds += stage.wall_s;
-  text += fmt::format("{} stops, {:.1f} s; result in {}: open report.html in it\n", result.trajectory.size(), seconds,
-                      out);
+  text +=
+      fmt::format("{} stops, {:.1f} s; result in {}: open report.html in it\n", result.trajectory.size(), seconds, out);
   return text;
 }
 
