@@ -4,52 +4,16 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
-#include <string_view>
+#include <string>
 
+#include "apps/ros_pixels.h"
 #include "core/io/frame_files.h"
 #include "core/io/output_file.h"
-#include "core/io/png_file.h"
 
 namespace rigcal {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Encoding {
-  std::string_view name;  ///< Of sensor_msgs/image_encodings.h.
-  int channels;
-  int bits;
-  bool blue_first;
-};
-
-constexpr std::array<Encoding, 16> encodings{{{"mono8", 1, 8, false},
-                                              {"mono16", 1, 16, false},
-                                              {"8UC1", 1, 8, false},
-                                              {"16UC1", 1, 16, false},
-                                              {"rgb8", 3, 8, false},
-                                              {"bgr8", 3, 8, true},
-                                              {"8UC3", 3, 8, true},
-                                              {"rgb16", 3, 16, false},
-                                              {"bgr16", 3, 16, true},
-                                              {"16UC3", 3, 16, true},
-                                              {"rgba8", 4, 8, false},
-                                              {"bgra8", 4, 8, true},
-                                              {"8UC4", 4, 8, true},
-                                              {"rgba16", 4, 16, false},
-                                              {"bgra16", 4, 16, true},
-                                              {"16UC4", 4, 16, true}}};
-
-std::optional<PixelView> pixels_of(const RosImage& image) {
-  for (const Encoding& known : encodings) {
-    if (image.encoding != known.name) continue;
-    return PixelView{image.width,      image.height,     known.channels, known.bits,
-                     known.blue_first, image.big_endian, image.step,     image.data};
-  }
-  const bool bayer = image.encoding.starts_with("bayer_");
-  const bool deep = image.encoding.ends_with("16");
-  if (!bayer || (!deep && !image.encoding.ends_with("8"))) return std::nullopt;
-  return PixelView{image.width, image.height, 1, deep ? 16 : 8, false, image.big_endian, image.step, image.data};
-}
 
 /// ".png" or ".jpg" by the first bytes; empty: neither.
 std::string ending_of(ByteView data) {

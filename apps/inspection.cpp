@@ -180,17 +180,17 @@ Inspection view_json(const PointStillFigures& view) {
           {"blind_s", view.blind_s}};
 }
 
-/// Image files of each camera of a session; only counted.
-Inspection images_json(const std::string& session) {
+/// Image files in the folder of each camera; only counted.
+Inspection images_json(const fs::path& folder) {
   Inspection images = Inspection::object();
   std::error_code error;
   std::map<std::string, std::uint64_t> files;
-  for (fs::directory_iterator camera(fs::path(session) / "images", error), end; !error && camera != end;
-       camera.increment(error)) {
+  for (fs::directory_iterator camera(folder, error), end; !error && camera != end; camera.increment(error)) {
     if (!camera->is_directory(error)) continue;
     std::uint64_t& count = files[camera->path().filename().string()];
     for (fs::directory_iterator file(camera->path(), error); !error && file != end; file.increment(error)) {
-      count += file->path().extension() == ".png" ? 1 : 0;
+      const std::string ending = file->path().extension().string();
+      count += ending == ".png" || ending == ".jpg" || ending == ".jpeg" ? 1 : 0;
     }
   }
   for (const auto& [camera, count] : files) images[camera] = {{"files", count}};
@@ -267,7 +267,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   for (std::size_t i = 0; i < drop_reasons; ++i) {
     dropped[to_string(static_cast<DropReason>(i))] = summary->points.dropped[i];
   }
-  if (source.path != source.file) json["images"] = images_json(source.path);
+  if (source.path != source.file) json["images"] = images_json(fs::path(source.path) / "images");
   json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
   std::vector<std::string> warnings = reading_warnings(source, *summary);
   if (const std::optional<Error> error = reading_error(source, options, *summary)) {
@@ -302,6 +302,7 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
   json["trajectory"] = folder->trajectory.has_value();
   json["stops"] = Inspection::array();
   for (auto& [stop, entry] : stops) json["stops"].push_back(std::move(entry));
+  if (Inspection images = images_json(fs::path(path) / "image"); !images.empty()) json["images"] = std::move(images);
   json["warnings"] = warnings;
   return json;
 }

@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "apps/bag_batches.h"
+#include "apps/bag_images.h"
 #include "apps/still_images.h"
 #include "apps/stream_recording.h"
 #include "core/base/parallel.h"
@@ -217,6 +219,10 @@ Expected<Recording> read_recording(const RecordingPaths& paths, const CellOption
   }
   Expected<Recording> recording = read_points(paths, cells, context);
   if (!recording) return recording;
+  if (paths.images.empty() && is_bag(paths.input)) {
+    recording->cameras = bag_camera_recordings(recording->rig, recording->lidar.stops, paths.input);
+    return recording;
+  }
   recording->cameras = camera_recordings(recording->rig, recording->lidar.stops, image_places(paths),
                                          "give them by --images DIR, or find the LiDARs alone by --stages joint");
   return recording;

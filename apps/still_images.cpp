@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 
-#include "apps/image_mean.h"
 #include "core/base/parallel.h"
 #include "core/io/image_file.h"
 #include "core/io/image_folder.h"
@@ -15,27 +14,6 @@ namespace rigcal {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Sentences about many files of a kind: the first few in full, then how many more.
-class Complaints {
- public:
-  void add(std::string sentence) {
-    if (count_++ < told) first_.push_back(std::move(sentence));
-  }
-  void tell(const std::string& camera, Reporter& reporter) const {
-    for (const std::string& sentence : first_) reporter.warn(sentence);
-    if (count_ > told) {
-      reporter.warn(camera + ": " + std::to_string(count_ - told) + " more of its images were left out likewise");
-    }
-  }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] const std::string& first() const { return first_.front(); }
-
- private:
-  static constexpr std::size_t told = 3;
-  std::vector<std::string> first_;
-  std::size_t count_ = 0;
-};
 
 bool has_times(const std::vector<Stop>& stops) {
   return std::any_of(stops.begin(), stops.end(), [](const Stop& s) { return s.start_ns != 0 || s.end_ns != 0; });
@@ -146,38 +124,14 @@ struct StopOutcome {
   std::vector<std::string> complaints;
 };
 
+// The images of one stop.
 StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, const RunContext& context) {
-  StopOutcome out;
-  ImageMean mean;
-  std::string first;
+  StopImages stop(camera);
   for (const Placed& placed : images) {
-    if (context.cancelled()) return out;
-    const std::string& path = placed.image->path;
-    const Expected<Image> image = read_image(path);
-    if (!image) {
-      out.complaints.push_back(image.error().message());
-      continue;
-    }
-    const auto& wanted = camera.camera->intrinsics;
-    if (wanted && (image->width != wanted->width || image->height != wanted->height)) {
-      out.complaints.push_back(input_error("the image is " + size_text(image->width, image->height) +
-                                               " pixels large, the intrinsics of " + camera.name + " are for " +
-                                               size_text(wanted->width, wanted->height),
-                                           path, "give images as the camera took them, or intrinsics for their size")
-                                   .message());
-      continue;
-    }
-    if (!mean.add(*image)) {
-      out.complaints.push_back(
-          input_error("has other channels or depth than " + first, path, "leave one of them out").message());
-      continue;
-    }
-    if (first.empty()) first = path;
+    if (context.cancelled()) break;
+    stop.add(placed.image->path, read_image(placed.image->path));
   }
-  if (mean.count() == 0) return out;
-  out.image = StillImage{static_cast<int>(images.front().stop), first, mean.mean()};
-  out.image->image.pixel_format = camera.camera->pixel_format;
-  return out;
+  return {stop.take(static_cast<int>(images.front().stop)), stop.complaints()};
 }
 
 // The first of `places` that has a folder of this camera; empty: none.
@@ -185,8 +139,8 @@ std::string image_folder_of(const Sensor& camera, const std::vector<std::string>
   for (const std::string& place : places) {
     for (const std::string& name : {camera.name, camera.folder}) {
       std::error_code error;
-      const fs::path folder = fs::path(place) / name;
-      if (!name.empty() && fs::is_directory(folder, error)) return folder.string();
+      const std::string folder = (fs::path(place) / name).string();
+      if (!name.empty() && fs::is_directory(folder, error)) return folder;
     }
   }
   return {};
@@ -194,19 +148,48 @@ std::string image_folder_of(const Sensor& camera, const std::vector<std::string>
 
 }  // namespace
 
-std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places) {
-  std::set<int> stops;
-  for (const Sensor& sensor : rig.sensors) {
-    const std::string folder = sensor.is_lidar() ? std::string() : image_folder_of(sensor, places);
-    if (folder.empty()) continue;
-    // What is wrong with it is told when its images are read.
-    const Expected<ImageFolder> listed = list_image_folder(folder);
-    if (!listed || listed->has_frames) continue;
-    for (const ListedImage& image : listed->images) {
-      if (image.number <= std::numeric_limits<int>::max()) stops.insert(static_cast<int>(image.number));
-    }
+void StopImages::add(const std::string& name, const Expected<Image>& image) {
+  if (!image) {
+    Error error = image.error();
+    if (error.where.empty()) error.where = name;
+    complaints_.push_back(error.message());
+    return;
   }
-  return stops;
+  const auto& wanted = camera_->camera->intrinsics;
+  if (wanted && (image->width != wanted->width || image->height != wanted->height)) {
+    complaints_.push_back(input_error("the image is " + size_text(image->width, image->height) +
+                                          " pixels large, the intrinsics of " + camera_->name + " are for " +
+                                          size_text(wanted->width, wanted->height),
+                                      name, "give images as the camera took them, or intrinsics for their size")
+                              .message());
+  } else if (!mean_.add(*image)) {
+    complaints_.push_back(
+        input_error("has other channels or depth than " + first_, name, "leave one of them out").message());
+  } else if (first_.empty()) {
+    first_ = name;
+  }
+}
+
+std::optional<StillImage> StopImages::take(int stop) const {
+  if (mean_.count() == 0) return std::nullopt;
+  StillImage out{stop, first_, mean_.mean()};
+  if (out.image.pixel_format.empty()) out.image.pixel_format = camera_->camera->pixel_format;
+  return out;
+}
+
+void conclude_images(const std::string& camera, const std::vector<std::string>& complaints, const RunContext& context,
+                     StillImages& out) {
+  constexpr std::size_t told = 3;
+  if (complaints.empty()) return;
+  if (out.images.empty()) {
+    out.why_none = "none of its " + std::to_string(complaints.size()) + " images can be used: " + complaints.front();
+    return;
+  }
+  for (std::size_t k = 0; k < std::min(told, complaints.size()); ++k) context.reporter.warn(complaints[k]);
+  if (complaints.size() > told) {
+    context.reporter.warn(camera + ": " + std::to_string(complaints.size() - told) +
+                          " more of its images were left out likewise");
+  }
 }
 
 StillImages read_still_images(const std::string& folder, const Sensor& camera, const std::vector<Stop>& stops,
@@ -236,17 +219,29 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
   parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) outcomes[k] = read_stop(jobs[k], camera, context);
   });
-  Complaints complaints;
+  std::vector<std::string> complaints;
   for (StopOutcome& outcome : outcomes) {
-    for (std::string& sentence : outcome.complaints) complaints.add(std::move(sentence));
+    complaints.insert(complaints.end(), outcome.complaints.begin(), outcome.complaints.end());
     if (outcome.image) out.images.push_back(std::move(*outcome.image));
   }
-  if (out.images.empty() && complaints.count() > 0) {
-    out.why_none = "none of its " + std::to_string(complaints.count()) + " images can be used: " + complaints.first();
-  } else {
-    complaints.tell(camera.name, context.reporter);
-  }
+  conclude_images(camera.name, complaints, context, out);
   return out;
+}
+
+std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places) {
+  std::set<int> stops;
+  for (const Sensor& sensor : rig.sensors) {
+    const std::string folder = sensor.is_lidar() ? std::string() : image_folder_of(sensor, places);
+    if (folder.empty()) continue;
+    // What is wrong with it is told when its images are read.
+    const Expected<ImageFolder> listed = list_image_folder(folder);
+    if (!listed) continue;
+    for (const ListedImage& image : listed->images) {
+      const std::int64_t stop = listed->has_frames ? image.stop.value_or(-1) : image.number;
+      if (stop >= 0 && stop <= std::numeric_limits<int>::max()) stops.insert(static_cast<int>(stop));
+    }
+  }
+  return stops;
 }
 
 std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,

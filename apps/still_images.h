@@ -1,9 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "apps/image_mean.h"
+#include "core/base/error.h"
 #include "core/pipeline/camera_stage.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
@@ -17,8 +20,29 @@ namespace rigcal {
 [[nodiscard]] StillImages read_still_images(const std::string& folder, const Sensor& camera,
                                             const std::vector<Stop>& stops, const RunContext& context);
 
-/// The numbers of the stops of which the cameras of a rig have images, where the recording has no times: then files
-/// are named by their stop.
+/// The images of one stop: checked, and their mean taken. `camera` must outlive it.
+class StopImages {
+ public:
+  explicit StopImages(const Sensor& camera) : camera_(&camera) {}
+  /// `name` stands for the image in sentences about it.
+  void add(const std::string& name, const Expected<Image>& image);
+  /// Nothing where no image could be used.
+  [[nodiscard]] std::optional<StillImage> take(int stop) const;
+  [[nodiscard]] const std::vector<std::string>& complaints() const { return complaints_; }
+
+ private:
+  const Sensor* camera_;
+  ImageMean mean_;
+  std::string first_;
+  std::vector<std::string> complaints_;
+};
+
+/// Warns of what was left out, the first few by name; where nothing else is left it becomes `why_none`.
+void conclude_images(const std::string& camera, const std::vector<std::string>& complaints, const RunContext& context,
+                     StillImages& out);
+
+/// The numbers of the stops of which the cameras of a rig have images, where the recording has no times: then
+/// frames.csv remarks them, or files are named by their stop.
 [[nodiscard]] std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places);
 
 /// The cameras of a rig whose images lie in `<place>/<camera or its folder key>/`, the first of `places` that has it;

@@ -18,12 +18,6 @@ int largest_value(const Image& image) {
   return largest;
 }
 
-bool is_mosaic(const Image& image) {
-  const auto format = parse_pixel_format(image.pixel_format);
-  if (!format || image.channels != 1) return false;
-  return format->layout != PixelLayout::mono && format->channels() == 1;
-}
-
 // The places before and after i, mirrored at the ends so that the colours of the mosaic keep their order.
 std::array<int, 2> neighbours(int i, int size) {
   if (size < 2) return {i, i};
@@ -53,6 +47,12 @@ GreyImage without_mosaic(const GreyImage& raw) {
 }
 
 }  // namespace
+
+bool is_mosaic(const Image& image) {
+  const auto format = parse_pixel_format(image.pixel_format);
+  if (!format || image.channels != 1) return false;
+  return format->layout != PixelLayout::mono && format->channels() == 1;
+}
 
 int value_bits(const Image& image) {
   if (image.bits == 8) return 8;

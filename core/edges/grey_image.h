@@ -10,9 +10,12 @@ namespace rigcal {
 /// largest value.
 [[nodiscard]] int value_bits(const Image& image);
 
-/// Grey values 0 .. 255 of an image whose values have `bits` bits. A Bayer mosaic (by the pixel format, one channel
-/// only) is weighted 1 2 1 along rows and columns: everywhere a quarter red, half green, a quarter blue, so that no
-/// pattern of the filter is left and nothing is moved. Colour becomes luma (BT.601). The image must be consistent.
+/// Whether its pixels lie behind a Bayer filter: so says the pixel format, and it has one channel only.
+[[nodiscard]] bool is_mosaic(const Image& image);
+
+/// Grey values 0 .. 255 of an image whose values have `bits` bits. A Bayer mosaic is weighted 1 2 1 along rows and
+/// columns: everywhere a quarter red, half green, a quarter blue, so that no pattern of the filter is left and nothing
+/// is moved. Colour becomes luma (BT.601). The image must be consistent.
 [[nodiscard]] GreyImage to_grey(const Image& image, int bits);
 
 /// How much an image shows: the difference between its 1 % and 99 % grey values. A covered lens and one that looks into

@@ -100,6 +100,8 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     file.T_base_sensor[key.name] = key.name == file.base ? SE3{} : *T;
     const std::optional<Matrix6d> covariance = read_covariance(entry);
     if (covariance) file.covariance[key.name] = *covariance;
+    const std::optional<CameraIntrinsics> intrinsics = read_intrinsics(entry);
+    if (intrinsics) file.intrinsics[key.name] = *intrinsics;
   }
   if (file.T_base_sensor.empty()) top.fail("sensors", "has no transform", "give a result that has one");
   return file;

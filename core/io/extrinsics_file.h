@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/se3.h"
+#include "core/rig/rig.h"
 
 namespace rigcal {
 
@@ -19,6 +20,7 @@ struct ExtrinsicsFile {
   std::map<std::string, std::vector<std::string>> reasons;  ///< Why not good, where the file says it.
   /// Of xi = [rotation rad; translation m] in T exp(xi), where the file has it.
   std::map<std::string, Matrix6d> covariance;
+  std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of cameras whose intrinsics were found, too.
 };
 
 /// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's

@@ -5,6 +5,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/map_samples.h"
 #include "core/edges/grey_image.h"
+#include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
 #include "core/report/overlay.h"
@@ -86,7 +87,8 @@ class CameraStage {
     clock_.begin(sensor.name + " images");
     context_.reporter.progress(sensor.name, -1.0);
     CameraTask task{camera.sensor, sensor.name, *sensor.camera->intrinsics, camera.guess_T_base_camera, {}};
-    const StillImages still = camera.read_images(context_);
+    StillImages still = camera.read_images(context_);
+    leave_out_lost_stops(still);
     task.views = camera_views(still.images, sensor.name, context_);
     if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
     if (task.views.empty()) {
@@ -101,15 +103,50 @@ class CameraStage {
     if (!estimate) return estimate.error();
     tell(*estimate, stage);
     for (Overlay& overlay : draw_overlays(scene_, task, *estimate)) result_.overlays.push_back(std::move(overlay));
-    return conclude(task, std::move(*estimate));
+    SensorResult found = conclude(task, std::move(*estimate));
+    if (found.T_base_sensor) keep_colours(still.images);
+    return found;
   }
 
   void finish() {
+    if (!colours_.empty()) {
+      StageReport& stage = clock_.begin("map colours");
+      context_.reporter.progress("map colours", -1.0);
+      stage.counts.emplace_back("images", static_cast<double>(colours_.size()));
+      result_.map_rgb = colour_map(result_.map, colours_, scene_.samples);
+    }
     result_.edges = std::move(scene_.edges);
     for (StageReport& stage : clock_.take()) result_.stages.push_back(std::move(stage));
   }
 
  private:
+  // The pose of the rig is not known there.
+  void leave_out_lost_stops(StillImages& still) const {
+    const std::size_t before = still.images.size();
+    std::erase_if(still.images, [&](const StillImage& image) {
+      return solution_.start.stop_known[static_cast<std::size_t>(image.stop)] == 0;
+    });
+    if (still.images.empty() && before > 0) {
+      still.why_none = "all of its images were taken at stops that were left out, since their poses are not known";
+    }
+  }
+
+  // With the pose and the intrinsics that were just found.
+  void keep_colours(const std::vector<StillImage>& images) {
+    const CameraEstimate& estimate = result_.cameras.back().estimate;
+    const CameraModel model(estimate.intrinsics);
+    std::vector<ColourPicture> pictures(images.size());
+    parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        pictures[k] = colour_picture(images[k].image, value_bits(images[k].image));
+      }
+    });
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      const SE3 T_G_C = scene_.T_G_base[static_cast<std::size_t>(images[k].stop)] * estimate.pose.T_base_camera;
+      colours_.push_back({model, T_G_C.inverse(), std::move(pictures[k])});
+    }
+  }
+
   // Not before there is an image to be matched: it takes as long as a camera.
   void make_scene() {
     StageReport& stage = clock_.begin("edges");
@@ -151,6 +188,7 @@ class CameraStage {
   const RunContext& context_;
   CalibrationResult& result_;
   CameraScene scene_;
+  std::vector<ColourView> colours_;
   StageClock clock_;
 };
 

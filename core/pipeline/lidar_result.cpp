@@ -1,6 +1,7 @@
 #include "core/pipeline/lidar_result.h"
 
 #include <algorithm>
+#include <set>
 
 #include "core/quality/verdict.h"
 
@@ -40,6 +41,13 @@ bool has_points(const LidarRecording& recording, int lidar) {
                      [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
 }
 
+// Some stops only cameras saw.
+std::size_t stops_with_points(const LidarRecording& recording) {
+  std::set<int> stops;
+  for (const PatchCells& patch : recording.patches) stops.insert(patch.stop);
+  return stops.size();
+}
+
 struct Findings {
   LidarCovariances covariances;
   HoldOut held_out;
@@ -65,7 +73,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
   e.observable = findings.covariances.observable && !findings.covariances.with_priors.empty();
   if (e.observable) {
-    const std::size_t places = recording.stops.size();
+    const std::size_t places = stops_with_points(recording);
     e.covariance = with_unevenness(findings.covariances.with_priors[i], s.unevenness_m, places);
     e.covariance_data_only = with_unevenness(findings.covariances.data_only[i], s.unevenness_m, places);
   }

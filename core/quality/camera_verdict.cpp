@@ -27,7 +27,7 @@ void judge_bounds(const CameraEstimate& e, const Requirement& require, Verdict& 
 }
 
 void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Verdict& verdict) {
-  if (e.hold_out_px > 0.0 && e.hold_out_start_px > 0.0 && e.hold_out_px > e.hold_out_start_px) {
+  if (e.hold_out_start_px > 0.0 && e.hold_out_px > limits.worse_ratio * e.hold_out_start_px + limits.worse_px) {
     fail(verdict, "it fits held-out stops worse (" + px(e.hold_out_px) + ") than its start did (" +
                       px(e.hold_out_start_px) + "); its images show no edges that the LiDARs see, or too few");
   } else if (e.hold_out > limits.hold_out) {

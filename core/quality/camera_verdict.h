@@ -11,6 +11,8 @@ namespace rigcal {
 /// wrong minima and wrong intrinsics.
 struct CameraThresholds {
   double hold_out = 2.0;             ///< Offsets of held-out stops over their expected sigma.
+  double worse_ratio = 1.5;          ///< They are worse than at the start where they are so many times larger
+  double worse_px = 0.1;             ///< and so much more: a start may be a result.
   double disagreement_chi2 = 22.46;  ///< Edges against information: 0.1 % of 6 degrees of freedom.
   double intrinsics_sigmas = 3.0;    ///< Focal length and k1 against the rig file,
   double radial_trend_sigmas = 4.0;  ///< and the trend of the residuals along the radius,

@@ -32,10 +32,29 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
   return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 
-bool is_held_out(std::size_t feature, const PlaneObservation& o, int base, bool by_stops) {
-  if (o.lidar == base) return false;
-  return by_stops ? o.stop % 4 == 2 : feature % 5 == 2;
-}
+// Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
+class HeldOut {
+ public:
+  HeldOut(const SolvedPlanes& solved, int base)
+      : base_(base), place_(static_cast<std::size_t>(solved.layout.stops()), -1) {
+    for (const PlaneFeature& feature : solved.features) {
+      for (const PlaneObservation& o : feature.observations) place_[static_cast<std::size_t>(o.stop)] = 0;
+    }
+    for (int& place : place_) {
+      if (place == 0) place = stops_++;
+    }
+  }
+
+  [[nodiscard]] bool operator()(std::size_t feature, const PlaneObservation& o) const {
+    if (o.lidar == base_) return false;
+    return stops_ >= 4 ? place_[static_cast<std::size_t>(o.stop)] % 4 == 2 : feature % 5 == 2;
+  }
+
+ private:
+  int base_;
+  std::vector<int> place_;  ///< Of each stop among those that LiDARs saw; -1: it is not.
+  int stops_ = 0;
+};
 
 struct OffsetSums {
   std::vector<double> squares, normalised, count;
@@ -77,11 +96,11 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   out.normalised.assign(lidars, 0.0);
   out.rms_m.assign(lidars, 0.0);
   out.start_rms_m.assign(lidars, 0.0);
-  const bool by_stops = solved.layout.stops() >= 4;
+  const HeldOut is_held_out(solved, base);
   std::vector<PlaneFeature> kept;
   for (std::size_t k = 0; k < solved.features.size(); ++k) {
     PlaneFeature feature = solved.features[k];
-    std::erase_if(feature.observations, [&](const PlaneObservation& o) { return is_held_out(k, o, base, by_stops); });
+    std::erase_if(feature.observations, [&](const PlaneObservation& o) { return is_held_out(k, o); });
     if (feature.observations.size() >= 2) kept.push_back(std::move(feature));
   }
   RigState state = solved.state;
@@ -96,12 +115,12 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   for (std::size_t k = 0; k < solved.features.size(); ++k) {
     if (solved.features[k].merged) continue;
     PlaneFeature rest = solved.features[k];
-    std::erase_if(rest.observations, [&](const PlaneObservation& o) { return is_held_out(k, o, base, by_stops); });
+    std::erase_if(rest.observations, [&](const PlaneObservation& o) { return is_held_out(k, o); });
     // A plane of one patch is too short a lever to predict another's place.
     if (rest.observations.size() < 2 || rest.observations.size() == solved.features[k].observations.size()) continue;
     plane_derivatives(rest, state, HessianForm::gauss_newton, derivatives);
     for (const PlaneObservation& o : solved.features[k].observations) {
-      if (!is_held_out(k, o, base, by_stops)) continue;
+      if (!is_held_out(k, o)) continue;
       const auto i = static_cast<std::size_t>(o.lidar);
       const Vector3d p = state.T_G_sensor(o.stop, o.lidar) * o.mean;
       const double e = derivatives.normal.dot(p - derivatives.centroid);

@@ -104,7 +104,8 @@ struct CalibrationResult {
   std::vector<SharedSurfaces> shared_surfaces;                ///< All pairs, then all together; empty: none is shared.
   std::vector<SurfaceCut> cuts;
   std::vector<MapPoint> map;
-  std::vector<MapPoint> map_at_guess;  ///< A point per 5 cm, with the poses of the result.
+  std::vector<std::array<std::uint8_t, 3>> map_rgb;  ///< Of each point of `map`; empty: no camera was found.
+  std::vector<MapPoint> map_at_guess;                ///< A point per 5 cm, with the poses of the result.
   std::vector<Overlay> overlays;
   std::vector<CameraEvidence> cameras;  ///< Those that had images and intrinsics, in the order of the rig file.
   std::vector<LidarEdge> edges;         ///< What the cameras were found by; empty where none was.

@@ -1,7 +1,7 @@
 #include "core/report/map_ply.h"
 
 #include <algorithm>
-#include <span>
+#include <array>
 #include <vector>
 
 #include "core/io/ply_file.h"
@@ -20,10 +20,10 @@ std::string remark(const CalibrationResult& result) {
   return text;
 }
 
-PlyPoint vertex(const MapPoint& point) {
-  return {point.x,      point.y,
-          point.z,      point.reflectivity,
-          point.sensor, {point.reflectivity, point.reflectivity, point.reflectivity}};
+PlyPoint vertex(const CalibrationResult& result, std::size_t i) {
+  const MapPoint& p = result.map[i];
+  const std::array<std::uint8_t, 3> grey{p.reflectivity, p.reflectivity, p.reflectivity};
+  return {p.x, p.y, p.z, p.reflectivity, p.sensor, result.map_rgb.empty() ? grey : result.map_rgb[i]};
 }
 
 }  // namespace
@@ -35,8 +35,7 @@ Expected<void> write_map_ply(const CalibrationResult& result, const std::string&
   for (std::size_t begin = 0; begin < result.map.size(); begin += chunk) {
     const std::size_t size = std::min(chunk, result.map.size() - begin);
     vertices.resize(size);
-    const std::span<const MapPoint> part(result.map.data() + begin, size);
-    std::transform(part.begin(), part.end(), vertices.begin(), vertex);
+    for (std::size_t i = 0; i < size; ++i) vertices[i] = vertex(result, begin + i);
     writer->write(vertices);
   }
   return writer->finish();

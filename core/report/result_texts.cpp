@@ -7,6 +7,7 @@
 
 #include "core/base/text.h"
 #include "core/base/version.h"
+#include "core/report/camera_texts.h"
 #include "core/report/matrix_text.h"
 
 namespace rigcal {
@@ -38,6 +39,15 @@ std::string sensor_yaml(const SensorResult& sensor) {
           ", rotation_deg: " + list_text(rotation_stddev_deg(sensor)) + "}\n";
   text += "    covariance: " + matrix_text(sensor.covariance) + "\n";
   return text;
+}
+
+// Intrinsics are part of a result where they were to be found, too.
+std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& result) {
+  for (const CameraEvidence& camera : result.cameras) {
+    if (camera.name != sensor.name || !camera.refined_intrinsics || !sensor.T_base_sensor) continue;
+    return "    intrinsics: " + intrinsics_text(camera.estimate.intrinsics) + "\n";
+  }
+  return {};
 }
 
 Json sensor_json(const SensorResult& sensor) {
@@ -160,7 +170,7 @@ std::string extrinsics_yaml(const CalibrationResult& result) {
       "# metres; quaternions [x, y, z, w]; stddev and covariance of xi = [rotation rad; translation m] in T exp(xi),\n";
   text += "# along the axes of the sensor itself\n";
   text += "sensors:\n";
-  for (const SensorResult& sensor : result.sensors) text += sensor_yaml(sensor);
+  for (const SensorResult& sensor : result.sensors) text += sensor_yaml(sensor) + refined_yaml(sensor, result);
   return text;
 }
 
@@ -202,6 +212,7 @@ std::string report_json(const CalibrationResult& result) {
   json["wall_s"] = wall_s;
   json["peak_memory_mb"] = peak_mb;
   json["warnings"] = result.warnings;
+  if (!result.cameras.empty()) json["cameras"] = Json::parse(cameras_json(result));
   if (!result.packets.empty()) json["packets"] = result.packets;
   add_evidence(result, json);
   // A file name in a warning need not be UTF-8: such bytes are replaced, not thrown at the user.

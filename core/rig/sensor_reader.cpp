@@ -76,27 +76,6 @@ std::optional<TriggerSettings> read_camera_trigger(const YamlMap& camera) {
   return trigger;
 }
 
-std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera) {
-  const auto map = camera.map("intrinsics", {"model", "width", "height", "fx", "fy", "cx", "cy", "distortion"});
-  if (!map) return std::nullopt;
-  for (const char* key : {"model", "width", "height", "fx", "fy", "cx", "cy"}) map->require(key);
-  CameraIntrinsics intrinsics;
-  if (const auto model = map->choice("model", {"radtan", "equidistant"})) {
-    intrinsics.model = static_cast<DistortionModel>(*model);
-  }
-  intrinsics.width = static_cast<int>(map->integer("width", 1, 65536).value_or(1));
-  intrinsics.height = static_cast<int>(map->integer("height", 1, 65536).value_or(1));
-  intrinsics.fx = map->number("fx", 1.0, 1e6).value_or(1.0);
-  intrinsics.fy = map->number("fy", 1.0, 1e6).value_or(1.0);
-  // The principal point of a shifted lens may lie outside the image, but not further than its size.
-  intrinsics.cx = map->number("cx", -intrinsics.width, 2.0 * intrinsics.width).value_or(0.0);
-  intrinsics.cy = map->number("cy", -intrinsics.height, 2.0 * intrinsics.height).value_or(0.0);
-  const std::size_t count = distortion_count(intrinsics.model);
-  intrinsics.distortion = map->numbers("distortion", 4, count, -1e3, 1e3).value_or(std::vector<double>{});
-  intrinsics.distortion.resize(count, 0.0);  // radtan with four numbers: k3 = 0
-  return intrinsics;
-}
-
 CameraSettings read_camera(const YamlMap& map) {
   CameraSettings camera;
   if (const auto driver = map.choice("driver", {"aravis", "v4l2", "images"})) {
@@ -118,6 +97,27 @@ CameraSettings read_camera(const YamlMap& map) {
 }
 
 }  // namespace
+
+std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera) {
+  const auto map = camera.map("intrinsics", {"model", "width", "height", "fx", "fy", "cx", "cy", "distortion"});
+  if (!map) return std::nullopt;
+  for (const char* key : {"model", "width", "height", "fx", "fy", "cx", "cy"}) map->require(key);
+  CameraIntrinsics intrinsics;
+  if (const auto model = map->choice("model", {"radtan", "equidistant"})) {
+    intrinsics.model = static_cast<DistortionModel>(*model);
+  }
+  intrinsics.width = static_cast<int>(map->integer("width", 1, 65536).value_or(1));
+  intrinsics.height = static_cast<int>(map->integer("height", 1, 65536).value_or(1));
+  intrinsics.fx = map->number("fx", 1.0, 1e6).value_or(1.0);
+  intrinsics.fy = map->number("fy", 1.0, 1e6).value_or(1.0);
+  // The principal point of a shifted lens may lie outside the image, but not further than its size.
+  intrinsics.cx = map->number("cx", -intrinsics.width, 2.0 * intrinsics.width).value_or(0.0);
+  intrinsics.cy = map->number("cy", -intrinsics.height, 2.0 * intrinsics.height).value_or(0.0);
+  const std::size_t count = distortion_count(intrinsics.model);
+  intrinsics.distortion = map->numbers("distortion", 4, count, -1e3, 1e3).value_or(std::vector<double>{});
+  intrinsics.distortion.resize(count, 0.0);  // radtan with four numbers: k3 = 0
+  return intrinsics;
+}
 
 bool is_plain_name(std::string_view name) {
   const auto is_plain = [](char c) { return is_letter_or_digit(c) || c == '_' || c == '-' || c == '.'; };

@@ -15,4 +15,8 @@ namespace rigcal {
 /// one is missing or wrong. The map may hold other keys.
 [[nodiscard]] std::optional<SE3> read_transform(const YamlMap& map);
 
+/// Reads `intrinsics` of a map that may hold other keys; nothing where it has none, or (after adding an error) a wrong
+/// one.
+[[nodiscard]] std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera);
+
 }  // namespace rigcal

@@ -1,0 +1,128 @@
+#include "core/quality/camera_verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+CameraEstimate sound() {
+  CameraEstimate e;
+  e.found = true;
+  e.converged = true;
+  e.pose.covariance.diagonal() << 1e-9, 1e-9, 1e-9, 1e-6, 1e-6, 1e-6;
+  e.views = 20;
+  e.views_with_edges = 20;
+  e.hold_out = 1.1;
+  e.hold_out_px = 0.3;
+  e.hold_out_start_px = 12.0;
+  e.focal_scale = {1e-4, 2e-4};
+  e.k1_change = {1e-4, 5e-4};
+  e.radial_trend = {0.02, 0.02};
+  e.information = PoseEstimate{e.pose.T_base_camera, e.pose.covariance};
+  e.disagreement_chi2 = 5.0;
+  e.halves_m = 0.002;
+  e.halves_rad = to_rad(0.01);
+  e.runner_up = SE3{Matrix3d::Identity(), Vector3d(0.1, 0.0, 0.0)};
+  e.runner_up_ratio = 0.6;
+  return e;
+}
+
+Verdict judge(const CameraEstimate& e, bool refined = false) { return judge_camera(e, "left", {}, refined); }
+
+void expect_weak(const CameraEstimate& e, const std::string& reason) {
+  const Verdict verdict = judge(e);
+  EXPECT_EQ(verdict.status, Status::weak) << reason;
+  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr(reason)));
+}
+
+TEST(CameraVerdict, FindsNothingWrongWithASoundCamera) {
+  EXPECT_EQ(judge(sound()).status, Status::good);
+  EXPECT_THAT(judge(sound()).reasons, IsEmpty());
+}
+
+TEST(CameraVerdict, FailsWhatWasNotFoundWithItsReason) {
+  CameraEstimate e;
+  e.why_not = "no edge was matched";
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre("no edge was matched"));
+}
+
+TEST(CameraVerdict, FailsWhatDoesNotConverge) {
+  CameraEstimate e = sound();
+  e.converged = false;
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("still moved")));
+}
+
+TEST(CameraVerdict, FailsWhatIsWorseThanItsStart) {
+  CameraEstimate e = sound();
+  e.hold_out_px = 18.2;
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("18.20 px) than its start did (12.00 px")));
+  // A start that was a result before is as good as the new one, but for noise.
+  e = sound();
+  e.hold_out_start_px = 0.28;
+  EXPECT_EQ(judge(e).status, Status::good);
+}
+
+TEST(CameraVerdict, WeakensWideBounds) {
+  CameraEstimate e = sound();
+  e.pose.covariance(3, 3) = 1e-4;
+  expect_weak(e, "translation is known to 28.0 mm only");
+  e = sound();
+  e.pose.covariance(1, 1) = 1e-6;
+  expect_weak(e, "rotation is known to 0.160 degrees only");
+}
+
+TEST(CameraVerdict, WeakensAHoldOutBeyondNoiseAndNone) {
+  CameraEstimate e = sound();
+  e.hold_out = 2.4;
+  expect_weak(e, "held-out stops disagree: 0.30 px, 2.4 times");
+  e = sound();
+  e.hold_out = e.hold_out_px = e.hold_out_start_px = 0.0;
+  e.views = 1;
+  expect_weak(e, "(1 image)");
+}
+
+TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {
+  CameraEstimate e = sound();
+  e.focal_scale = {-0.01, 0.001};
+  expect_weak(e, "a focal length 1.00 % shorter");
+  e = sound();
+  e.k1_change = {0.05, 0.004};
+  expect_weak(e, "k1 larger by 0.0500");
+  e = sound();
+  e.radial_trend = {-1.5, 0.1};
+  expect_weak(e, "along the radius, 1.50 px at the corners");
+}
+
+TEST(CameraVerdict, LetsIntrinsicsChangeThatWereToBeFound) {
+  CameraEstimate e = sound();
+  e.focal_scale = {-0.01, 0.001};
+  e.k1_change = {0.05, 0.004};
+  EXPECT_EQ(judge(e, true).status, Status::good);
+}
+
+TEST(CameraVerdict, WeakensOpinionsThatDiffer) {
+  CameraEstimate e = sound();
+  e.information->T_base_camera.t = Vector3d(0.03, 0.0, 0.0);
+  e.disagreement_chi2 = 60.0;
+  expect_weak(e, "its edges and its grey values disagree by 30.0 mm");
+  e = sound();
+  e.halves_m = 0.02;
+  expect_weak(e, "either half of its stops");
+  e = sound();
+  e.halves_rad = to_rad(0.3);
+  expect_weak(e, "0.300 degrees apart");
+  e = sound();
+  e.runner_up_ratio = 0.98;
+  expect_weak(e, "another pose, 100.0 mm");
+}
+
+}  // namespace
+}  // namespace rigcal
