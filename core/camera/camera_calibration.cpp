@@ -19,7 +19,7 @@ constexpr std::size_t least_segments = 12;
 constexpr double start_margin_px = 80.0;
 
 // Starts are compared by fewer samples.
-constexpr double sparse_spacing_px = 10.0;
+constexpr double sparse_spacing_px = 8.0;
 
 class CameraCalibration {
  public:
@@ -79,7 +79,7 @@ class CameraCalibration {
   // Solves from every start that the search finds, with few samples; the best becomes the start of the end.
   void choose_start() {
     const CameraState guess{*camera_.guess_T_base_camera};
-    find_visible(scene_, camera_.intrinsics, guess, {start_margin_px, 3.0}, views_);
+    find_visible(scene_, camera_.intrinsics, guess, {start_margin_px, sparse_spacing_px}, views_);
     if (segments() < least_segments) {
       estimate_.why_not =
           "its images show too few edges of the map: where walls, floors and corners meet, within view "
@@ -93,8 +93,7 @@ class CameraCalibration {
     std::vector<EdgeSolution> solutions;
     for (const SE3& start : starts) {
       const CameraState state{start};
-      find_visible(scene_, camera_.intrinsics, state, {0.0, sparse_spacing_px}, views_);
-      solutions.push_back(solve_edges(scene_, camera_.intrinsics, state, priors_, levels_, views_, context_));
+      solutions.push_back(solve_edges(scene_, camera_.intrinsics, state, priors_, quick_levels(), views_, context_));
       estimate_.iterations += solutions.back().iterations;
     }
     std::stable_sort(solutions.begin(), solutions.end(),
@@ -112,23 +111,24 @@ class CameraCalibration {
   void solve() {
     find_visible(scene_, camera_.intrinsics, best_.state, VisibleOptions{}, views_);
     // The start is within the narrow gates already.
-    const std::span<const SolveLevel> last = std::span(levels_).subspan(2);
+    const std::span<const SolveLevel> last = std::span(levels_).last(2);
     best_ = solve_edges(scene_, camera_.intrinsics, best_.state, priors_, last, views_, context_);
     const JointSolution joint =
         solve_jointly(scene_, camera_.intrinsics, best_.state, priors_, last.back().match, views_);
     estimate_.iterations += best_.iterations + joint.iterations;
     estimate_.converged = best_.converged && joint.converged;
     best_.state = joint.state;
+    const CameraMatrix covariance = best_.information.inverse();
     estimate_.found = true;
-    estimate_.pose = {joint.state.T_base_camera, joint.covariance.topLeftCorner<6, 6>()};
-    estimate_.focal_scale = {joint.state.focal_scale, std::sqrt(joint.covariance(6, 6))};
-    estimate_.k1_change = {joint.state.k1_change, std::sqrt(joint.covariance(7, 7))};
-    estimate_.radial_trend = corner_shift(joint);
+    estimate_.pose = {joint.state.T_base_camera, covariance.topLeftCorner<6, 6>()};
+    estimate_.focal_scale = {joint.state.focal_scale, std::sqrt(covariance(6, 6))};
+    estimate_.k1_change = {joint.state.k1_change, std::sqrt(covariance(7, 7))};
+    estimate_.radial_trend = corner_shift(covariance.bottomRightCorner<2, 2>());
     if (options_.refine_intrinsics) estimate_.intrinsics = changed(camera_.intrinsics, joint.state);
   }
 
   // What focal scale and k1 do to the pixels at the image's corner.
-  [[nodiscard]] ScalarEstimate corner_shift(const JointSolution& joint) const {
+  [[nodiscard]] ScalarEstimate corner_shift(const Eigen::Matrix2d& covariance) const {
     const CameraIntrinsics& in = camera_.intrinsics;
     const CameraModel model(in);
     const Eigen::Vector2d corner(in.cx < 0.5 * in.width ? in.width - 1.0 : 0.0,
@@ -140,8 +140,8 @@ class CameraCalibration {
     const Eigen::Vector2d by_focal =
         derivatives.by_intrinsics.col(0) * in.fx + derivatives.by_intrinsics.col(1) * in.fy;
     const Eigen::Vector2d row(outwards.dot(by_focal), outwards.dot(derivatives.by_intrinsics.col(4)));
-    return {row.dot(Eigen::Vector2d(joint.state.focal_scale, joint.state.k1_change)),
-            std::sqrt(row.dot(joint.covariance.bottomRightCorner<2, 2>() * row))};
+    return {row.dot(Eigen::Vector2d(best_.state.focal_scale, best_.state.k1_change)),
+            std::sqrt(row.dot(covariance * row))};
   }
 
   // The views whose stop is `remainder` of `modulus`, or the others.
@@ -153,8 +153,11 @@ class CameraCalibration {
     return some;
   }
 
-  [[nodiscard]] EdgeSolution solve_again(std::vector<EdgeView>& views) const {
-    return solve_edges(scene_, camera_.intrinsics, best_.state, priors_, std::span(levels_).last(1), views, context_);
+  [[nodiscard]] EdgeSolution solve_again(const std::vector<EdgeView>& views) const {
+    // From the end it is not far, and half of the stops need not be as exact as all.
+    SolveLevel check = levels_.back();
+    check.max_iterations = 12;
+    return solve_edges(scene_, camera_.intrinsics, best_.state, priors_, std::span(&check, 1), views, context_);
   }
 
   void check() {
@@ -165,7 +168,7 @@ class CameraCalibration {
     estimate_.views_with_edges = quality.views;
     estimate_.residual_px = quality.residual_px;
     const std::vector<EdgeView> held_out = some_views(4, 3, false);
-    std::vector<EdgeView> kept = some_views(4, 3, true);
+    const std::vector<EdgeView> kept = some_views(4, 3, true);
     if (!held_out.empty() && !kept.empty()) {
       const CameraState state = solve_again(kept).state;
       const EdgeFitQuality unseen = fit_quality(scene_, camera_.intrinsics, state, match, held_out);
@@ -174,8 +177,8 @@ class CameraCalibration {
       estimate_.hold_out_start_px = offset_from(scene_, camera_.intrinsics, best_.state,
                                                 CameraState{*camera_.guess_T_base_camera}, match, held_out);
     }
-    std::vector<EdgeView> even = some_views(2, 0, false);
-    std::vector<EdgeView> odd = some_views(2, 0, true);
+    const std::vector<EdgeView> even = some_views(2, 0, false);
+    const std::vector<EdgeView> odd = some_views(2, 0, true);
     if (!even.empty() && !odd.empty()) {
       const Vector6d apart =
           (solve_again(even).state.T_base_camera.inverse() * solve_again(odd).state.T_base_camera).log();

@@ -33,8 +33,8 @@ struct CameraCalibrationOptions {
   double guess_sigma_rad = to_rad(6.0);
   /// How far the intrinsics of the rig file may be off. A scale of the focal lengths and k1 are estimated under these
   /// in any case, so that what is wrong with them is seen.
-  double focal_sigma = 0.002;
-  double k1_sigma = 0.005;
+  double focal_sigma = 0.0007;
+  double k1_sigma = 0.002;
   bool refine_intrinsics = false;  ///< The estimated ones are the result, and need not agree with the rig file's.
 };
 

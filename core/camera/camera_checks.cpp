@@ -41,7 +41,7 @@ EdgeFitQuality fit_quality(const CameraScene& scene, const CameraIntrinsics& int
       quality.edge_points += static_cast<std::size_t>(fit.matched);
       if (fit.share() < least_share) continue;
       pixels.push_back(fit.offset_px);
-      normalised.push_back(fit.offset_px / fit.sigma_px);
+      normalised.push_back(fit.offset_px / fit.expected_px);
     }
     if (pixels.size() > before) ++quality.views;
   });

@@ -27,15 +27,15 @@ std::optional<EdgeProjection> project_edge(const CameraAtStop& camera, const Lid
   PixelDerivatives derivatives;
   const auto pixel = camera.model.project(p_C, derivatives);
   if (!pixel) return std::nullopt;
-  const Eigen::Matrix<double, 2, 3> by_world = derivatives.by_point * camera.T_C_G.R;
-  const Eigen::Vector2d along = by_world * edge.direction_G;
+  EdgeProjection out;
+  out.by_world = derivatives.by_point * camera.T_C_G.R;
+  const Eigen::Vector2d along = out.by_world * edge.direction_G;
   const double length = along.norm();
   if (!(length > least_px_per_m)) return std::nullopt;
-  EdgeProjection out;
   out.pixel = *pixel;
   out.range_m = p_C.norm();
   out.normal = {-along.y() / length, along.x() / length};
-  const Vector3d across = by_world.transpose() * out.normal;
+  const Vector3d across = out.by_world.transpose() * out.normal;
   out.sigma_px = std::sqrt(std::max(0.0, across.dot(edge.covariance_G * across)));
   out.px_per_m = across.norm();
   // p_C of T exp(xi) is exp(-xi) p_C.

@@ -39,6 +39,7 @@ struct EdgeProjection {
   double sigma_px = 0.0;   ///< Of the pixel along the normal, by the edge's own uncertainty,
   double px_per_m = 0.0;   ///< and what an edge that lies off by a metre would do to it.
   Eigen::Matrix<double, 2, camera_parameters> jacobian;
+  Eigen::Matrix<double, 2, 3> by_world;  ///< pixel / m, of the edge's place in the world.
 };
 
 /// Nothing where no ray reaches the point, or where the camera looks along the edge. With derivatives

@@ -9,6 +9,20 @@ namespace {
 // A surface that fills the view would be splatted over everything; beyond this it is near enough to be dense anyway.
 constexpr int max_splat_cells = 12;
 
+// Cosine of the largest angle from the axis that is in the image, with some room; -1 where that is not known.
+float widest_cos(const CameraModel& model) {
+  const CameraIntrinsics& in = model.intrinsics();
+  double least = 1.0;
+  for (const double x : {-0.05, 0.5, 1.05}) {
+    for (const double y : {-0.05, 0.5, 1.05}) {
+      const auto ray = model.ray({x * in.width, y * in.height});
+      if (!ray) return -1.0F;
+      least = std::min(least, ray->z());
+    }
+  }
+  return static_cast<float>(least - 0.02);
+}
+
 }  // namespace
 
 DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
@@ -19,8 +33,14 @@ DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<c
       rows_((model.intrinsics().height + options.cell_px - 1) / options.cell_px),
       entries_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
   const double focal_px = 0.5 * (model.intrinsics().fx + model.intrinsics().fy);
+  const Eigen::Matrix3f R = T_C_G.R.cast<float>();
+  const Eigen::Vector3f t = T_C_G.t.cast<float>();
+  const float least_cos = widest_cos(model);
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const Vector3d p_C = T_C_G * samples[k].p_G.cast<double>();
+    // Most of a map lies beside or behind: told quickly.
+    const Eigen::Vector3f near = R * samples[k].p_G + t;
+    if (near.z() < least_cos * near.norm()) continue;
+    const Vector3d p_C = near.cast<double>();
     const auto pixel = model.project(p_C);
     if (!pixel) continue;
     const double range_m = p_C.norm();

@@ -8,6 +8,9 @@ namespace {
 // Neighbouring pixels of a chain are at most a diagonal apart, so one of them lies so near to any line across it.
 constexpr double half_step_px = 0.75;
 
+// At the border an image has no edges that a fit holds.
+constexpr double border_px = 4.0;
+
 class ViewMatcher {
  public:
   ViewMatcher(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera, const MatchOptions& options)
@@ -17,13 +20,16 @@ class ViewMatcher {
     SegmentFit fit;
     fit.line = segment.line;
     double px_per_m = 0.0;
+    double range_m = 0.0;
     double offsets = 0.0;
     for (std::uint32_t k = segment.begin; k < segment.end; ++k) {
       const std::uint32_t sample = view_.samples[k];
       const auto projection = project_edge(camera_, scene_.edges[sample]);
-      if (!projection) continue;
+      // Where it stood out of the image nothing can be found.
+      if (!projection || !camera_.model.contains(projection->pixel, border_px)) continue;
       ++fit.samples;
       px_per_m += projection->px_per_m;
+      range_m += projection->range_m;
       find_candidates(*projection);
       weigh(*projection);
       double explained = 0.0;
@@ -31,7 +37,11 @@ class ViewMatcher {
         const Candidate& candidate = candidates_[static_cast<std::size_t>(c)];
         const CameraVector row = projection->jacobian.transpose() * candidate.normal;
         fit.gradient += candidate.weight * candidate.offset * row;
+        const Vector3d shift = projection->by_world.transpose() * candidate.normal;
         fit.normal.noalias() += candidate.weight * row * row.transpose();
+        fit.shift_gradient += candidate.weight * candidate.offset * shift;
+        fit.shift_normal.noalias() += candidate.weight * shift * shift.transpose();
+        fit.mixed.noalias() += candidate.weight * row * shift.transpose();
         offsets += candidate.weight * candidate.offset;
         explained += candidate.weight;
         if (matches != nullptr) {
@@ -46,7 +56,9 @@ class ViewMatcher {
     fit.offset_px = fit.weight > 0.0 ? offsets / fit.weight : 0.0;
     fit.sigma_px = std::hypot(options_.segment_px, options_.segment_m * px_per_m / fit.samples);
     // While partners are still sought far away, a segment may be as far off.
-    const double normalised = fit.offset_px / (options_.kernel_sigmas * std::hypot(fit.sigma_px, options_.scale_px));
+    fit.line_variance = std::pow(options_.line_m, 2) + std::pow(options_.line_per_m * range_m / fit.samples, 2);
+    fit.expected_px = std::hypot(fit.sigma_px, std::sqrt(fit.line_variance) * px_per_m / fit.samples);
+    const double normalised = fit.offset_px / (options_.kernel_sigmas * std::hypot(fit.expected_px, options_.scale_px));
     fit.robust = 1.0 / std::pow(1.0 + normalised * normalised, 2);
     return fit;
   }

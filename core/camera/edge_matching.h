@@ -9,12 +9,14 @@
 namespace rigcal {
 
 struct MatchOptions {
-  double gate_px = 3.0;            ///< Partners are looked for so far to either side,
+  double gate_px = 2.0;            ///< Partners are looked for so far to either side,
   double gate_rad = to_rad(15.0);  ///< and within so much of the projected edge's direction.
-  double scale_px = 0.7;           ///< Sigma of what is a partner,
+  double scale_px = 0.4;           ///< Sigma of what is a partner,
   double outlier = 0.1;            ///< against which clutter has this likelihood everywhere.
-  double segment_px = 0.6;         ///< Sigma of a whole segment: shading, blur, fit,
-  double segment_m = 0.002;        ///< and what its line is off in space.
+  double segment_px = 0.2;         ///< Sigma of a whole segment: shading, blur, fit.
+  double segment_m = 0.0005;       ///< What its stretch of the line is off in space by itself,
+  double line_m = 0.0015;          ///< and the whole line, in all images alike,
+  double line_per_m = 0.0003;      ///< and so much more for each metre of its range.
   double kernel_sigmas = 1.0;      ///< Of Geman and McClure (1987) on a segment's mean offset.
 };
 
@@ -35,10 +37,17 @@ struct SegmentFit {
   int matches = 0;                               ///< Partners of all samples.
   double weight = 0.0;                           ///< Sum of the matches' weights; `samples` if all are explained.
   double offset_px = 0.0;                        ///< Weighted mean.
-  double sigma_px = 0.0;                         ///< Expected of that mean.
+  double sigma_px = 0.0;                         ///< Expected of that mean, if the line were where it is said to be,
+  double expected_px = 0.0;                      ///< and with what the line is off.
+  double line_variance = 0.0;                    ///< Of the line's shift, m^2.
   double robust = 0.0;                           ///< Weight by the kernel, 0 .. 1.
   CameraVector gradient = CameraVector::Zero();  ///< Sum of w J r,
   CameraMatrix normal = CameraMatrix::Zero();    ///< and w J J^T.
+
+  // The same with the line's own shift in the world, the third of what moves pixels.
+  Vector3d shift_gradient = Vector3d::Zero();
+  Matrix3d shift_normal = Matrix3d::Zero();
+  Eigen::Matrix<double, camera_parameters, 3> mixed = Eigen::Matrix<double, camera_parameters, 3>::Zero();
 
   [[nodiscard]] double share() const { return samples > 0 ? weight / samples : 0.0; }
   /// By what its sums enter the whole.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "core/geometry/se3.h"
 
@@ -50,10 +49,14 @@ EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, doub
   const std::size_t cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::array<std::vector<float>, directions> distance;
   distance.fill(std::vector<float>(cells, 1e6F));
-  std::map<int, int> length;
-  for (const ImageEdge& edge : index.edges()) ++length[edge.chain];
+  std::vector<int> length;
   for (const ImageEdge& edge : index.edges()) {
-    if (length[edge.chain] < least_chain_px) continue;
+    const auto chain = static_cast<std::size_t>(edge.chain);
+    if (chain >= length.size()) length.resize(chain + 1, 0);
+    ++length[chain];
+  }
+  for (const ImageEdge& edge : index.edges()) {
+    if (length[static_cast<std::size_t>(edge.chain)] < least_chain_px) continue;
     const int x = std::clamp(static_cast<int>((edge.position.x() + 0.5F) / cell_px), 0, columns_ - 1);
     const int y = std::clamp(static_cast<int>((edge.position.y() + 0.5F) / cell_px), 0, rows_ - 1);
     const int s = sector(-static_cast<double>(edge.normal.y()), static_cast<double>(edge.normal.x()), directions);

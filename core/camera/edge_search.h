@@ -8,10 +8,10 @@ namespace rigcal {
 
 struct EdgeSearchOptions {
   double reach_rad = to_rad(6.0);  ///< Rotations so far from the centre, about each axis,
-  double step_rad = to_rad(1.0);   ///< on a grid like this.
+  double step_rad = to_rad(1.2);   ///< on a grid like this.
   double apart_rad = to_rad(2.0);  ///< Minima that lie nearer are one.
   int starts = 3;                  ///< How many are wanted.
-  std::size_t samples = 6000;      ///< Of all views together, at most.
+  std::size_t samples = 3000;      ///< Of all views together, at most.
 };
 
 /// Where the solver may start: rotations around `centre` on a grid, scored by how near long image edges of the right

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <map>
 
 #include "core/base/parallel.h"
 
@@ -9,8 +10,8 @@ namespace rigcal {
 namespace {
 
 // Steps this small change nothing that a pixel could show.
-constexpr double rest_rad = 2e-6;
-constexpr double rest_m = 1e-5;
+constexpr double rest_rad = 4e-6;
+constexpr double rest_m = 2e-5;
 
 // What one step may do: association does not reach farther.
 constexpr double longest_rad = to_rad(1.5);
@@ -29,6 +30,35 @@ void add_priors(const CameraState& state, const EdgePriors& priors, bool intrins
   sums.gradient += weight.cwiseProduct(off);
 }
 
+// All segments of one line, in all views.
+struct LineSums {
+  double variance = 0.0;
+  double segments = 0.0;
+  CameraVector gradient = CameraVector::Zero();
+  CameraMatrix normal = CameraMatrix::Zero();
+  Vector3d shift_gradient = Vector3d::Zero();
+  Matrix3d shift_normal = Matrix3d::Zero();
+  Eigen::Matrix<double, camera_parameters, 3> mixed = Eigen::Matrix<double, camera_parameters, 3>::Zero();
+
+  void add(const SegmentFit& fit, double weight) {
+    variance += fit.line_variance;
+    segments += 1.0;
+    gradient += weight * fit.gradient;
+    normal += weight * fit.normal;
+    shift_gradient += weight * fit.shift_gradient;
+    shift_normal += weight * fit.shift_normal;
+    mixed += weight * fit.mixed;
+  }
+
+  // The line is off by an unknown shift, the same in all views; it is eliminated.
+  void add_without_shift(EdgeSums& sums) const {
+    const Matrix3d A = shift_normal + segments / variance * Matrix3d::Identity();
+    const Eigen::Matrix<double, camera_parameters, 3> gain = A.ldlt().solve(mixed.transpose()).transpose();
+    sums.gradient += gradient - gain * shift_gradient;
+    sums.information += normal - gain * mixed.transpose();
+  }
+};
+
 CameraVector limited(CameraVector step) {
   const double rotation = step.head<3>().norm();
   const double translation = step.segment<3>(3).norm();
@@ -37,6 +67,15 @@ CameraVector limited(CameraVector step) {
 }
 
 }  // namespace
+
+std::vector<SolveLevel> quick_levels() {
+  std::vector<SolveLevel> levels = standard_levels();
+  for (SolveLevel& level : levels) {
+    level.max_iterations = 6;
+    level.intrinsics = false;
+  }
+  return levels;
+}
 
 CameraVector prior_offset(const EdgePriors& priors, const CameraState& state) {
   CameraVector off;
@@ -53,52 +92,47 @@ CameraVector prior_sigma(const EdgePriors& priors) {
 
 std::vector<SolveLevel> standard_levels() {
   std::vector<SolveLevel> levels(4);
-  const double gates[] = {12.0, 6.0, 4.0, 3.0};
-  const double scales[] = {4.0, 2.0, 1.2, 0.7};
+  const double gates[] = {12.0, 6.0, 4.0, 2.0};
+  const double scales[] = {4.0, 2.0, 1.2, 0.4};
   for (std::size_t i = 0; i < levels.size(); ++i) {
     levels[i].match.gate_px = gates[i];
     levels[i].match.scale_px = scales[i];
     levels[i].intrinsics = i > 0;
-    levels[i].look_again = i == 1;
   }
   levels.back().max_iterations = 40;
   return levels;
 }
 
-EdgeSums& EdgeSums::operator+=(const EdgeSums& other) {
-  gradient += other.gradient;
-  information += other.information;
-  explained += other.explained;
-  segments += other.segments;
-  return *this;
-}
-
 EdgeSums sum_segments(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
                       const MatchOptions& options, std::span<const EdgeView> views) {
   const CameraModel model(changed(intrinsics, state));
-  return parallel_sum(views.size(), 1, EdgeSums{}, [&](std::size_t begin, std::size_t) {
-    const EdgeView& view = views[begin];
-    const CameraAtStop camera = camera_at(model, state, scene.T_G_base[static_cast<std::size_t>(view.stop)]);
-    EdgeSums sums;
-    for (const SegmentFit& fit : match_view(scene, view, camera, options)) {
-      if (fit.samples == 0) continue;
-      const double weight = view.weight * fit.information();
-      sums.gradient += weight * fit.gradient;
-      sums.information += weight * fit.normal;
-      sums.explained += view.weight * fit.robust * fit.share();
-      sums.segments += view.weight;
+  std::vector<std::vector<SegmentFit>> fits(views.size());
+  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(views[k].stop)];
+      fits[k] = match_view(scene, views[k], camera_at(model, state, T_G_base), options);
     }
-    return sums;
   });
+  EdgeSums sums;
+  std::map<int, LineSums> lines;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    for (const SegmentFit& fit : fits[k]) {
+      if (fit.samples == 0) continue;
+      sums.explained += views[k].weight * fit.robust * fit.share();
+      sums.segments += views[k].weight;
+      lines[fit.line].add(fit, views[k].weight * fit.information());
+    }
+  }
+  for (const auto& [line, line_sums] : lines) line_sums.add_without_shift(sums);
+  return sums;
 }
 
 EdgeSolution solve_edges(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& start,
-                         const EdgePriors& priors, std::span<const SolveLevel> levels, std::vector<EdgeView>& views,
+                         const EdgePriors& priors, std::span<const SolveLevel> levels, std::span<const EdgeView> views,
                          const RunContext& context) {
   EdgeSolution solution;
   solution.state = start;
   for (const SolveLevel& level : levels) {
-    if (level.look_again) find_visible(scene, intrinsics, solution.state, VisibleOptions{}, views);
     solution.converged = false;
     for (int k = 0; k < level.max_iterations && !solution.converged && !context.cancelled(); ++k) {
       EdgeSums sums = sum_segments(scene, intrinsics, solution.state, level.match, views);

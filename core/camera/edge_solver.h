@@ -22,13 +22,14 @@ struct EdgePriors {
 /// Matching gets finer from level to level.
 struct SolveLevel {
   MatchOptions match;
-  bool intrinsics = true;   ///< Focal scale and k1 are free (under their priors).
-  bool look_again = false;  ///< What is visible is found anew.
+  bool intrinsics = true;  ///< Focal scale and k1 are free (under their priors).
   int max_iterations = 12;
 };
 
 /// From a start that is 12 px off to the end.
 [[nodiscard]] std::vector<SolveLevel> standard_levels();
+/// The same in fewer steps, to compare starts: where minima are told apart, not where they are exact.
+[[nodiscard]] std::vector<SolveLevel> quick_levels();
 
 struct EdgeSolution {
   CameraState state;
@@ -38,14 +39,13 @@ struct EdgeSolution {
   int iterations = 0;
 };
 
-/// Sums of all segments at a state; `score` as in EdgeSolution.
+/// Sums of all segments at a state, the lines' own shifts eliminated; `score` as in EdgeSolution.
 struct EdgeSums {
   CameraVector gradient = CameraVector::Zero();
   CameraMatrix information = CameraMatrix::Zero();
   double explained = 0.0;
   double segments = 0.0;
 
-  EdgeSums& operator+=(const EdgeSums& other);
   [[nodiscard]] double score() const { return segments > 0.0 ? explained / segments : 0.0; }
 };
 
@@ -56,7 +56,7 @@ struct EdgeSums {
 /// Gauss-Newton on the balanced segments of all views, matched anew at each step. `views` must know what they see.
 [[nodiscard]] EdgeSolution solve_edges(const CameraScene& scene, const CameraIntrinsics& intrinsics,
                                        const CameraState& start, const EdgePriors& priors,
-                                       std::span<const SolveLevel> levels, std::vector<EdgeView>& views,
+                                       std::span<const SolveLevel> levels, std::span<const EdgeView> views,
                                        const RunContext& context);
 
 }  // namespace rigcal

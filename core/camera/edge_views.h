@@ -33,7 +33,7 @@ struct EdgeView {
 /// How much more than the image is looked at, and how densely.
 struct VisibleOptions {
   double margin_px = 0.0;   ///< Beyond the image's border: where the pose is only roughly known.
-  double spacing_px = 3.0;  ///< Samples that lie closer in the image say nothing new.
+  double spacing_px = 6.0;  ///< Samples that lie closer in the image say nothing new.
 };
 
 /// Fills in what each view sees from `state`, by the depth of the map.

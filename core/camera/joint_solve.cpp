@@ -3,6 +3,8 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Geometry>
+#include <array>
+#include <map>
 #include <memory>
 
 #include "core/base/parallel.h"
@@ -56,13 +58,14 @@ struct JointProblem {
   const CameraIntrinsics& intrinsics;
 };
 
-// The matches of one view, each by its weight: residuals sqrt(w) n.(pi(K, D, T_C_G X) - q).
-class ViewCost final : public ceres::CostFunction {
+// The matches of one segment, each by its weight: residuals sqrt(w) n.(pi(K, D, T_C_G (X + shift)) - q), the shift
+// being that of the whole line.
+class SegmentCost final : public ceres::CostFunction {
  public:
-  ViewCost(const JointProblem& problem, int stop, std::vector<EdgeMatch> matches)
+  SegmentCost(const JointProblem& problem, int stop, std::vector<EdgeMatch> matches)
       : problem_(problem), stop_(stop), matches_(std::move(matches)) {
     set_num_residuals(static_cast<int>(matches_.size()));
-    mutable_parameter_block_sizes()->assign({pose_size, 2});
+    mutable_parameter_block_sizes()->assign({pose_size, 2, 3});
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
@@ -71,18 +74,22 @@ class ViewCost final : public ceres::CostFunction {
     const CameraAtStop camera = camera_at(model, state, problem_.scene.T_G_base[static_cast<std::size_t>(stop_)]);
     for (std::size_t k = 0; k < matches_.size(); ++k) {
       const EdgeMatch& match = matches_[k];
-      const auto projection = project_edge(camera, problem_.scene.edges[match.sample]);
+      LidarEdge edge = problem_.scene.edges[match.sample];
+      edge.p_G += Eigen::Map<const Vector3d>(parameters[2]);
+      const auto projection = project_edge(camera, edge);
       if (!projection) return false;
       const double root = std::sqrt(match.weight);
       residuals[k] = root * match.normal.dot(projection->pixel - match.position);
       if (jacobians == nullptr) continue;
       const CameraVector row = root * (projection->jacobian.transpose() * match.normal);
+      const Vector3d by_shift = root * (projection->by_world.transpose() * match.normal);
       if (jacobians[0] != nullptr) {
         double* by_pose = jacobians[0] + k * pose_size;
         std::fill_n(by_pose, pose_size, 0.0);
         std::copy_n(row.data(), 6, by_pose);
       }
       if (jacobians[1] != nullptr) std::copy_n(row.data() + 6, 2, jacobians[1] + 2 * k);
+      if (jacobians[2] != nullptr) std::copy_n(by_shift.data(), 3, jacobians[2] + 3 * k);
     }
     return true;
   }
@@ -93,6 +100,22 @@ class ViewCost final : public ceres::CostFunction {
   std::vector<EdgeMatch> matches_;
 };
 
+// A line is where it is said to be, to so much.
+class ShiftCost final : public ceres::SizedCostFunction<3, 3> {
+ public:
+  explicit ShiftCost(double weight) : weight_(weight) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    for (int k = 0; k < 3; ++k) residuals[k] = weight_ * parameters[0][k];
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    for (int k = 0; k < 9; ++k) jacobians[0][k] = k % 4 == 0 ? weight_ : 0.0;
+    return true;
+  }
+
+ private:
+  double weight_;
+};
+
+// Where nothing else holds.
 class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_size, 2> {
  public:
   explicit PriorCost(const EdgePriors& priors) : priors_(priors) {}
@@ -122,35 +145,36 @@ class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_
   const EdgePriors& priors_;
 };
 
-// The matches of a view with the weight that they have in the whole.
-std::vector<EdgeMatch> weighted_matches(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera,
-                                        const MatchOptions& options) {
-  std::vector<EdgeMatch> matches;
-  const std::vector<SegmentFit> fits = match_view(scene, view, camera, options, &matches);
-  std::vector<EdgeMatch> kept;
-  std::size_t next = 0;
-  for (const SegmentFit& fit : fits) {
-    const double information = fit.samples > 0 ? view.weight * fit.information() : 0.0;
-    for (const std::size_t end = next + static_cast<std::size_t>(fit.matches); next < end; ++next) {
-      matches[next].weight *= information;
-      // What weighs nothing would only cost time.
-      if (matches[next].weight > 1e-9) kept.push_back(matches[next]);
-    }
-  }
-  return kept;
-}
+struct Line {
+  std::array<double, 3> shift{};
+  double variance = 0.0;
+  double segments = 0.0;
+};
 
-CameraMatrix covariance_of(ceres::Problem& problem, const double* pose, const double* intrinsics) {
-  ceres::Covariance::Options options;
-  options.num_threads = 1;
-  options.algorithm_type = ceres::DENSE_SVD;
-  ceres::Covariance covariance(options);
-  const std::vector<const double*> blocks{pose, intrinsics};
-  CameraMatrix out = CameraMatrix::Zero();
-  if (!covariance.Compute(blocks, &problem)) return out;
-  Eigen::Matrix<double, camera_parameters, camera_parameters, Eigen::RowMajor> dense;
-  if (covariance.GetCovarianceMatrixInTangentSpace(blocks, dense.data())) out = dense;
-  return out;
+// A segment of one view, its matches with the weight that they have in the whole.
+struct WeightedSegment {
+  int stop = 0;
+  int line = 0;
+  double line_variance = 0.0;
+  std::vector<EdgeMatch> matches;
+};
+
+std::vector<WeightedSegment> weighted_segments(const CameraScene& scene, const EdgeView& view,
+                                               const CameraAtStop& camera, const MatchOptions& options) {
+  std::vector<EdgeMatch> matches;
+  std::vector<WeightedSegment> segments;
+  std::size_t next = 0;
+  for (const SegmentFit& fit : match_view(scene, view, camera, options, &matches)) {
+    if (fit.samples == 0) continue;
+    WeightedSegment segment{view.stop, fit.line, fit.line_variance, {}};
+    for (const std::size_t end = next + static_cast<std::size_t>(fit.matches); next < end; ++next) {
+      matches[next].weight *= view.weight * fit.information();
+      // What weighs nothing would only cost time.
+      if (matches[next].weight > 1e-9) segment.matches.push_back(matches[next]);
+    }
+    segments.push_back(std::move(segment));
+  }
+  return segments;
 }
 
 }  // namespace
@@ -164,22 +188,38 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
   problem.AddParameterBlock(pose.data(), pose_size, new PoseManifold);
   problem.AddParameterBlock(lens.data(), 2);
   problem.AddResidualBlock(new PriorCost(priors), nullptr, pose.data(), lens.data());
-  std::vector<std::vector<EdgeMatch>> matches(views.size());
+  std::vector<std::vector<WeightedSegment>> segments(views.size());
   const CameraModel model(changed(intrinsics, start));
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(views[k].stop)];
-      matches[k] = weighted_matches(scene, views[k], camera_at(model, start, T_G_base), options);
+      segments[k] = weighted_segments(scene, views[k], camera_at(model, start, T_G_base), options);
     }
   });
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    if (matches[k].empty()) continue;
-    problem.AddResidualBlock(new ViewCost(shared, views[k].stop, std::move(matches[k])), nullptr, pose.data(),
-                             lens.data());
+  std::map<int, Line> lines;
+  for (std::vector<WeightedSegment>& of_view : segments) {
+    for (WeightedSegment& segment : of_view) {
+      Line& line = lines[segment.line];
+      line.variance += segment.line_variance;
+      line.segments += 1.0;
+      if (segment.matches.empty()) continue;
+      problem.AddResidualBlock(new SegmentCost(shared, segment.stop, std::move(segment.matches)), nullptr, pose.data(),
+                               lens.data(), line.shift.data());
+    }
+  }
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  ordering->AddElementToGroup(pose.data(), 1);
+  ordering->AddElementToGroup(lens.data(), 1);
+  for (auto& [number, line] : lines) {
+    if (!problem.HasParameterBlock(line.shift.data())) continue;
+    problem.AddResidualBlock(new ShiftCost(std::sqrt(line.segments / line.variance)), nullptr, line.shift.data());
+    ordering->AddElementToGroup(line.shift.data(), 0);
   }
   ceres::Solver::Options solver;
   solver.num_threads = 1;
-  solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  // Lines do not depend on each other: their shifts are eliminated first.
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.linear_solver_ordering = ordering;
   solver.max_num_iterations = 20;
   solver.function_tolerance = 1e-12;
   solver.parameter_tolerance = 1e-10;
@@ -191,7 +231,6 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
   out.iterations = static_cast<int>(summary.iterations.size());
   out.state = {pose_of(pose.data()), lens[0], lens[1]};
   out.state.T_base_camera.R = nearest_rotation(out.state.T_base_camera.R);
-  out.covariance = covariance_of(problem, pose.data(), lens.data());
   return out;
 }
 

@@ -6,11 +6,10 @@
 
 namespace rigcal {
 
-/// Pose, focal scale and k1 together on the matches of all views at `start`, by Ceres with one thread: least squares
-/// with matches and weights frozen, which is what the annealed solver ends in, and its covariance.
+/// Pose, focal scale, k1 and the shift of every line together on the matches of all views at `start`, by Ceres with one
+/// thread: least squares with matches and weights frozen, in which the annealed solver ends, without its linearisation.
 struct JointSolution {
   CameraState state;
-  CameraMatrix covariance = CameraMatrix::Zero();  ///< Of the state's parameters; priors included.
   bool converged = false;
   int iterations = 0;
 };

@@ -1,6 +1,5 @@
 #include "core/edges/image_edges.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -71,7 +70,7 @@ class EdgeFinder {
     gy_ = filtered(filtered(image, smooth, true), slope, false);
     gradient_ = {image.width, image.height, std::vector<float>(image.values.size())};
     for (std::size_t i = 0; i < image.values.size(); ++i)
-      gradient_.values[i] = std::hypot(gx_.values[i], gy_.values[i]);
+      gradient_.values[i] = std::sqrt(gx_.values[i] * gx_.values[i] + gy_.values[i] * gy_.values[i]);
     const double noise = gradient_noise();
     low_ = static_cast<float>(std::max(options.min_gradient, options.low_sigmas * noise));
     high_ = static_cast<float>(std::max(2.0 * options.min_gradient, options.high_sigmas * noise));
@@ -202,8 +201,9 @@ class EdgeFinder {
         const Vector2d d = position(chain, k) - mean;
         scatter += d * d.transpose();
       }
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(scatter);
-      Vector2d normal = eigen.eigenvectors().col(0);
+      // The direction of least scatter: half the angle of (xx - yy, 2 xy), a quarter turn on.
+      const double angle = 0.5 * std::atan2(2.0 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
+      Vector2d normal(-std::sin(angle), std::cos(angle));
       if (normal.dot(m.normal.cast<double>()) < 0.0) normal = -normal;
       const Vector2d p = m.position.cast<double>();
       out.push_back({(p - normal.dot(p - mean) * normal).cast<float>(), normal.cast<float>(), m.strength, number});

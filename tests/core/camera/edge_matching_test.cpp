@@ -50,6 +50,8 @@ class EdgeMatchingTest : public testing::Test {
       view_.samples.push_back(static_cast<std::uint32_t>(k));
     }
     view_.segments = {{0, 0, 20}};
+    wide_.gate_px = 3.0;
+    wide_.scale_px = 0.7;
   }
   SegmentFit match(const std::vector<ImageEdge>& edges, const MatchOptions& options) {
     view_.index = EdgeIndex(640, 480, edges);
@@ -60,33 +62,35 @@ class EdgeMatchingTest : public testing::Test {
   CameraAtStop camera_;
   CameraScene scene_;
   EdgeView view_;
+  MatchOptions wide_;
 };
 
 TEST_F(EdgeMatchingTest, MeasuresTheOffsetOfASegment) {
-  const SegmentFit fit = match(vertical_edge(321.5F, 100.0F, 400.0F, 0), {});
+  const SegmentFit fit = match(vertical_edge(321.5F, 100.0F, 400.0F, 0), wide_);
   EXPECT_EQ(fit.samples, 20);
   EXPECT_EQ(fit.matched, 20);
   EXPECT_NEAR(fit.offset_px, -1.5, 1e-5);
-  // 0.6 px, and 2 mm at 4 m: a quarter of a pixel.
-  EXPECT_NEAR(fit.sigma_px, std::hypot(0.6, 0.25), 1e-9);
+  // 0.2 px, and half a millimetre at 4 m: 125 pixels a metre.
+  EXPECT_NEAR(fit.sigma_px, std::hypot(0.2, 0.0625), 1e-9);
+  EXPECT_NEAR(fit.expected_px, std::hypot(fit.sigma_px, 125.0 * std::hypot(0.0015, 4.0 * 0.0003)), 1e-3);
   EXPECT_LT(fit.robust, 0.2);
-  EXPECT_GT(match(vertical_edge(320.1F, 100.0F, 400.0F, 0), {}).robust, 0.9);
+  EXPECT_GT(match(vertical_edge(320.1F, 100.0F, 400.0F, 0), wide_).robust, 0.9);
 }
 
 TEST_F(EdgeMatchingTest, GatesByDistanceAndDirection) {
-  EXPECT_EQ(match(vertical_edge(324.0F, 100.0F, 400.0F, 0), {}).weight, 0.0);
+  EXPECT_EQ(match(vertical_edge(324.0F, 100.0F, 400.0F, 0), wide_).weight, 0.0);
   std::vector<ImageEdge> slanted = vertical_edge(320.5F, 100.0F, 400.0F, 0);
   for (ImageEdge& edge : slanted) edge.normal = {std::cos(0.35F), std::sin(0.35F)};
-  EXPECT_EQ(match(slanted, {}).weight, 0.0);
+  EXPECT_EQ(match(slanted, wide_).weight, 0.0);
   for (ImageEdge& edge : slanted) edge.normal = {-std::cos(0.1F), -std::sin(0.1F)};  // which side is bright is open
-  EXPECT_GT(match(slanted, {}).share(), 0.8);
+  EXPECT_GT(match(slanted, wide_).share(), 0.8);
 }
 
 TEST_F(EdgeMatchingTest, SharesASampleAmongItsCandidatesAndClutter) {
   std::vector<ImageEdge> edges = vertical_edge(321.0F, 100.0F, 400.0F, 0);
   const std::vector<ImageEdge> other = vertical_edge(319.0F, 100.0F, 400.0F, 1);
   edges.insert(edges.end(), other.begin(), other.end());
-  const SegmentFit both = match(edges, {});
+  const SegmentFit both = match(edges, wide_);
   EXPECT_NEAR(both.offset_px, 0.0, 1e-5);
   EXPECT_EQ(both.matches, 40);
   EXPECT_LE(both.weight, 20.0);
