@@ -1,5 +1,6 @@
 #include "core/camera/camera_calibration.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
@@ -7,6 +8,7 @@
 
 #include "core/camera/camera_checks.h"
 #include "core/camera/edge_search.h"
+#include "core/camera/information.h"
 #include "core/camera/joint_solve.h"
 
 namespace rigcal {
@@ -20,6 +22,18 @@ constexpr double start_margin_px = 80.0;
 
 // Starts are compared by fewer samples.
 constexpr double sparse_spacing_px = 8.0;
+
+// Sigmas of intrinsics that are to be found: no calibration is off by more.
+constexpr double free_focal_scale = 0.02;
+constexpr double free_k1 = 0.1;
+
+// Minima whose scores are so near to each other are looked at again.
+constexpr double unclear_ratio = 0.7;
+
+// From where on edges are weak, and 5 % of the differences of what is equal are larger (chi-square of six).
+constexpr double weak_sigma_m = 0.005;
+constexpr double weak_halves_m = 0.01;
+constexpr double agreeing_chi2 = 12.59;
 
 class CameraCalibration {
  public:
@@ -56,6 +70,7 @@ class CameraCalibration {
     solve();
     if (context_.cancelled()) return;
     check();
+    ask_information();
   }
 
   void set_priors() {
@@ -64,10 +79,6 @@ class CameraCalibration {
     priors_.translation_m = options_.guess_sigma_m;
     priors_.focal_scale = options_.focal_sigma;
     priors_.k1 = options_.k1_sigma;
-    if (options_.refine_intrinsics) {
-      priors_.focal_scale = std::max(priors_.focal_scale, 0.02);
-      priors_.k1 = std::max(priors_.k1, 0.1);
-    }
   }
 
   [[nodiscard]] std::size_t segments() const {
@@ -91,11 +102,25 @@ class CameraCalibration {
         search_edges(scene_, camera_.intrinsics, guess.T_base_camera, priors_, views_, EdgeSearchOptions{});
     starts.push_back(guess.T_base_camera);
     std::vector<EdgeSolution> solutions;
-    for (const SE3& start : starts) {
-      const CameraState state{start};
-      solutions.push_back(solve_edges(scene_, camera_.intrinsics, state, priors_, quick_levels(), views_, context_));
-      estimate_.iterations += solutions.back().iterations;
-    }
+    for (const SE3& start : starts) solve_quickly(start, solutions);
+    compare(solutions);
+    if (estimate_.runner_up_ratio < unclear_ratio) return;
+    // Edges alone do not tell the minima apart; reflectivity may know a better start.
+    const auto search = search_information(scene_, camera_, guess.T_base_camera, options_, context_);
+    if (!search) return;
+    solve_quickly(search->best.T_base_camera, solutions);
+    if (search->runner_up) solve_quickly(search->runner_up->T_base_camera, solutions);
+    compare(solutions);
+  }
+
+  void solve_quickly(const SE3& start, std::vector<EdgeSolution>& solutions) {
+    solutions.push_back(
+        solve_edges(scene_, camera_.intrinsics, CameraState{start}, priors_, quick_levels(), views_, context_));
+    estimate_.iterations += solutions.back().iterations;
+  }
+
+  // The best, and the best other one.
+  void compare(std::vector<EdgeSolution>& solutions) {
     std::stable_sort(solutions.begin(), solutions.end(),
                      [](const EdgeSolution& a, const EdgeSolution& b) { return a.score > b.score; });
     best_ = solutions.front();
@@ -108,27 +133,65 @@ class CameraCalibration {
     }
   }
 
+  // Once with the intrinsics nearly as the rig file has them, once free: what they should be shows only where nothing
+  // pulls them back. Where they are clearly others, the pose with these is the right one.
   void solve() {
     find_visible(scene_, camera_.intrinsics, best_.state, VisibleOptions{}, views_);
-    // The start is within the narrow gates already.
-    const std::span<const SolveLevel> last = std::span(levels_).last(2);
-    best_ = solve_edges(scene_, camera_.intrinsics, best_.state, priors_, last, views_, context_);
+    EdgePriors free = priors_;
+    free.focal_scale = std::max(free.focal_scale, free_focal_scale);
+    free.k1 = std::max(free.k1, free_k1);
+    const std::span<const SolveLevel> levels = std::span(levels_).last(3);
+    const EdgeSolution freed = solve_edges(scene_, camera_.intrinsics, best_.state, free, levels, views_, context_);
+    const CameraMatrix covariance = freed.information.inverse();
+    estimate_.iterations += freed.iterations;
+    estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
+    estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
+    estimate_.radial_trend = corner_shift(freed.state, covariance.bottomRightCorner<2, 2>());
+    if (options_.refine_intrinsics || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change)) {
+      priors_ = free;
+      best_ = freed;
+    } else {
+      best_ = solve_edges(scene_, camera_.intrinsics, best_.state, priors_, levels, views_, context_);
+      estimate_.iterations += best_.iterations;
+    }
+    finish_jointly();
+  }
+
+  [[nodiscard]] static bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }
+
+  void finish_jointly() {
     const JointSolution joint =
-        solve_jointly(scene_, camera_.intrinsics, best_.state, priors_, last.back().match, views_);
-    estimate_.iterations += best_.iterations + joint.iterations;
+        solve_jointly(scene_, camera_.intrinsics, best_.state, priors_, levels_.back().match, views_);
+    estimate_.iterations += joint.iterations;
     estimate_.converged = best_.converged && joint.converged;
     best_.state = joint.state;
-    const CameraMatrix covariance = best_.information.inverse();
     estimate_.found = true;
+    const CameraMatrix covariance = best_.information.inverse();
     estimate_.pose = {joint.state.T_base_camera, covariance.topLeftCorner<6, 6>()};
-    estimate_.focal_scale = {joint.state.focal_scale, std::sqrt(covariance(6, 6))};
-    estimate_.k1_change = {joint.state.k1_change, std::sqrt(covariance(7, 7))};
-    estimate_.radial_trend = corner_shift(covariance.bottomRightCorner<2, 2>());
     if (options_.refine_intrinsics) estimate_.intrinsics = changed(camera_.intrinsics, joint.state);
   }
 
+  // Reflectivity and grey value know nothing of edges: where both agree within their sigmas, both are right. Where the
+  // edges are weak, the two together are better than they.
+  void ask_information() {
+    const CameraIntrinsics intrinsics = changed(camera_.intrinsics, best_.state);
+    PoseEstimate& pose = estimate_.pose;
+    estimate_.information = refine_information(scene_, camera_, intrinsics, pose.T_base_camera, context_);
+    if (!estimate_.information) return;
+    const Vector6d apart = (pose.T_base_camera.inverse() * estimate_.information->T_base_camera).log();
+    const Eigen::LDLT<Matrix6d> both((pose.covariance + estimate_.information->covariance).ldlt());
+    estimate_.disagreement_chi2 = apart.dot(both.solve(apart));
+    const bool weak = pose.covariance.bottomRightCorner<3, 3>().trace() > weak_sigma_m * weak_sigma_m ||
+                      estimate_.halves_m > weak_halves_m;
+    if (!weak || estimate_.disagreement_chi2 > agreeing_chi2) return;
+    const Matrix6d gain = both.solve(pose.covariance).transpose();
+    pose.T_base_camera = pose.T_base_camera * SE3::exp(gain * apart);
+    const Matrix6d fused = pose.covariance - gain * pose.covariance;
+    pose.covariance = 0.5 * (fused + fused.transpose());
+  }
+
   // What focal scale and k1 do to the pixels at the image's corner.
-  [[nodiscard]] ScalarEstimate corner_shift(const Eigen::Matrix2d& covariance) const {
+  [[nodiscard]] ScalarEstimate corner_shift(const CameraState& state, const Eigen::Matrix2d& covariance) const {
     const CameraIntrinsics& in = camera_.intrinsics;
     const CameraModel model(in);
     const Eigen::Vector2d corner(in.cx < 0.5 * in.width ? in.width - 1.0 : 0.0,
@@ -140,8 +203,7 @@ class CameraCalibration {
     const Eigen::Vector2d by_focal =
         derivatives.by_intrinsics.col(0) * in.fx + derivatives.by_intrinsics.col(1) * in.fy;
     const Eigen::Vector2d row(outwards.dot(by_focal), outwards.dot(derivatives.by_intrinsics.col(4)));
-    return {row.dot(Eigen::Vector2d(best_.state.focal_scale, best_.state.k1_change)),
-            std::sqrt(row.dot(covariance * row))};
+    return {row.dot(Eigen::Vector2d(state.focal_scale, state.k1_change)), std::sqrt(row.dot(covariance * row))};
   }
 
   // The views whose stop is `remainder` of `modulus`, or the others.

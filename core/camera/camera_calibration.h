@@ -31,8 +31,9 @@ struct CameraCalibrationOptions {
   /// How far the guess may be off: the sigmas of the soft prior of the coarse stage.
   double guess_sigma_m = 0.12;
   double guess_sigma_rad = to_rad(6.0);
-  /// How far the intrinsics of the rig file may be off. A scale of the focal lengths and k1 are estimated under these
-  /// in any case, so that what is wrong with them is seen.
+  /// How far the intrinsics of the rig file may be off: a scale of the focal lengths and k1 are estimated with the pose
+  /// under these sigmas. They are estimated freely as well, so that what is wrong with them is seen; where they are
+  /// clearly others, the pose is that with the freely estimated ones.
   double focal_sigma = 0.0007;
   double k1_sigma = 0.002;
   bool refine_intrinsics = false;  ///< The estimated ones are the result, and need not agree with the rig file's.
@@ -70,8 +71,8 @@ struct CameraEstimate {
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;
 
-  ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1
-  ScalarEstimate k1_change;    ///< k1 - (the rig file's k1)
+  ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1, freely estimated.
+  ScalarEstimate k1_change;    ///< k1 - (the rig file's k1), likewise.
   ScalarEstimate
       radial_trend;  ///< Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
 
