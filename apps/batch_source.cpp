@@ -44,7 +44,12 @@ Expected<std::unique_ptr<BatchSource>> open_batches(const std::string& path, con
   if (is_bag(path)) return open_bag_batches(path, rig, std::move(sinks));
   Expected<std::unique_ptr<DatagramFile>> file = open_datagrams(path);
   if (!file) return file.error();
-  return std::unique_ptr<BatchSource>(std::make_unique<PacketBatches>(std::move(*file), rig, std::move(sinks), codes));
+  return make_batches(std::move(*file), rig, std::move(sinks), codes);
+}
+
+std::unique_ptr<BatchSource> make_batches(std::unique_ptr<DatagramFile> datagrams, const Rig& rig, BatchSinks sinks,
+                                          const BroadcastCodes& codes) {
+  return std::make_unique<PacketBatches>(std::move(datagrams), rig, std::move(sinks), codes);
 }
 
 }  // namespace rigcal

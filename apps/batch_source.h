@@ -52,4 +52,8 @@ struct BatchSinks {
 [[nodiscard]] Expected<std::unique_ptr<BatchSource>> open_batches(const std::string& path, const Rig& rig,
                                                                   BatchSinks sinks, const BroadcastCodes& codes = {});
 
+/// The same for datagrams from anywhere, for example live ones.
+[[nodiscard]] std::unique_ptr<BatchSource> make_batches(std::unique_ptr<DatagramFile> datagrams, const Rig& rig,
+                                                        BatchSinks sinks, const BroadcastCodes& codes = {});
+
 }  // namespace rigcal

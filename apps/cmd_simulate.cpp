@@ -5,10 +5,12 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/live_options.h"
 #include "apps/motion_options.h"
 #include "apps/tolerance.h"
 #include "core/base/version.h"
 #include "core/rig/rig.h"
+#include "simdata/live_run.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
 
@@ -27,23 +29,11 @@ struct SimulateOptions {
   std::string mount_error = "200mm,10deg";
   sim::UnitErrorOptions unit_errors;
   sim::FaultOptions faults;
+  bool is_live = false;
+  sim::LiveOptions live;
 };
 
-Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
-                                       CommandContext& context) {
-  const Expected<Tolerance> off = parse_tolerance(options.mount_error);
-  if (!off) return off.error();
-  const sim::MountError mount_error{off->translation_m, to_deg(off->rotation_rad)};
-  if (options.patches) {
-    sim::LightRigOptions light;
-    light.seed = options.seed;
-    light.turntable = options.motion;
-    light.mount_error = mount_error;
-    light.unit_errors = options.unit_errors;
-    light.shots_per_patch = options.points;
-    light.with_images = options.images_per_stop > 0;
-    return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
-  }
+sim::RunOptions run_options(const SimulateOptions& options, const sim::MountError& mount_error) {
   sim::RunOptions run;
   run.seed = options.seed;
   run.turntable = options.motion;
@@ -51,7 +41,30 @@ Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig
   run.unit_errors = options.unit_errors;
   run.faults = options.faults;
   run.images_per_stop = options.images_per_stop;
-  return sim::simulate_session(scene, rig, run, options.out, context.run_context());
+  return run;
+}
+
+Expected<sim::MountError> mount_error_of(const SimulateOptions& options) {
+  const Expected<Tolerance> off = parse_tolerance(options.mount_error);
+  if (!off) return off.error();
+  return sim::MountError{off->translation_m, to_deg(off->rotation_rad)};
+}
+
+Expected<sim::SessionSummary> simulate(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
+                                       CommandContext& context) {
+  const Expected<sim::MountError> mount_error = mount_error_of(options);
+  if (!mount_error) return mount_error.error();
+  if (options.patches) {
+    sim::LightRigOptions light;
+    light.seed = options.seed;
+    light.turntable = options.motion;
+    light.mount_error = *mount_error;
+    light.unit_errors = options.unit_errors;
+    light.shots_per_patch = options.points;
+    light.with_images = options.images_per_stop > 0;
+    return sim::simulate_patches(scene, rig, light, options.out, context.run_context());
+  }
+  return sim::simulate_session(scene, rig, run_options(options, *mount_error), options.out, context.run_context());
 }
 
 std::string summary_text(const SimulateOptions& options, const sim::SessionSummary& summary) {
@@ -81,11 +94,29 @@ std::string summary_json(const SimulateOptions& options, const sim::SessionSumma
   return json.dump(2) + "\n";
 }
 
+// Its end is a good one whether the run was over or the user stopped it.
+Expected<ExitCode> run_live(const SimulateOptions& options, const Rig& rig, const sim::Scene& scene,
+                            CommandContext& context) {
+  const Expected<sim::MountError> mount_error = mount_error_of(options);
+  if (!mount_error) return mount_error.error();
+  sim::LiveOptions live = options.live;
+  live.run = run_options(options, *mount_error);
+  const Expected<sim::LiveSummary> summary = sim::serve_live(scene, rig, live, context.run_context());
+  if (!summary) return summary.error();
+  if (context.json) {
+    CommandContext::print(live_summary_json(options.scene, options.seed, *summary));
+  } else if (!context.quiet) {
+    CommandContext::print(live_summary_text(*summary));
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& context) {
   const Expected<sim::Scene> scene = sim::load_scene(options.scene);
   if (!scene) return scene.error();
   const Expected<Rig> rig = load_rig(options.rig);
   if (!rig) return rig.error();
+  if (options.is_live) return run_live(options, *rig, *scene, context);
   const Expected<sim::SessionSummary> summary = simulate(options, *rig, *scene, context);
   if (!summary) return summary.error();
   if (context.json) {
@@ -145,7 +176,8 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--rig", options->rig, "Rig file; its extrinsics are where the sensors nearly are")
       ->required()
       ->option_text("RIG");
-  command->add_option("--out", options->out, "Session to make; must not exist")->required()->option_text("SESSION");
+  CLI::Option* out =
+      command->add_option("--out", options->out, "Session to make; must not exist")->option_text("SESSION");
   CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
   command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")->option_text("N");
   add_motion_options(*command, options->motion);
@@ -167,8 +199,13 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
       ->option_text("MM,DEG");
   add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
+  CLI::Option* live = command->add_flag("--live", options->is_live,
+                                        "Serve the LiDARs as devices on the network instead of writing a session");
+  live->excludes(out)->excludes(patches);
+  add_live_options(*command, *live, options->live);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
   command->callback([options, &context] {
+    if (options->out.empty() && !options->is_live) throw CLI::RequiredError("--out SESSION or --live");
     if (options->patches && options->images_per_stop > 1)
       throw CLI::ValidationError("--images-per-stop",
                                  "a patch folder has one image of a camera and a stop: give 0 or 1");

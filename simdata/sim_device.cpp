@@ -48,6 +48,12 @@ std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
   return stamp_at_zero_ns + std::llround(true_seconds * (1.0 + drift) * 1e9);
 }
 
+void set_data_type(SimDevice& device, livox::DataType type) {
+  const double shots_per_s = device.broadcast.type == livox::DeviceType::avia ? 240000.0 : 100000.0;
+  device.points = type;
+  device.packet_interval_ns = std::llround(livox::record_layout(type).slots / shots_per_s * 1e9);
+}
+
 Expected<std::array<std::uint8_t, 4>> host_address(const Rig& rig) {
   if (rig.network.host_ip != "auto") {
     const auto ip = parse_ip(rig.network.host_ip);
@@ -84,7 +90,6 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
     device.sensor = static_cast<int>(i);
     device.broadcast = {code_of(*sensor.lidar, device.sensor),
                         avia ? livox::DeviceType::avia : livox::DeviceType::mid40, livox::kDevicePort};
-    device.points = *type;
     device.nearest_only = sensor.lidar->return_mode == ReturnMode::first;
     // The last digit of a MID-100's code says which of its three units it is.
     const char digit = device.broadcast.broadcast_code.back();
@@ -96,8 +101,7 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
     Random random(seed, clock_stream + i);
     device.clock.stamp_at_zero_ns = std::llround(random.uniform(20.0, 600.0) * 1e9);
     device.clock.drift = random.uniform(-50e-6, 50e-6);
-    const double rate = avia ? 240000.0 : 100000.0;
-    device.packet_interval_ns = std::llround(livox::record_layout(*type).slots / rate * 1e9);
+    set_data_type(device, *type);
     devices.push_back(device);
   }
   return devices;

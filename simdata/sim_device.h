@@ -39,6 +39,9 @@ struct SimDevice {
 
 constexpr double imu_interval_s = 0.005;
 
+/// Another data type of its points, with the interval between packets that belongs to it.
+void set_data_type(SimDevice& device, livox::DataType type);
+
 /// The devices of a rig: address and code from the rig file (a code is made up where there is none), data type from its
 /// `coordinates` and `return_mode`, clocks drawn: started 20 s to 10 min ago, up to 50 ppm off. Errors: a LiDAR that is
 /// neither AVIA nor MID-40 or has no `ip`, two with the same one, a return mode that the model does not have.

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+
+#include "simdata/sim_device.h"
+
+namespace rigcal::sim {
+
+/// How the stamps of a rendered packet become those of a live device.
+struct LiveTime {
+  double speed = 1.0;              ///< The run goes this much faster, and with it the gyro turns faster.
+  double earlier_s = 0.0;          ///< True time of the runs before this one.
+  std::int64_t boot_stamp_ns = 0;  ///< What the device's clock would read at its last start, had it not restarted.
+
+  /// The live stamp of a rendered one.
+  [[nodiscard]] std::int64_t stamp_ns(const DeviceClock& clock, std::int64_t rendered_ns) const;
+};
+
+/// Writes status and stamp into a sample packet as it was rendered, and the gyro's rates into one of the IMU.
+void make_live(const LiveTime& time, const DeviceClock& clock, std::uint32_t status, bool imu,
+               std::span<std::uint8_t> packet);
+
+}  // namespace rigcal::sim
