@@ -29,6 +29,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_import_command(app, context);
   add_export_command(app, context);
   add_evaluate_command(app, context);
+  add_doctor_command(app, context);
 }
 
 /// Wherever a rig file is asked for, the name of one that comes with the program does too.

@@ -1,0 +1,149 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "apps/batch_source.h"
+#include "apps/command.h"
+#include "apps/doctor.h"
+#include "apps/live_datagrams.h"
+#include "drivers/net/socket_limits.h"
+
+namespace rigcal {
+namespace {
+
+struct DoctorOptions {
+  std::string rig;
+  double seconds = 5.0;
+};
+
+using Clock = std::chrono::steady_clock;
+
+// Whether another program waits for the same broadcasts.
+Check check_discovery_port() {
+  const auto alone = net::UdpSocket::open({{{0, 0, 0, 0}, livox::kDiscoveryPort}, false, false, 0, {}});
+  if (alone) return {CheckLevel::good, "discovery", "UDP port 55000 is free", {}};
+  return {CheckLevel::warning, "discovery", "another program listens on UDP port 55000 and may take the LiDARs",
+          "`ss -lunp` shows which; end it while you record"};
+}
+
+std::vector<Check> list_all(const std::vector<net::Interface>& interfaces) {
+  std::vector<Check> checks;
+  for (const net::Interface& interface : interfaces)
+    checks.push_back({CheckLevel::good,
+                      "interface " + interface.name,
+                      to_string(interface.ip) + "/" + std::to_string(net::prefix_length(interface.mask)) + ", MTU " +
+                          std::to_string(interface.mtu) + (interface.is_up ? "" : ", down"),
+                      {}});
+  return checks;
+}
+
+// Who broadcasts; nobody is taken.
+Expected<std::vector<Check>> listen(double seconds, CommandContext& context) {
+  auto socket = net::UdpSocket::open({{{0, 0, 0, 0}, livox::kDiscoveryPort}, true, false, 0, {}});
+  if (!socket) return socket.error();
+  auto waiter = net::Waiter::create({socket->descriptor()});
+  if (!waiter) return waiter.error();
+  net::ReceiveBatch batch(16);
+  std::map<std::string, std::string> heard;
+  const auto start = Clock::now();
+  const auto passed = [&start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  while (passed() < seconds && !context.stop.stop_requested()) {
+    context.reporter.progress("listen", passed() / seconds);
+    waiter->wait(100'000'000);
+    const auto count = socket->receive(batch);
+    if (!count) return count.error();
+    for (std::size_t i = 0; i < *count && heard.size() < livox::kMaxSightings; ++i) {
+      const auto frame = livox::parse_control_frame(batch[i].bytes);
+      if (!frame || !livox::is_broadcast(*frame)) continue;
+      const auto broadcast = livox::parse_broadcast(*frame);
+      if (!broadcast) continue;
+      heard[broadcast->broadcast_code] = livox::model_name(broadcast->type) + " " + broadcast->broadcast_code + " at " +
+                                         to_string(batch[i].from.ip) + " waits for a host";
+    }
+  }
+  std::vector<Check> checks;
+  for (const auto& [code, text] : heard) checks.push_back({CheckLevel::good, "LiDAR", text, {}});
+  if (heard.empty())
+    checks.push_back(
+        {CheckLevel::warning, "LiDAR", "none was heard",
+         "look at power and cables, let UDP port 55000 through the firewall, end programs that have them"});
+  return checks;
+}
+
+// Takes the LiDARs of the rig for some seconds.
+Expected<std::vector<Check>> examine(const Rig& rig, double seconds, CommandContext& context) {
+  const auto options = driver_options(rig);
+  if (!options) return options.error();
+  auto driver = livox::Driver::start(*options);
+  if (!driver) return driver.error();
+  LidarFindings findings;
+  for (const Sensor& sensor : rig.sensors)
+    if (sensor.is_lidar() && sensor.lidar->model != LidarModel::other) findings.sensors.push_back(sensor.name);
+  LidarIngest ingest(rig, {}, {});
+  Datagram datagram;
+  const auto start = Clock::now();
+  const auto passed = [&start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  while (passed() < seconds && !context.stop.stop_requested()) {
+    context.reporter.progress("examine", passed() / seconds);
+    for (int i = 0; i < 1000 && (*driver)->next(datagram, 50'000'000); ++i) ingest.add(datagram);
+  }
+  findings.devices = (*driver)->devices();
+  findings.sightings = (*driver)->control().sightings();
+  (*driver)->stop();
+  findings.ingest = ingest.summary();
+  std::vector<Check> checks = check_lidars(rig, findings);
+  const FileNotes notes = LiveDatagrams(**driver, nullptr, {}).notes();
+  for (const std::string& note : notes.findings) checks.push_back({CheckLevel::warning, "network", note, "see above"});
+  return checks;
+}
+
+Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& context) {
+  const auto interfaces = net::list_interfaces();
+  if (!interfaces) return interfaces.error();
+  std::vector<Check> checks = list_all(*interfaces);
+  checks.push_back(check_receive_buffer(net::largest_receive_buffer(), livox::DriverOptions{}.receive_bytes));
+  checks.push_back(check_discovery_port());
+  Expected<std::vector<Check>> lidars = std::vector<Check>{};
+  if (options.rig.empty()) {
+    lidars = listen(options.seconds, context);
+  } else {
+    const Expected<Rig> rig = load_rig(options.rig);
+    if (!rig) return rig.error();
+    for (Check& check : check_network(*rig, *interfaces)) checks.push_back(std::move(check));
+    lidars = examine(*rig, options.seconds, context);
+  }
+  if (!lidars) return lidars.error();
+  for (Check& check : *lidars) checks.push_back(std::move(check));
+  if (context.json) {
+    CommandContext::print(checks_json(checks));
+  } else if (!context.quiet) {
+    CommandContext::print(checks_text(checks));
+  }
+  switch (worst_of(checks)) {
+    case CheckLevel::good:
+      return ExitCode::good;
+    case CheckLevel::warning:
+      return ExitCode::not_trustworthy;
+    case CheckLevel::bad:
+      break;
+  }
+  return ExitCode::system;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<DoctorOptions>();
+  CLI::App* command = app.add_subcommand("doctor", "Check the network of this machine and the LiDARs of a rig");
+  command->add_option("--rig", options->rig, "Rig file; its LiDARs are taken for some seconds. Without: only listen")
+      ->option_text("RIG");
+  command->add_option("--seconds", options->seconds, "How long to look at the LiDARs (default 5)")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->option_text("S");
+  command->footer("Example:\n  rigcal doctor --rig turntable");
+  command->callback([options, &context] { context.run = [=, &context] { return run_doctor(*options, context); }; });
+}
+
+}  // namespace rigcal
