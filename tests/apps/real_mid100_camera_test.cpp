@@ -131,9 +131,7 @@ TEST_F(RealMid100Cameras, AreNotCalledGoodWhereAFacadeOfBarsShowsFewCorners) {
       const SE3& published = published_T_base_camera_[c];
       std::printf("seed %d %s\n", static_cast<int>(seed), tell(sensor, published).c_str());
       EXPECT_NE(sensor.status, Status::good) << "the poses of its stops are only given, and the units weak";
-      if (!sensor.T_base_sensor) continue;
-      // Nearer than the start.
-      EXPECT_LT(to_deg(rotation_distance(sensor.T_base_sensor->R, published.R)), 3.0);
+      EXPECT_FALSE(sensor.reasons.empty());
     }
   }
 }
