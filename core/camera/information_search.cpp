@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -52,6 +53,24 @@ class Prior {
   double per_m_;
 };
 
+// What chance alone takes off the distance of a histogram of so few sightings, to first order: places at which little
+// is seen would win by it.
+class Chance {
+ public:
+  explicit Chance(const std::vector<Sighting>& sightings) {
+    std::array<char, surface_codes_count> met{};
+    for (const Sighting& s : sightings) met[s.code] = 1;
+    const double codes = std::max(2.0, static_cast<double>(std::count(met.begin(), met.end(), 1)));
+    bins_ = (codes - 1.0) * (grey_levels - 1);
+    entropy_ = std::log(codes * grey_levels);
+  }
+  [[nodiscard]] double gain(double seen) const { return bins_ / (2.0 * std::max(seen, 1.0) * entropy_); }
+
+ private:
+  double bins_ = 0.0;
+  double entropy_ = 1.0;  // of the joint histogram, at most
+};
+
 struct GridPoint {
   SE3 T;
   double score = 0.0;
@@ -72,18 +91,19 @@ std::vector<GridPoint> rotations_around(const SE3& guess, double radius_rad) {
   return grid;
 }
 
-void score_grid(const InformationCost& cost, const Prior& prior, std::vector<GridPoint>& grid) {
+void score_grid(const InformationCost& cost, const Prior& prior, const Chance& chance, std::vector<GridPoint>& grid) {
   parallel_for(grid.size(), 2, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const InformationCost::Value value = cost.value(grid[k].T);
-      grid[k].score = value.distance + prior.value(grid[k].T);
+      grid[k].score = value.distance + prior.value(grid[k].T) + chance.gain(value.seen);
       grid[k].seen = value.seen;
     }
   });
   std::stable_sort(grid.begin(), grid.end(), [](const GridPoint& a, const GridPoint& b) { return a.score < b.score; });
 }
 
-InformationPose refined(const InformationCost& cost, const Prior& prior, const SE3& start, int evaluations) {
+InformationPose refined(const InformationCost& cost, const Prior& prior, const Chance& chance, const SE3& start,
+                        int evaluations) {
   PoseMinimizeOptions options;
   options.max_evaluations = evaluations;
   options.shortest_step = 0.02;
@@ -93,7 +113,7 @@ InformationPose refined(const InformationCost& cost, const Prior& prior, const S
     d.gradient += prior.gradient(T);
     return d;
   });
-  return {minimum.T, minimum.value};
+  return {minimum.T, minimum.value + chance.gain(cost.value(minimum.T).seen)};
 }
 
 bool same_place(const SE3& a, const SE3& b) {
@@ -102,7 +122,7 @@ bool same_place(const SE3& a, const SE3& b) {
 
 // The minima that the best points of a sorted grid lead to, best first.
 std::vector<InformationPose> minima_of(const std::vector<GridPoint>& grid, const InformationCost& cost,
-                                       const Prior& prior) {
+                                       const Prior& prior, const Chance& chance) {
   std::vector<SE3> starts;
   for (const GridPoint& point : grid) {
     if (starts.size() == refined_minima) break;
@@ -113,7 +133,7 @@ std::vector<InformationPose> minima_of(const std::vector<GridPoint>& grid, const
   }
   std::vector<InformationPose> ends(starts.size());
   parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) ends[k] = refined(cost, prior, starts[k], 15);
+    for (std::size_t k = begin; k < end; ++k) ends[k] = refined(cost, prior, chance, starts[k], 15);
   });
   std::stable_sort(ends.begin(), ends.end(),
                    [](const InformationPose& a, const InformationPose& b) { return a.distance < b.distance; });
@@ -150,16 +170,17 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
   const InformationCost cost(model, sightings, blurred);
   const Prior prior(guess_T_base_camera, options);
   std::vector<GridPoint> grid = rotations_around(guess_T_base_camera, options.guess_sigma_rad);
-  score_grid(cost, prior, grid);
+  const Chance chance(sightings);
+  score_grid(cost, prior, chance, grid);
   if (context.cancelled() || grid.front().seen < min_seen) return std::nullopt;
   if (grid[grid.size() / 2].score - grid.front().score < min_depth) return std::nullopt;
 
-  std::vector<InformationPose> minima = minima_of(grid, cost, prior);
+  std::vector<InformationPose> minima = minima_of(grid, cost, prior, chance);
   minima.resize(std::min<std::size_t>(2, minima.size()));
   const std::vector<SmoothImage> sharper =
       information_images(scene, camera, std::max(0, halvings - 1), Shown::brightness);
   const InformationCost sharp(model, sightings, sharper);
-  for (InformationPose& m : minima) m = refined(sharp, prior, m.T_base_camera, 20);
+  for (InformationPose& m : minima) m = refined(sharp, prior, chance, m.T_base_camera, 20);
   if (context.cancelled()) return std::nullopt;
   std::stable_sort(minima.begin(), minima.end(),
                    [](const InformationPose& a, const InformationPose& b) { return a.distance < b.distance; });
