@@ -55,7 +55,9 @@ std::vector<const MapPoint*> chosen_points(const std::vector<MapPoint>& map) {
 }
 
 // Three int16 of the place in the box, little-endian, then red, green, blue and the sensor.
-std::vector<std::uint8_t> packed(const std::vector<const MapPoint*>& points, const Box& box) {
+// Points that no camera saw, and all where there is none, are as grey as they reflect.
+std::vector<std::uint8_t> packed(const CalibrationResult& result, const std::vector<const MapPoint*>& points,
+                                 const Box& box) {
   std::vector<std::uint8_t> out;
   out.reserve(10 * points.size());
   for (const MapPoint* p : points) {
@@ -66,7 +68,12 @@ std::vector<std::uint8_t> packed(const std::vector<const MapPoint*>& points, con
       out.push_back(static_cast<std::uint8_t>(step & 0xFFU));
       out.push_back(static_cast<std::uint8_t>(step >> 8U));
     }
-    out.insert(out.end(), 3, p->reflectivity);
+    if (result.map_rgb.size() == result.map.size()) {
+      const auto& rgb = result.map_rgb[static_cast<std::size_t>(p - result.map.data())];
+      out.insert(out.end(), rgb.begin(), rgb.end());
+    } else {
+      out.insert(out.end(), 3, p->reflectivity);
+    }
     out.push_back(p->sensor);
   }
   return out;
@@ -112,7 +119,7 @@ std::string view_part(const CalibrationResult& result, const Rig* rig) {
   for (const StopPose& pose : result.trajectory) {
     if (pose.known) scene["stops"].push_back(vector_json(pose.T_G_base.t));
   }
-  const std::vector<std::uint8_t> bytes = packed(points, box);
+  const std::vector<std::uint8_t> bytes = packed(result, points, box);
   std::string out =
       "<div class=\"buttons\" role=\"group\" aria-label=\"3-D view\"></div><div id=\"view3d\" "
       "tabindex=\"0\" aria-label=\"The map, to turn with the mouse\"><p class=\"no3d\">The 3-D view needs "

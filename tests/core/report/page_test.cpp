@@ -32,6 +32,27 @@ std::string body(std::string page) {
   return page;
 }
 
+// The bytes behind the coordinates of the first point of the 3-D view, as the page carries them.
+std::vector<std::uint8_t> first_colour(const std::string& page) {
+  const std::string mark = "id=\"points\">";
+  const std::size_t at = page.rfind(mark) + mark.size();
+  std::vector<std::uint8_t> out;
+  // 4 letters are 3 bytes; a point has 10 and its colour begins at the 7th, so at the 9th letter.
+  const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::uint32_t bits = 0;
+  for (std::size_t k = 8; k < 12; ++k) bits = bits << 6U | static_cast<std::uint32_t>(letters.find(page[at + k]));
+  for (const unsigned shift : {16U, 8U, 0U}) out.push_back(static_cast<std::uint8_t>(bits >> shift & 0xFFU));
+  return out;
+}
+
+TEST(Page, ShowsTheMapInTheColoursThatTheCamerasSaw) {
+  CalibrationResult result = make_result();
+  result.map = {{0.0F, 0.0F, 0.0F, 200, 0}, {0.1F, 0.1F, 0.1F, 7, 1}};
+  EXPECT_EQ(first_colour(report_html(result, nullptr)), (std::vector<std::uint8_t>{200, 200, 200}));
+  result.map_rgb = {{10, 20, 30}, {40, 50, 60}};
+  EXPECT_EQ(first_colour(report_html(result, nullptr)), (std::vector<std::uint8_t>{10, 20, 30}));
+}
+
 TEST(Page, SaysFirstWhatIsWrongWithWhichSensor) {
   const CalibrationResult result = make_result();
   const std::string page = body(report_html(result, nullptr));
