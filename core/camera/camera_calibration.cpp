@@ -147,7 +147,9 @@ class CameraCalibration {
     estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
     estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
     estimate_.radial_trend = corner_shift(freed.state, covariance.bottomRightCorner<2, 2>());
-    if (options_.refine_intrinsics || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change)) {
+    // Intrinsics that never came to rest say nothing.
+    const bool off = freed.converged && (is_off(estimate_.focal_scale) || is_off(estimate_.k1_change));
+    if (options_.refine_intrinsics || off) {
       priors_ = free;
       best_ = freed;
     } else {

@@ -12,6 +12,11 @@ namespace {
 // Steps this small change nothing that a pixel could show.
 constexpr double rest_rad = 4e-6;
 constexpr double rest_m = 2e-5;
+// Nor does one that is so small a share of what the pose is known to.
+constexpr double rest_sigmas = 0.01;
+
+// So many steps of a level are taken in full.
+constexpr int undamped_steps = 12;
 
 // What one step may do: association does not reach farther.
 constexpr double longest_rad = to_rad(1.5);
@@ -139,10 +144,13 @@ EdgeSolution solve_edges(const CameraScene& scene, const CameraIntrinsics& intri
       solution.score = sums.score();
       add_priors(solution.state, priors, level.intrinsics, sums);
       solution.information = sums.information;
-      const CameraVector step = limited(-sums.information.ldlt().solve(sums.gradient));
+      CameraVector step = limited(-sums.information.ldlt().solve(sums.gradient));
+      // Matches that change with the pose may pull it to and fro: half a step settles between.
+      if (k >= undamped_steps) step *= 0.5;
       solution.state = moved(solution.state, step);
       ++solution.iterations;
-      solution.converged = step.head<3>().norm() < rest_rad && step.segment<3>(3).norm() < rest_m;
+      solution.converged = (step.head<3>().norm() < rest_rad && step.segment<3>(3).norm() < rest_m) ||
+                           step.dot(sums.information * step) < rest_sigmas * rest_sigmas;
     }
   }
   return solution;

@@ -196,10 +196,18 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
       segments[k] = weighted_segments(scene, views[k], camera_at(model, start, T_G_base), options);
     }
   });
-  std::map<int, Line> lines;
+  // Ceres orders what it eliminates by address: lines lie in one array in the order of their numbers, so that the same
+  // sums come out each time.
+  std::map<int, std::size_t> place_of;
+  for (const std::vector<WeightedSegment>& of_view : segments) {
+    for (const WeightedSegment& segment : of_view) place_of.emplace(segment.line, 0);
+  }
+  std::size_t places = 0;
+  for (auto& [number, place] : place_of) place = places++;
+  std::vector<Line> lines(places);
   for (std::vector<WeightedSegment>& of_view : segments) {
     for (WeightedSegment& segment : of_view) {
-      Line& line = lines[segment.line];
+      Line& line = lines[place_of.at(segment.line)];
       line.variance += segment.line_variance;
       line.segments += 1.0;
       if (segment.matches.empty()) continue;
@@ -210,7 +218,7 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   ordering->AddElementToGroup(pose.data(), 1);
   ordering->AddElementToGroup(lens.data(), 1);
-  for (auto& [number, line] : lines) {
+  for (Line& line : lines) {
     if (!problem.HasParameterBlock(line.shift.data())) continue;
     problem.AddResidualBlock(new ShiftCost(std::sqrt(line.segments / line.variance)), nullptr, line.shift.data());
     ordering->AddElementToGroup(line.shift.data(), 0);

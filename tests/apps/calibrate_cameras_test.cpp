@@ -33,7 +33,7 @@ sensors:
     driver: aravis
     pixel_format: BayerRG8
     exposure_us: 5000
-    intrinsics: {model: radtan, width: 320, height: 256, fx: 216.0, fy: 216.0, cx: 159.5, cy: 127.5,
+    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
                  distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
   avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
   mid40: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
@@ -42,7 +42,7 @@ sensors:
     driver: aravis
     pixel_format: Mono12
     exposure_us: 5000
-    intrinsics: {model: radtan, width: 320, height: 256, fx: 216.0, fy: 216.0, cx: 159.5, cy: 127.5,
+    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
                  distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
 initial_extrinsics:
   mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
@@ -107,7 +107,7 @@ TEST_F(CalibrateCameras, AreFoundWithTheLidars) {
   for (const char* camera : {"left", "right"}) {
     ASSERT_NE(got.status.at(camera), "failed") << first.out;
     const SE3& T = got.T_base_sensor.at(camera);
-    // A pixel is 4.6 mrad here, 5 cm in 10 m: what matters is that no false optimum was taken.
+    // A pixel is 2.3 mrad here, 2 cm in 10 m: what matters is that no false optimum was taken.
     EXPECT_LT((T.t - truth->T_base_sensor.at(camera).t).norm(), 0.06) << camera;
     EXPECT_LT(to_deg(rotation_distance(T.R, truth->T_base_sensor.at(camera).R)), 0.4) << camera;
   }
@@ -171,7 +171,7 @@ TEST_F(CalibrateCameras, OfBadImagesTellOnceEachAndLeaveTheLidarsAlone) {
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, HasSubstr("5.png: the image of left is black"));
   EXPECT_THAT(run.err,
-              HasSubstr("6.png: the image is 320 x 100 pixels large, the intrinsics of left are for 320 x 256"));
+              HasSubstr("6.png: the image is 640 x 100 pixels large, the intrinsics of left are for 640 x 512"));
   EXPECT_THAT(run.err, HasSubstr("7.png: the image is damaged or cut short"));
   EXPECT_THAT(run.err, HasSubstr("left: 1 of 9 images were taken outside of all stops"));
   EXPECT_THAT(run.out, HasSubstr("- the recording has no images of it; give them by --images DIR"));
@@ -223,11 +223,11 @@ TEST_F(CalibrateCameras, GiveTheirIntrinsicsWhereTheyAreToBeFound) {
   EXPECT_LE(rigcal("calibrate session --refine-intrinsics --out refined").code, 1);
   const ExtrinsicsFile got = extrinsics("refined");
   ASSERT_EQ(got.intrinsics.count("left"), 1U);
-  EXPECT_NEAR(got.intrinsics.at("left").fx, 216.0, 2.0);
+  EXPECT_NEAR(got.intrinsics.at("left").fx, 431.5, 4.0);
   EXPECT_TRUE(extrinsics("first").intrinsics.empty());
   const ProgramRun run = rigcal("export refined --rig session/rig.yaml --format opencv --out refined.yml");
   EXPECT_LE(run.code, 1) << run.err;
-  EXPECT_THAT(file("refined.yml"), HasSubstr("[" + number_text(got.intrinsics.at("left").fx) + ", 0.0, 159.5"));
+  EXPECT_THAT(file("refined.yml"), HasSubstr("[" + number_text(got.intrinsics.at("left").fx) + ", 0.0, 319.5"));
 }
 
 }  // namespace

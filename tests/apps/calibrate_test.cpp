@@ -263,9 +263,12 @@ TEST_F(Calibrate, ReplacesAnOlderResultAndNothingElse) {
   fs::create_directories(scratch / "older");
   std::ofstream(scratch / "older/extrinsics.yaml") << "rigcal: 1\nbase: something else\n";
   std::ofstream(scratch / "older/report.html") << "of last year";
+  fs::create_directories(scratch / "older/overlays");
+  std::ofstream(scratch / "older/overlays/gone_3.jpg") << "of last year";
   EXPECT_EQ(rigcal("calibrate session --out older").code, 0);
   EXPECT_TRUE(file("older/extrinsics.yaml") == file("first/extrinsics.yaml"));
-  EXPECT_FALSE(fs::exists(scratch / "older/report.html"));
+  EXPECT_EQ(file("older/report.html").find("of last year"), std::string::npos);
+  EXPECT_FALSE(fs::exists(scratch / "older/overlays/gone_3.jpg"));
 
   fs::create_directories(scratch / "foreign");
   std::ofstream(scratch / "foreign/thesis.tex") << "years of work";
