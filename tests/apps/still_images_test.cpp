@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 #include "apps/bag_images.h"
 #include "core/io/frame_files.h"
@@ -37,7 +38,8 @@ Image plain(int width, int height, std::uint8_t value) {
 class StillImagesTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / "rigcal_still_images";
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("rigcal_still_images_") + testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     camera_.name = "left";

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 namespace rigcal {
 namespace {
@@ -14,7 +15,8 @@ namespace fs = std::filesystem;
 class ImageFolderTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / "rigcal_image_folder";
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("rigcal_image_folder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
