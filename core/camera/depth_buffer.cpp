@@ -9,20 +9,6 @@ namespace {
 // A surface that fills the view would be splatted over everything; beyond this it is near enough to be dense anyway.
 constexpr int max_splat_cells = 12;
 
-// Cosine of the largest angle from the axis that is in the image, with some room; -1 where that is not known.
-float widest_cos(const CameraModel& model) {
-  const CameraIntrinsics& in = model.intrinsics();
-  double least = 1.0;
-  for (const double x : {-0.05, 0.5, 1.05}) {
-    for (const double y : {-0.05, 0.5, 1.05}) {
-      const auto ray = model.ray({x * in.width, y * in.height});
-      if (!ray) return -1.0F;
-      least = std::min(least, ray->z());
-    }
-  }
-  return static_cast<float>(least - 0.02);
-}
-
 }  // namespace
 
 DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
@@ -35,7 +21,7 @@ DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<c
   const double focal_px = 0.5 * (model.intrinsics().fx + model.intrinsics().fy);
   const Eigen::Matrix3f R = T_C_G.R.cast<float>();
   const Eigen::Vector3f t = T_C_G.t.cast<float>();
-  const float least_cos = widest_cos(model);
+  const auto least_cos = static_cast<float>(model.widest_cos());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     // Most of a map lies beside or behind: told quickly.
     const Eigen::Vector3f near = R * samples[k].p_G + t;

@@ -37,20 +37,6 @@ struct Seen {
   }
 };
 
-// Cosine of the largest angle from the axis that the image holds; -1 where that is not known.
-float widest_cos(const CameraModel& model) {
-  const CameraIntrinsics& in = model.intrinsics();
-  double least = 1.0;
-  for (const double x : {0.0, 0.5 * in.width, in.width - 1.0}) {
-    for (const double y : {0.0, 0.5 * in.height, in.height - 1.0}) {
-      const auto ray = model.ray({x, y});
-      if (!ray) return -1.0F;
-      least = std::min(least, ray->z());
-    }
-  }
-  return static_cast<float>(least - 0.01);
-}
-
 std::vector<Seen> who_sees(std::span<const ColourView> views, std::span<const MapSample> samples) {
   std::vector<std::unique_ptr<DepthBuffer>> buffers(views.size());
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -59,7 +45,7 @@ std::vector<Seen> who_sees(std::span<const ColourView> views, std::span<const Ma
     }
   });
   std::vector<float> least_coses;
-  for (const ColourView& view : views) least_coses.push_back(widest_cos(view.model));
+  for (const ColourView& view : views) least_coses.push_back(static_cast<float>(view.model.widest_cos()));
   std::vector<Seen> seen(samples.size());
   parallel_for(samples.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = 0; v < views.size(); ++v) {

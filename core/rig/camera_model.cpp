@@ -217,6 +217,18 @@ std::optional<Vector3d> CameraModel::ray(const Vector2d& pixel) const {
   return intrinsics_.model == DistortionModel::radtan ? undistort_radtan(distorted) : undistort_equidistant(distorted);
 }
 
+double CameraModel::widest_cos() const {
+  double least = 1.0;
+  for (const double x : {-0.05, 0.5, 1.05}) {
+    for (const double y : {-0.05, 0.5, 1.05}) {
+      const auto seen = ray({x * intrinsics_.width, y * intrinsics_.height});
+      if (!seen) return -1.0;
+      least = std::min(least, seen->z());
+    }
+  }
+  return least - 0.02;
+}
+
 bool CameraModel::contains(const Vector2d& pixel, double margin) const {
   return pixel.x() >= margin && pixel.y() >= margin && pixel.x() <= intrinsics_.width - 1 - margin &&
          pixel.y() <= intrinsics_.height - 1 - margin;

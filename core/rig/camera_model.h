@@ -37,6 +37,10 @@ class CameraModel {
   /// Whether a pixel lies in the image, at least `margin` pixels from the centres of its outermost pixels.
   [[nodiscard]] bool contains(const Eigen::Vector2d& pixel, double margin = 0.0) const;
 
+  /// Cosine of an angle from the optical axis that nothing in the image exceeds, with a margin of a twentieth of its
+  /// size: sorts out quickly what lies beside or behind. -1 where some corner has no ray.
+  [[nodiscard]] double widest_cos() const;
+
   /// Largest angle from the optical axis that is projected.
   [[nodiscard]] double max_angle_rad() const { return max_angle_rad_; }
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }

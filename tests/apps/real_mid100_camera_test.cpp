@@ -159,9 +159,11 @@ TEST_F(RealMid100Cameras, LieToEachOtherAsTheImagesSay) {
   if (!left || !right) GTEST_SKIP() << "not both cameras were found, and the result says so";
   const double ours_px = median_epipolar_px(pairs, right->inverse() * *left, focal_px);
   std::printf("ours %.2f px\n", ours_px);
-  if (std::max(result->sensors[3].status, result->sensors[4].status) == Status::good) {
-    EXPECT_LT(ours_px, published_px);
+  if (std::max(result->sensors[3].status, result->sensors[4].status) != Status::good) {
+    GTEST_SKIP() << "the cameras are not known well here, and the result says so: " << ours_px << " px, published "
+                 << published_px << " px";
   }
+  EXPECT_LT(ours_px, published_px);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "tests/support/bag_bytes.h"
+#include "tests/support/noting_reporter.h"
 #include "tests/support/ros_bytes.h"
 
 namespace rigcal {
@@ -20,14 +21,6 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-class NotingReporter final : public Reporter {
- public:
-  void progress(std::string_view, double) override {}
-  void warn(std::string message) override { warnings.push_back(std::move(message)); }
-  void debug(std::string) override {}
-  std::vector<std::string> warnings;
-};
 
 Image plain(int width, int height, std::uint8_t value) {
   Image image{width, height, 1, 8, {}, {}};

@@ -11,6 +11,7 @@
 #include "simdata/exposure_plan.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
+#include "tests/support/pinhole.h"
 
 namespace rigcal::sim {
 namespace {
@@ -37,14 +38,7 @@ Rig rig_with_cameras() {
   camera.camera->pixel_format = "BayerRG8";
   camera.camera->exposure_us = 4000.0;
   camera.camera->trigger = TriggerSettings{"Line0", "rising", 500.0};
-  CameraIntrinsics intrinsics;
-  intrinsics.width = 64;
-  intrinsics.height = 48;
-  intrinsics.fx = intrinsics.fy = 43.0;
-  intrinsics.cx = 31.5;
-  intrinsics.cy = 23.5;
-  intrinsics.distortion = {0.0, 0.0, 0.0, 0.0, 0.0};
-  camera.camera->intrinsics = intrinsics;
+  camera.camera->intrinsics = pinhole(64, 48, 43.0);
   Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   camera.initial_T_base_sensor = SE3{R, Vector3d(0.05, 0.06, -0.05)};

@@ -4,12 +4,10 @@
 
 #include <Eigen/Geometry>
 
+#include "tests/support/pinhole.h"
+
 namespace rigcal {
 namespace {
-
-CameraIntrinsics plain_camera() {
-  return {DistortionModel::radtan, 640, 480, 500.0, 500.0, 319.5, 239.5, {0.0, 0.0, 0.0, 0.0, 0.0}};
-}
 
 // A wall across the view at z, from x0 to x1, with a sample each 5 cm.
 void add_wall(double z, double x0, double x1, std::vector<MapSample>& samples) {
@@ -31,7 +29,7 @@ class DepthBufferTest : public testing::Test {
   }
   [[nodiscard]] Eigen::Vector2d pixel(const Vector3d& p) const { return *model_.project(p); }
 
-  CameraModel model_{plain_camera()};
+  CameraModel model_{pinhole(640, 480, 500.0)};
   std::vector<MapSample> samples_;
 };
 

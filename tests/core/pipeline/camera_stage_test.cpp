@@ -6,6 +6,8 @@
 #include "core/pipeline/rig_calibration.h"
 #include "simdata/scene_file.h"
 #include "tests/support/light_recording.h"
+#include "tests/support/noting_reporter.h"
+#include "tests/support/pinhole.h"
 
 namespace rigcal {
 namespace {
@@ -13,14 +15,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-class NotingReporter final : public Reporter {
- public:
-  void progress(std::string_view, double) override {}
-  void warn(std::string message) override { warnings.push_back(std::move(message)); }
-  void debug(std::string) override {}
-  std::vector<std::string> warnings;
-};
 
 // Stripes, whose values the camera's depth does not hide.
 Image stripes(int bits, int largest) {
@@ -55,14 +49,7 @@ Sensor camera(const std::string& name) {
   Sensor sensor;
   sensor.name = name;
   sensor.camera.emplace();
-  CameraIntrinsics intrinsics;
-  intrinsics.width = 32;
-  intrinsics.height = 24;
-  intrinsics.fx = intrinsics.fy = 20.0;
-  intrinsics.cx = 15.5;
-  intrinsics.cy = 11.5;
-  intrinsics.distortion = {0.0, 0.0, 0.0, 0.0, 0.0};
-  sensor.camera->intrinsics = intrinsics;
+  sensor.camera->intrinsics = pinhole(32, 24, 20.0);
   return sensor;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/records/pixel_format.h"
+#include "tests/support/pinhole.h"
 
 namespace rigcal {
 namespace {
@@ -51,16 +52,7 @@ class ColourMap : public testing::Test {
     }
   }
 
-  static CameraModel model() {
-    CameraIntrinsics intrinsics;
-    intrinsics.width = 200;
-    intrinsics.height = 100;
-    intrinsics.fx = intrinsics.fy = 150.0;
-    intrinsics.cx = 99.5;
-    intrinsics.cy = 49.5;
-    intrinsics.distortion = {0.0, 0.0, 0.0, 0.0, 0.0};
-    return CameraModel(intrinsics);
-  }
+  static CameraModel model() { return CameraModel(pinhole(200, 100, 150.0)); }
   static ColourView view(const Rgb8& rgb, const Vector3d& at) {
     return {model(), SE3{Matrix3d::Identity(), -at}, colour_picture(painted(200, 100, rgb, "RGB8"), 8)};
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/numeric_derivative.h"
+#include "tests/support/pinhole.h"
 
 namespace rigcal {
 namespace {
@@ -53,6 +54,17 @@ TEST_P(EveryCamera, SeesItsWholeImageAndComesBackToEveryPixel) {
     ASSERT_TRUE(back);
     EXPECT_LT((*back - pixel).norm(), 1e-8) << pixel.transpose();
   }
+}
+
+TEST_P(EveryCamera, ConeAroundTheImageLeavesOutNothingThatIsSeen) {
+  for (const Vector2d& pixel : pixels()) EXPECT_GE(camera_.ray(pixel)->z(), camera_.widest_cos()) << pixel.transpose();
+}
+
+TEST(CameraModel, ConeAroundTheImageIsNotMuchWiderThanIt) {
+  const CameraModel camera(pinhole(640, 480, 500.0));
+  const double corner = camera.ray({0.0, 0.0})->z();
+  EXPECT_LT(camera.widest_cos(), corner);
+  EXPECT_GT(camera.widest_cos(), corner - 0.1);
 }
 
 TEST_P(EveryCamera, DerivativesByPointAndIntrinsicsAgreeWithDifferencesOverTheWholeImage) {
