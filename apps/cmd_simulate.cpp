@@ -29,6 +29,8 @@ struct SimulateOptions {
   std::string mount_error = "200mm,10deg";
   sim::UnitErrorOptions unit_errors;
   sim::FaultOptions faults;
+  sim::PacketPath path;
+  double clock_drift_ppm = sim::usual_clock_drift_ppm;
   bool is_live = false;
   sim::LiveOptions live;
 };
@@ -40,6 +42,8 @@ sim::RunOptions run_options(const SimulateOptions& options, const sim::MountErro
   run.mount_error = mount_error;
   run.unit_errors = options.unit_errors;
   run.faults = options.faults;
+  run.path = options.path;
+  run.clock_drift_ppm = options.clock_drift_ppm;
   run.images_per_stop = options.images_per_stop;
   return run;
 }
@@ -164,6 +168,22 @@ void add_fault_options(CLI::App& command, CLI::Option& patches, sim::FaultOption
   add("--bit-flips", faults.flip, "Share of packets with a wrong bit (default 0)");
 }
 
+void add_timing_options(CLI::App& command, CLI::Option& patches, SimulateOptions& options) {
+  command
+      .add_option_function<double>(
+          "--jitter", [&options](double ms) { options.path.jitter_s = 1e-3 * ms; },
+          "Milliseconds that packets are late on average, each by another amount (default 0.05)")
+      ->check(CLI::Range(0.0, 100.0))
+      ->excludes(&patches)
+      ->option_text("MS");
+  command
+      .add_option("--clock-drift", options.clock_drift_ppm,
+                  "Millionths by which the devices' clocks may run fast or slow (default 50)")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->excludes(&patches)
+      ->option_text("PPM");
+}
+
 }  // namespace
 
 void add_simulate_command(CLI::App& app, CommandContext& context) {
@@ -199,6 +219,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
       ->option_text("MM,DEG");
   add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
+  add_timing_options(*command, *patches, *options);
   CLI::Option* live = command->add_flag("--live", options->is_live,
                                         "Serve the LiDARs as devices on the network instead of writing a session");
   live->excludes(out)->excludes(patches);

@@ -22,6 +22,35 @@ LidarNoise LidarNoise::mid40() {
   return noise;
 }
 
+LidarNoise LidarNoise::of(LidarModel model) {
+  LidarNoise noise = avia();
+  switch (model) {
+    case LidarModel::livox_avia:
+    case LidarModel::other:
+      break;
+    case LidarModel::livox_mid40:
+      return mid40();
+    case LidarModel::livox_mid70:
+      noise = mid40();
+      noise.min_range = 0.05;
+      break;
+    case LidarModel::livox_horizon:
+      noise.min_range = 0.5;
+      noise.max_range = 260.0;
+      noise.range_at_10_percent = 90.0;
+      break;
+    case LidarModel::livox_tele15:
+      noise.angle_sigma_rad = to_rad(0.012);
+      noise.divergence_y_rad = to_rad(0.02);
+      noise.divergence_z_rad = to_rad(0.12);
+      noise.min_range = 3.0;
+      noise.max_range = 500.0;
+      noise.range_at_10_percent = 320.0;
+      break;
+  }
+  return noise;
+}
+
 LidarNoise LidarNoise::none() {
   LidarNoise noise;
   noise.range_sigma = noise.range_sigma_per_m = noise.range_sigma_max = 0.0;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/rig/rig.h"
+
 namespace rigcal::sim {
 
 /// How a LiDAR errs. One sigma unless said otherwise; ranges in metres.
@@ -23,6 +25,9 @@ struct LidarNoise {
   /// divergence 0.03 x 0.28 deg; ranges from the data sheets.
   [[nodiscard]] static LidarNoise avia();
   [[nodiscard]] static LidarNoise mid40();
+  /// The others, from their data sheets too: the HORIZON sees as far as the MID-40 with the beam and angles of the
+  /// AVIA, the MID-70 from 5 cm on, the TELE-15 from 3 to 500 m with a narrow beam (0.02 x 0.12 deg).
+  [[nodiscard]] static LidarNoise of(LidarModel model);
   /// No noise, no losses, no bleeding: for tests.
   [[nodiscard]] static LidarNoise none();
 

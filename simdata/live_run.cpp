@@ -276,7 +276,7 @@ Error unknown_sensor(const Incident& incident) {
 
 Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveOptions& options,
                                  const RunContext& context) {
-  auto devices = make_devices(rig, options.run.seed);
+  auto devices = make_devices(rig, options.run.seed, options.run.clock_drift_ppm);
   if (!devices) return devices.error();
   for (const Incident& incident : options.incidents) {
     const int sensor = rig.find(incident.sensor);
@@ -295,7 +295,7 @@ Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveO
     descriptors.push_back(opened->control.descriptor());
     sockets.push_back(*std::move(opened));
     // Whether it sends them is up to its owner.
-    device.has_imu = device.broadcast.type == livox::DeviceType::avia;
+    device.has_imu = livox::has_imu(device.broadcast.type);
   }
   auto waiter = net::Waiter::create(descriptors);
   if (!waiter) return waiter.error();

@@ -8,6 +8,10 @@ namespace {
 // Refractive index of the wedges in the published fits.
 constexpr double glass = 1.51;
 
+std::vector<double> avia_beams() {
+  return {to_rad(-2.99), to_rad(-1.86), to_rad(-0.62), to_rad(0.62), to_rad(1.86), to_rad(3.04)};
+}
+
 }  // namespace
 
 // The published speeds are -131.5463, 40.8032 and 213.1611 Hz: the third is twice the second less the first but for
@@ -19,14 +23,49 @@ PrismScanner PrismScanner::avia(Random& phases) {
   const Prism second{to_rad(29.7735), 40.8032, phases.uniform()};
   const Prism third{to_rad(3.1351), 2.0 * second.turns_per_s - first.turns_per_s,
                     2.0 * second.phase_turns - first.phase_turns};
-  return {{first, second, third},
-          {to_rad(-2.99), to_rad(-1.86), to_rad(-0.62), to_rad(0.62), to_rad(1.86), to_rad(3.04)},
-          240000.0};
+  return {{first, second, third}, avia_beams(), 240000.0};
 }
 
 PrismScanner PrismScanner::mid40(Random& phases) {
   return {
       {{to_rad(18.7481), -121.5657, phases.uniform()}, {to_rad(17.9634), 77.7430, phases.uniform()}}, {0.0}, 100000.0};
+}
+
+PrismScanner PrismScanner::mid70(Random& phases) {
+  return {
+      {{to_rad(32.65), -121.5657, phases.uniform()}, {to_rad(31.2834), 77.7430, phases.uniform()}}, {0.0}, 100000.0};
+}
+
+PrismScanner PrismScanner::tele15(Random& phases) {
+  return {{{to_rad(7.235), -121.5657, phases.uniform()}, {to_rad(6.9322), 77.7430, phases.uniform()}},
+          {to_rad(0.80), to_rad(0.48), to_rad(0.16), to_rad(-0.16), to_rad(-0.48), to_rad(-0.80)},
+          240000.0};
+}
+
+// Two equal wedges that turn against each other draw a line, and it lies level where their phases are opposite too; a
+// third one makes a band of it.
+PrismScanner PrismScanner::horizon(Random& phases) {
+  const Prism first{to_rad(28.2), -121.5657, phases.uniform()};
+  const Prism second{to_rad(28.2), -first.turns_per_s, -first.phase_turns};
+  return {{first, second, {to_rad(16.3), 77.7430, phases.uniform()}}, avia_beams(), 240000.0};
+}
+
+std::optional<PrismScanner> PrismScanner::of(LidarModel model, Random& phases) {
+  switch (model) {
+    case LidarModel::livox_avia:
+      return avia(phases);
+    case LidarModel::livox_mid40:
+      return mid40(phases);
+    case LidarModel::livox_mid70:
+      return mid70(phases);
+    case LidarModel::livox_horizon:
+      return horizon(phases);
+    case LidarModel::livox_tele15:
+      return tele15(phases);
+    case LidarModel::other:
+      break;
+  }
+  return std::nullopt;
 }
 
 PrismScanner::PrismScanner(std::vector<Prism> prisms, std::vector<double> beams_rad, double shots_per_s)

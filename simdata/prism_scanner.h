@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/base/random.h"
@@ -26,6 +27,15 @@ class PrismScanner {
   /// `phases` draws where the prisms stand at time 0.
   [[nodiscard]] static PrismScanner avia(Random& phases);
   [[nodiscard]] static PrismScanner mid40(Random& phases);
+  /// No fit of these is published: wedges that give the field of view of the data sheet, at the speeds of the MID-40.
+  /// MID-70: a round field of 70.4 degrees, one beam, 100 k shots/s. TELE-15: 14.5 degrees across and 16.1 upright, six
+  /// beams 0.32 degrees apart with the highest first, as packets of real ones show, 240 k shots/s. HORIZON: 81.7 by
+  /// 25.1 degrees, six beams like the AVIA's, 240 k shots/s.
+  [[nodiscard]] static PrismScanner mid70(Random& phases);
+  [[nodiscard]] static PrismScanner tele15(Random& phases);
+  [[nodiscard]] static PrismScanner horizon(Random& phases);
+  /// That of a model; nothing for one that is not known.
+  [[nodiscard]] static std::optional<PrismScanner> of(LidarModel model, Random& phases);
 
   /// Unit direction of shot `shot` since time 0 (line = shot mod lines()).
   [[nodiscard]] Vector3d direction(std::int64_t shot) const;

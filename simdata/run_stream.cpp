@@ -111,7 +111,7 @@ void add_broadcasts(const RunTruth& truth, Merger& merger) {
 
 Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOptions& options, const DatagramSink& sink,
                                 const RunContext& context) {
-  auto devices = make_devices(rig, options.seed);
+  auto devices = make_devices(rig, options.seed, options.clock_drift_ppm);
   if (!devices) return devices.error();
   const auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error,
                                             options.seed, options.unit_errors);

@@ -20,6 +20,7 @@ struct RunOptions {
   MountError mount_error;
   UnitErrorOptions unit_errors;
   PacketPath path;
+  double clock_drift_ppm = usual_clock_drift_ppm;  ///< Clocks of the devices are up to so much too fast or too slow.
   FaultOptions faults;
   int images_per_stop = 0;                            ///< Of each camera; only simulate_session makes them.
   std::int64_t start_ns = 1'700'000'000'000'000'000;  ///< Session time of the first broadcast (November 2023).

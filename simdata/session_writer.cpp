@@ -103,7 +103,7 @@ GroundTruth ground_truth_of(const Rig& rig, const RunTruth& run) {
 Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, const RunOptions& options,
                                           const std::string& path, const RunContext& context) {
   // Asked for first, so that a rig that cannot be simulated leaves nothing behind.
-  if (const auto devices = make_devices(rig, options.seed); !devices) return devices.error();
+  if (const auto devices = make_devices(rig, options.seed, options.clock_drift_ppm); !devices) return devices.error();
   if (const auto known = check_cameras(rig); !known && options.images_per_stop > 0) return known.error();
   SessionRecord record;
   record.software = version();

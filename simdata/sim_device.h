@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,10 +43,20 @@ constexpr double imu_interval_s = 0.005;
 /// Another data type of its points, with the interval between packets that belongs to it.
 void set_data_type(SimDevice& device, livox::DataType type);
 
+/// What a device of this model says that it is; nothing for LiDARs of other makers.
+[[nodiscard]] std::optional<livox::DeviceType> device_type(LidarModel model);
+
+/// A broadcast code for a device that has none, with the first letters of its model's real ones; `number` from 0 to
+/// 9999.
+[[nodiscard]] std::string made_up_code(livox::DeviceType type, int number);
+
+constexpr double usual_clock_drift_ppm = 50.0;
+
 /// The devices of a rig: address and code from the rig file (a code is made up where there is none), data type from its
-/// `coordinates` and `return_mode`, clocks drawn: started 20 s to 10 min ago, up to 50 ppm off. Errors: a LiDAR that is
-/// neither AVIA nor MID-40 or has no `ip`, two with the same one, a return mode that the model does not have.
-[[nodiscard]] Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed);
+/// `coordinates` and `return_mode`, clocks drawn: started 20 s to 10 min ago, up to `clock_drift_ppm` off. Errors: a
+/// LiDAR that is none of Livox or has no `ip`, two with the same one, a return mode that the model does not have.
+[[nodiscard]] Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed,
+                                                            double clock_drift_ppm = usual_clock_drift_ppm);
 
 /// The address of the host for this rig: `lidar.host_ip`, or where that is `auto` 127.0.0.1 beside loopback devices and
 /// .5 in the first device's network.

@@ -75,25 +75,13 @@ Expected<SimulatedRig> make_simulated_rig(const Rig& rig, const SE3& T_scene_tab
     const bool is_base = static_cast<int>(i) == rig.base;
     simulated.T_base_sensor.push_back(is_base ? SE3{} : draw_mounting(sensor, error, mount_random));
     if (!sensor.is_lidar()) continue;
-    switch (sensor.lidar->model) {
-      case LidarModel::livox_avia:
-        simulated.lidars.push_back({static_cast<int>(i),
-                                    simulated.T_base_sensor.back(),
-                                    PrismScanner::avia(scan_random),
-                                    LidarNoise::avia(),
-                                    {}});
-        break;
-      case LidarModel::livox_mid40:
-        simulated.lidars.push_back({static_cast<int>(i),
-                                    simulated.T_base_sensor.back(),
-                                    PrismScanner::mid40(scan_random),
-                                    LidarNoise::mid40(),
-                                    {}});
-        break;
-      default:
-        return input_error("the scan pattern of this LiDAR type is not known to the simulator",
-                           "sensor '" + sensor.name + "' of the rig", "simulate livox_avia and livox_mid40 only");
-    }
+    const auto scanner = PrismScanner::of(sensor.lidar->model, scan_random);
+    if (!scanner)
+      return input_error("how a LiDAR of the type 'lidar' scans is not known",
+                         "sensor '" + sensor.name + "' of the rig",
+                         "simulate LiDARs of Livox: livox_avia, livox_mid40 and so on");
+    simulated.lidars.push_back(
+        {static_cast<int>(i), simulated.T_base_sensor.back(), *scanner, LidarNoise::of(sensor.lidar->model), {}});
     add_unit_errors(unit_errors, seed, simulated.lidars.back());
   }
   return simulated;

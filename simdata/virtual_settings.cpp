@@ -36,11 +36,6 @@ VirtualSettings::VirtualSettings(const livox::Broadcast& identity, const livox::
                                  const livox::FirmwareVersion& firmware)
     : identity_(identity), firmware_(firmware), ip_(ip), parameters_(default_parameters(identity.type)) {}
 
-bool VirtualSettings::has_imu() const {
-  return identity_.type == DeviceType::avia || identity_.type == DeviceType::horizon ||
-         identity_.type == DeviceType::tele15;
-}
-
 bool VirtualSettings::has_fan() const {
   return is_mid40() || identity_.type == DeviceType::horizon || identity_.type == DeviceType::tele15;
 }
@@ -180,13 +175,13 @@ VirtualSettings::Answer VirtualSettings::on(const livox::GetReturnModeRequest&) 
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::SetImuRateRequest& request) {
-  if (!has_imu()) return std::nullopt;
+  if (!livox::has_imu(identity_.type)) return std::nullopt;
   imu_rate_ = request.value;
   return livox::SetImuRateAck{};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::GetImuRateRequest&) {
-  if (!has_imu()) return std::nullopt;
+  if (!livox::has_imu(identity_.type)) return std::nullopt;
   return livox::GetImuRateAck{ReturnCode::success, imu_rate_};
 }
 

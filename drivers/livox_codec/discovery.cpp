@@ -31,6 +31,14 @@ std::string model_name(DeviceType type) {
   return "device type " + std::to_string(static_cast<int>(type));
 }
 
+bool has_imu(DeviceType type) {
+  return type == DeviceType::avia || type == DeviceType::horizon || type == DeviceType::tele15;
+}
+
+double shots_per_second(DeviceType type) {
+  return type == DeviceType::mid40 || type == DeviceType::mid70 ? 100'000.0 : 240'000.0;
+}
+
 bool is_broadcast(const ControlFrame& frame) {
   return frame.type == FrameType::message && command_of(frame) == Command::broadcast;
 }

@@ -20,6 +20,10 @@ enum class DeviceType : std::uint8_t {
 };
 
 [[nodiscard]] std::string model_name(DeviceType type);
+/// Whether the model has an inertial unit (an unknown one has none).
+[[nodiscard]] bool has_imu(DeviceType type);
+/// Shots of the laser a second: 100 000 of the Mid models, 240 000 of the others.
+[[nodiscard]] double shots_per_second(DeviceType type);
 
 /// UDP port of the host that broadcasts go to, and the device's own port for commands.
 constexpr std::uint16_t kDiscoveryPort = 55000;

@@ -30,22 +30,56 @@ TEST(PrismScanner, Mid40SeesAConeOf38Degrees) {
   EXPECT_NEAR(38.3, 2.0 * to_deg(widest), field_tolerance_deg);
 }
 
-TEST(PrismScanner, AviaSees70DegreesAcrossAnd77Upright) {
-  Random random(1);
+struct Field {
+  double across_deg = 0.0;
+  double upright_deg = 0.0;
+};
+
+Field field_of(const PrismScanner& scanner) {
   double left = 0.0;
   double right = 0.0;
   double up = 0.0;
   double down = 0.0;
-  for (const Vector3d& d : seconds_of(PrismScanner::avia(random), 2.0)) {
+  for (const Vector3d& d : seconds_of(scanner, 2.0)) {
     const double azimuth = std::atan2(d.y(), d.x());
-    const double elevation = std::atan2(d.z(), d.x());
+    const double elevation = std::asin(d.z());
     left = std::max(left, azimuth);
     right = std::min(right, azimuth);
     up = std::max(up, elevation);
     down = std::min(down, elevation);
   }
-  EXPECT_NEAR(70.5, to_deg(left - right), field_tolerance_deg);
-  EXPECT_NEAR(77.1, to_deg(up - down), field_tolerance_deg);
+  return {to_deg(left - right), to_deg(up - down)};
+}
+
+TEST(PrismScanner, AviaSees70DegreesAcrossAnd77Upright) {
+  Random random(1);
+  const Field field = field_of(PrismScanner::avia(random));
+  EXPECT_NEAR(70.5, field.across_deg, field_tolerance_deg);
+  EXPECT_NEAR(77.1, field.upright_deg, field_tolerance_deg);
+}
+
+// Data sheets: 70.4 degrees round, 14.5 x 16.2 and 81.7 x 25.1.
+TEST(PrismScanner, TheOtherModelsSeeWhatTheirDataSheetsSay) {
+  struct Model {
+    LidarModel model;
+    Field field;
+    int lines;
+    double shots_per_s;
+  };
+  for (const Model& expected : {Model{LidarModel::livox_mid70, {70.4, 70.4}, 1, 100000.0},
+                                Model{LidarModel::livox_tele15, {14.5, 16.1}, 6, 240000.0},
+                                Model{LidarModel::livox_horizon, {81.7, 25.1}, 6, 240000.0}}) {
+    Random random(3);
+    const auto scanner = PrismScanner::of(expected.model, random);
+    ASSERT_TRUE(scanner.has_value());
+    const Field field = field_of(*scanner);
+    EXPECT_NEAR(expected.field.across_deg, field.across_deg, field_tolerance_deg) << to_string(expected.model);
+    EXPECT_NEAR(expected.field.upright_deg, field.upright_deg, field_tolerance_deg) << to_string(expected.model);
+    EXPECT_EQ(expected.lines, scanner->lines());
+    EXPECT_EQ(expected.shots_per_s, scanner->shots_per_s());
+  }
+  Random random(3);
+  EXPECT_FALSE(PrismScanner::of(LidarModel::other, random).has_value());
 }
 
 TEST(PrismScanner, TurnsAPacketAsItTurnsEachShot) {

@@ -51,6 +51,78 @@ Recording record(const RunOptions& options, const Rig& rig = nominal_rig(), cons
   return recording;
 }
 
+Rig rig_of_all_models() {
+  Rig rig = nominal_rig();
+  rig.sensors[1].lidar->model = LidarModel::livox_mid70;
+  rig.sensors[2].lidar->model = LidarModel::livox_horizon;
+  rig.sensors[3].lidar->model = LidarModel::livox_tele15;
+  for (Sensor& sensor : rig.sensors) sensor.lidar->broadcast_code.clear();
+  return rig;
+}
+
+TEST(RunStream, EveryModelSendsWhatItsOwnDataSheetSays) {
+  const Rig rig = rig_of_all_models();
+  const Recording run = record(short_run(6), rig);
+  std::map<int, std::map<livox::DataType, int>> packets;
+  std::map<int, std::vector<std::int64_t>> stamps;
+  for (const Recorded& datagram : run.datagrams) {
+    const auto packet = livox::parse_sample_packet(datagram.bytes);
+    if (!packet) continue;
+    ++packets[datagram.from.ip[3]][packet->header.data_type];
+    if (packet->header.data_type != livox::DataType::imu)
+      stamps[datagram.from.ip[3]].push_back(packet->header.device_stamp_ns);
+  }
+  const auto interval_ns = [&stamps](int device) { return stamps[device][1] - stamps[device][0]; };
+  for (const int device : {179, 91, 161}) {  // AVIA, HORIZON, TELE-15
+    EXPECT_EQ(packets[device].size(), 2U) << device;
+    EXPECT_GT(packets[device][livox::DataType::imu], 100) << device;
+    EXPECT_EQ(interval_ns(device), 400'000) << device;
+  }
+  EXPECT_EQ(packets[21].size(), 1U);  // A MID-70 has no inertial unit.
+  EXPECT_GT(packets[21][livox::DataType::cartesian_tagged], 500);
+  EXPECT_EQ(interval_ns(21), 960'000);
+  EXPECT_EQ(run.truth.devices[1].broadcast.broadcast_code, "3GGDSIM00000011");
+  EXPECT_EQ(run.truth.devices[2].broadcast.type, livox::DeviceType::horizon);
+  EXPECT_EQ(run.truth.devices[3].broadcast.type, livox::DeviceType::tele15);
+}
+
+TEST(RunStream, RefusesWhatNoModelCan) {
+  for (const auto& [model, mode] :
+       {std::pair{LidarModel::livox_mid70, ReturnMode::triple}, std::pair{LidarModel::livox_mid40, ReturnMode::dual},
+        std::pair{LidarModel::other, ReturnMode::first}}) {
+    Rig rig = nominal_rig();
+    rig.sensors[1].lidar->model = model;
+    rig.sensors[1].lidar->return_mode = mode;
+    const auto devices = make_devices(rig, 1);
+    ASSERT_FALSE(devices.has_value());
+    EXPECT_NE(devices.error().where.find("mid100_left"), std::string::npos);
+  }
+}
+
+TEST(RunStream, ClocksDriftAndPacketsJitterAsMuchAsAskedFor) {
+  RunOptions options = short_run(6);
+  options.clock_drift_ppm = 400.0;
+  options.path.jitter_s = 5e-3;
+  const Recording run = record(options);
+  double widest_ppm = 0.0;
+  for (const SimDevice& device : run.truth.devices)
+    widest_ppm = std::max(widest_ppm, std::abs(device.clock.drift) * 1e6);
+  EXPECT_GT(widest_ppm, 50.0);
+  EXPECT_LE(widest_ppm, 400.0);
+  // Packets stay in order, so that a late one holds back those behind it; none is early.
+  double late_s = 0.0;
+  int packets = 0;
+  for (const Recorded& datagram : run.datagrams) {
+    const auto packet = livox::parse_sample_packet(datagram.bytes);
+    if (!packet || packet->header.data_type == livox::DataType::imu || datagram.from.ip[3] != 21) continue;
+    const SimDevice& device = run.truth.devices[1];
+    const double end_s = device.clock.true_s(packet->header.device_stamp_ns + device.packet_interval_ns);
+    late_s += static_cast<double>(datagram.stamp_ns - run.truth.sampling_ns) * 1e-9 - end_s;
+    ++packets;
+  }
+  EXPECT_GT(late_s / packets, 5e-3);
+}
+
 TEST(RunStream, GivesTheSameBytesForAnyNumberOfThreads) {
   set_thread_count(1);
   const Recording one = record(short_run(5));

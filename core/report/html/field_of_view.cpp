@@ -15,7 +15,7 @@ struct Angles {
   bool round = false;
 };
 
-// Data sheets of Livox: Avia 70.4 x 77.2 (not repetitive), Mid-40 38.4 round, Mid-70 70.4 x 77.2 round, Horizon 81.7 x
+// Data sheets of Livox: Avia 70.4 x 77.2 (not repetitive), Mid-40 38.4 round, Mid-70 70.4 round, Horizon 81.7 x
 // 25.1, Tele-15 14.5 x 16.2.
 Angles angles_of(LidarModel model) {
   switch (model) {
@@ -24,7 +24,7 @@ Angles angles_of(LidarModel model) {
     case LidarModel::livox_mid40:
       return {38.4, 38.4, true};
     case LidarModel::livox_mid70:
-      return {70.4, 77.2, true};
+      return {70.4, 70.4, true};
     case LidarModel::livox_horizon:
       return {81.7, 25.1, false};
     case LidarModel::livox_tele15:
