@@ -87,6 +87,7 @@ const Table& rooms() {
         {"core/quality", {"core/planes", "core/camera"}},
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
+        {"drivers/gige_codec", {"core/records"}},
         {"drivers/livox_codec", {"core/records"}},
         {"drivers/livox/protocol", {"drivers/livox_codec"}},
         {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "tests/drivers/livox_codec/hex.h"
 #include "tests/drivers/livox_codec/worked_examples.h"
+#include "tests/support/hex.h"
 
 namespace rigcal::livox {
 namespace {

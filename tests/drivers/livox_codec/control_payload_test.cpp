@@ -7,9 +7,9 @@
 #include <fstream>
 #include <set>
 
-#include "tests/drivers/livox_codec/hex.h"
 #include "tests/drivers/livox_codec/random_payload.h"
 #include "tests/drivers/livox_codec/worked_examples.h"
+#include "tests/support/hex.h"
 
 namespace rigcal::livox {
 namespace {

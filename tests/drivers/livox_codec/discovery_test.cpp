@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/records/records.h"
-#include "tests/drivers/livox_codec/hex.h"
+#include "tests/support/hex.h"
 
 namespace rigcal::livox {
 namespace {

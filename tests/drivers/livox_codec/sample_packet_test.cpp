@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/base/random.h"
-#include "tests/drivers/livox_codec/hex.h"
+#include "tests/support/hex.h"
 
 namespace rigcal::livox {
 namespace {
