@@ -65,8 +65,10 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;
   // Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
-  e.converged = s.refined.converged || (s.refined.last_translation_m <= 0.1 * options.require.translation_m &&
-                                        s.refined.last_rotation_rad <= 0.1 * options.require.rotation_rad);
+  // One that slides does not speak against the others.
+  const ExtrinsicMove last = i < s.refined.last_moves.size() ? s.refined.last_moves[i] : ExtrinsicMove{};
+  e.converged = s.refined.converged || (last.translation_m <= 0.1 * options.require.translation_m &&
+                                        last.rotation_rad <= 0.1 * options.require.rotation_rad);
   e.match_score = s.start.matches[i].score;
   e.runner_up_score = s.start.matches[i].runner_up_score;
   const double base_share = findings.used[static_cast<std::size_t>(base)];

@@ -71,15 +71,15 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     summary.cost_before = adjusted.cost_before;
     summary.cost_after = adjusted.cost_after;
     summary.costs.push_back(adjusted.costs);
-    summary.last_rotation_rad = 0.0;
-    summary.last_translation_m = 0.0;
+    summary.last_moves.clear();
     for (std::size_t i = 0; i < state.T_base_sensor.size(); ++i) {
       const SE3 move = before.T_base_sensor[i].inverse() * state.T_base_sensor[i];
-      summary.last_rotation_rad = std::max(summary.last_rotation_rad, log_so3(move.R).norm());
-      summary.last_translation_m = std::max(summary.last_translation_m, move.t.norm());
+      summary.last_moves.push_back({log_so3(move.R).norm(), move.t.norm()});
     }
   }
-  summary.converged = summary.last_rotation_rad < settled_rad && summary.last_translation_m < settled_m;
+  summary.converged = std::all_of(summary.last_moves.begin(), summary.last_moves.end(), [](const ExtrinsicMove& move) {
+    return move.rotation_rad < settled_rad && move.translation_m < settled_m;
+  });
   return summary;
 }
 

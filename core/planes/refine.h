@@ -21,15 +21,20 @@ struct RefinePass {
 /// anew.
 [[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
 
+/// How far one pass moved the extrinsic of a LiDAR.
+struct ExtrinsicMove {
+  double rotation_rad = 0.0;
+  double translation_m = 0.0;
+};
+
 struct RefineSummary {
   int iterations = 0;
   double cost_before = 0.0;  ///< Of the last pass' map: sum of squared distances over noise.
   double cost_after = 0.0;
   std::vector<std::vector<double>> costs;  ///< Of each pass: before the first iteration and after each.
-  bool converged = false;                  ///< The last pass moved nothing by more than `settled` below.
-  double last_rotation_rad = 0.0;          ///< Largest move of an extrinsic in the last pass.
-  double last_translation_m = 0.0;
-  PlaneMap map;  ///< Of the last pass.
+  bool converged = false;                  ///< The last pass moved no extrinsic by more than is rest.
+  std::vector<ExtrinsicMove> last_moves;   ///< Of each LiDAR in the last pass.
+  PlaneMap map;                            ///< Of the last pass.
 };
 
 /// What stays the same over all passes.

@@ -52,7 +52,9 @@ void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, V
                         " by " + number(std::abs(e.k1_change.value), 4) +
                         " than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics");
   }
-  if (sigmas(e.radial_trend) > limits.radial_trend_sigmas && std::abs(e.radial_trend.value) > limits.radial_trend_px) {
+  // A wrong focal length or k1 leaves such a trend, too; then they are the reason.
+  if (verdict.reasons.empty() && sigmas(e.radial_trend) > limits.radial_trend_sigmas &&
+      std::abs(e.radial_trend.value) > limits.radial_trend_px) {
     weaken(verdict, "what is left over points along the radius, " + px(std::abs(e.radial_trend.value)) +
                         " at the corners: the distortion of the rig file is not this lens'; calibrate its intrinsics "
                         "anew, or try --refine-intrinsics");
@@ -94,9 +96,10 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
     return verdict;
   }
+  // First what may be the cause of all else.
+  if (!refined) judge_intrinsics(e, limits, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);
-  if (!refined) judge_intrinsics(e, limits, verdict);
   judge_second_opinions(e, require, limits, verdict);
   return verdict;
 }

@@ -3,8 +3,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "core/base/text.h"
 
 namespace rigcal {
 namespace {
@@ -30,6 +32,20 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
   const Eigen::MatrixXd inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
   return scale.asDiagonal() * inverse * scale.asDiagonal();
+}
+
+// What shapes alone hold is known to decimetres at best, whatever the scatter of the match says: where only upright
+// walls are seen, the borders of what was seen decide upon the height. Measured in a court of walls: 48, 17 and 89 mm
+// off.
+AdjustOptions with_honest_matches(AdjustOptions options) {
+  constexpr double floor_m = 0.06;
+  for (std::optional<PosePrior>& match : options.lidar_matches) {
+    if (!match) continue;
+    Matrix6d covariance = match->information.inverse();
+    covariance.diagonal().tail<3>().array() += floor_m * floor_m;
+    match->information = covariance.inverse();
+  }
+  return options;
 }
 
 // Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
@@ -81,9 +97,10 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   out.chi2 = degrees > 0.0 ? squares / degrees : 0.0;
   const double factor = 2.0 * std::max(1.0, out.chi2);
   NormalEquations data = sum;
-  add_matches(solved.layout, solved.adjust, solved.state, data);
+  const AdjustOptions held = with_honest_matches(solved.adjust);
+  add_matches(solved.layout, held, solved.state, data);
   out.data_only = blocks_of(factor * inverse_information(data.H), solved.layout);
-  add_priors(solved.layout, solved.adjust, solved.state, sum);
+  add_priors(solved.layout, held, solved.state, sum);
   const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
   out.observable = llt.info() == Eigen::Success;
   out.with_priors = blocks_of(factor * inverse_information(sum.H), solved.layout);
@@ -149,9 +166,10 @@ std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base
   int axis = 0;
   d.cwiseAbs().maxCoeff(&axis);
   if (d[axis] < 0.0) d = -d;
-  char text[160];
-  std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f) of the base frame", d.x(), d.y(), d.z());
-  return text;
+  constexpr double as_good_as_axis = 0.966;  // within 15 degrees
+  constexpr std::array<const char*, 3> axes{"x (forwards)", "y (sideways)", "z (up and down)"};
+  if (d[axis] > as_good_as_axis) return axes[static_cast<std::size_t>(axis)] + std::string(" of the base frame");
+  return "(" + fixed_text(d.x(), 2) + ", " + fixed_text(d.y(), 2) + ", " + fixed_text(d.z(), 2) + ") of the base frame";
 }
 
 double translation_bound(const Matrix6d& covariance) {

@@ -47,7 +47,8 @@ struct HoldOut {
 /// and who is on them stay as they are. `guess`: extrinsics before the calibration.
 [[nodiscard]] HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess);
 
-/// The direction of the largest uncertainty of a translation covariance in words, for a reason.
+/// The direction of the largest uncertainty of a translation covariance in words, for a reason: "z (up and down) of the
+/// base frame", or, where it is no axis of it, "(0.71, 0.70, 0.00) of the base frame".
 [[nodiscard]] std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor);
 
 /// 95 % bound of the length of the translation (m) and rotation (rad) error, from the largest axis of the ellipsoids.

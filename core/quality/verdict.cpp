@@ -32,9 +32,10 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
   const double t_data = translation_bound(e.covariance_data_only);
   const double r_data = rotation_bound(e.covariance_data_only);
   if (t_data > std::max(2.0 * t, require.translation_m) || r_data > std::max(2.0 * r, require.rotation_rad)) {
-    weaken(verdict, "part of it comes from the given poses and guesses, not from the data (data alone: " + mm(t_data) +
-                        ", " + deg(r_data) + "); record stops in which it and " + e.base_name +
-                        " see the same surfaces");
+    const bool is_open = t_data > unknown_m || r_data > unknown_rad;
+    weaken(verdict, "part of it comes from the given poses and guesses, not from the data (the data alone " +
+                        (is_open ? "leave it open" : "tell it to " + mm(t_data) + " and " + deg(r_data)) +
+                        "); record stops in which it and " + e.base_name + " see the same surfaces");
   }
 }
 
@@ -71,13 +72,14 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " %); the scene is symmetric: give a closer guess or add stops");
   }
   if (e.used_share < 0.4) {
-    weaken(verdict,
-           "only " + number(100.0 * e.used_share, 0) +
-               " % as much of what it saw as of the base's lies on common planes; its pose may be a false match");
+    weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
+                        " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
+                        "match, or its packets are stamped by another clock than the others'");
   }
   if (e.hold_out > 2.0) {
     weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
-                        " times what noise explains; was something moved or bumped during the recording?");
+                        " times what noise explains; was it moved or bumped during the recording, or are its "
+                        "packets stamped by another clock than the others'?");
   }
   // A start may be a result: then both are the same but for noise.
   constexpr double worse_ratio = 1.1;

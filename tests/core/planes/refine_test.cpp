@@ -60,7 +60,7 @@ TEST(Refine, FindsPosesAndExtrinsicsOfARoomFromFiveCentimetresAndADegree) {
     const auto summary = refined(room, 4, state);
     ASSERT_TRUE(summary.has_value());
     EXPECT_LE(summary->cost_after, summary->cost_before);
-    EXPECT_LT(summary->last_translation_m, 3e-4);
+    for (const ExtrinsicMove& move : summary->last_moves) EXPECT_LT(move.translation_m, 3e-4);
     // Sigma of the extrinsic is 0.4 mm and 0.008 degrees, of a pose some less.
     for (std::size_t j = 1; j < 6; ++j) EXPECT_THAT(state.T_G_base[j], SE3Near(room.truth.T_G_base[j], 0.03, 1.0));
     EXPECT_THAT(state.T_base_sensor[1], SE3Near(room.truth.T_base_sensor[1], 0.03, 1.0));

@@ -145,7 +145,9 @@ TEST(WeakTranslation, IsToldInTheFrameOfTheBase) {
   Matrix6d C = Matrix6d::Identity() * 1e-6;
   C(3, 3) = 1.0;  // along the sensor's own x
   const SE3 turned{exp_so3({0.0, 0.0, pi / 2.0}), Vector3d::Zero()};
-  EXPECT_THAT(weak_translation_words(C, turned), testing::HasSubstr("1.00, 0.00) of the base frame"));
+  EXPECT_EQ(weak_translation_words(C, turned), "y (sideways) of the base frame");
+  const SE3 aslant{exp_so3({0.0, 0.0, -pi / 4.0}), Vector3d::Zero()};
+  EXPECT_EQ(weak_translation_words(C, aslant), "(0.71, -0.71, 0.00) of the base frame");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
         Flaw{"NotObservable", [](LidarEvidence& e) { e.observable = false; }, Status::failed, "do not fix it"},
         Flaw{"OpenDirection", [](LidarEvidence& e) { e.covariance(3, 3) = 1.0; }, Status::failed,
-             "(1.00, 0.00, 0.00) of the base frame"},
+             "x (forwards) of the base frame"},
         Flaw{"WideTranslation",
              [](LidarEvidence& e) { e.covariance = e.covariance_data_only = covariance(to_rad(0.01), 0.004); },
              Status::weak, "its translation is known to 11.2 mm only"},
