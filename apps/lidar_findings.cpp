@@ -2,19 +2,13 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
+#include "core/quality/recording_faults.h"
 #include "drivers/livox_codec/status.h"
 
 namespace rigcal {
 namespace {
-
-constexpr double kWorthyLoss = 1e-3;  // A packet in a thousand costs no accuracy; more hints at the machine or network.
-
-std::string percent(double fraction) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g %%", 100.0 * fraction);
-  return text;
-}
 
 const Sensor& sensor_of(const Rig& rig, const DeviceIngest& device) {
   return rig.sensors[static_cast<std::size_t>(device.sensor)];
@@ -68,24 +62,10 @@ void warn_of_identity(const Rig& rig, const DeviceIngest& device, std::vector<st
   }
 }
 
-void warn_of_stream(const Rig& rig, const DeviceIngest& device, std::vector<std::string>& warnings) {
+void warn_of_device(const Rig& rig, const DeviceIngest& device, std::vector<std::string>& warnings) {
   const std::string name = name_of(rig, device);
-  for (const auto& [stream, what] : {std::pair{&device.point_stream, "point"}, {&device.imu_stream, "IMU"}}) {
-    const double loss = static_cast<double>(stream->lost) / std::max(1.0, static_cast<double>(stream->expected()));
-    if (loss < kWorthyLoss) continue;
-    warnings.push_back(name + ": " + percent(loss) + " of the " + what + " packets are missing (" +
-                       std::to_string(stream->lost) + " in " + std::to_string(stream->gaps) + " gaps)");
-  }
   if (device.malformed > 0) {
     warnings.push_back(name + ": " + std::to_string(device.malformed) + " datagrams are damaged and were left out");
-  }
-  if (device.clock.jumps > 0) {
-    warnings.push_back(name + ": its clock jumped or it started anew " + std::to_string(device.clock.jumps) +
-                       " time(s)");
-  }
-  if (device.clock.strays > 0) {
-    warnings.push_back(name + ": " + std::to_string(device.clock.strays) +
-                       " packets have a senseless time stamp and were left out");
   }
   const livox::Status status = livox::decode_status(device.worst_status);
   if (status.system != livox::Level::normal) {
@@ -134,12 +114,15 @@ std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& su
   for (const DeviceIngest& device : summary.devices) {
     warn_of_identity(rig, device, warnings);
     if (device.sensor < 0) continue;
-    warn_of_stream(rig, device, warnings);
+    warn_of_device(rig, device, warnings);
     const DeviceIngest* other = summary.of_sensor(device.sensor);
     if (other != &device && device.packets > 0) {
       warnings.push_back("both " + to_string(other->ip) + " and " + to_string(device.ip) + " say that they are " +
                          sensor_of(rig, device).name + ": the points of both are used");
     }
+  }
+  for (const RecordingFault& fault : recording_faults(packet_counters(rig, summary), clock_reports(rig, summary))) {
+    warnings.push_back(to_string(fault));
   }
   return warnings;
 }
@@ -159,6 +142,7 @@ PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary) {
       of_sensor[name + "out_of_order"] = stream->out_of_order;
       of_sensor[name + "damaged"] = stream->damaged;
       of_sensor[name + "gaps"] = stream->gaps;
+      of_sensor[name + "longest_gap_ms"] = static_cast<std::uint64_t>(stream->longest_gap.length_ns / 1'000'000);
     }
   }
   return counters;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +12,7 @@ namespace rigcal {
 /// What a user should know of the devices of a recording, in sentences.
 [[nodiscard]] std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& summary);
 
-/// "point_expected", "point_lost", "imu_received" and so on, by the name of the sensor.
-using PacketCounters = std::map<std::string, std::map<std::string, std::uint64_t>>;
+/// Of the rig's LiDARs; where two devices say that they are one sensor, of the one with more packets.
 [[nodiscard]] PacketCounters packet_counters(const Rig& rig, const IngestSummary& summary);
 
 /// How the clocks of the rig's LiDARs were mapped to the session's, in the order of what was heard first.

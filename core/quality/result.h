@@ -95,9 +95,7 @@ struct CalibrationResult {
   std::vector<StopPose> trajectory;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;
-  /// Packets by the name of the sensor and what became of them, for example packets["avia"]["point_lost"]; empty where
-  /// the recording has none.
-  std::map<std::string, std::map<std::string, std::uint64_t>> packets;
+  PacketCounters packets;  ///< Empty where the recording has none.
   std::vector<ClockReport> clocks;
   std::vector<InputDigest> inputs;
   std::vector<std::pair<std::string, std::string>> settings;  ///< Options of the run and what they were.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,10 @@ struct SurfaceCut {
   std::vector<Dot> before;
   std::vector<Dot> after;
 };
+
+/// Packets by the name of the sensor and what became of them: "point_" and "imu_" expected, received, lost, gaps,
+/// longest_gap_ms and more, for example packets["avia"]["point_lost"].
+using PacketCounters = std::map<std::string, std::map<std::string, std::uint64_t>>;
 
 /// How a device's clock was mapped to the session's.
 struct ClockReport {

@@ -78,7 +78,7 @@ std::string timeline(const CalibrationResult& result) {
                0.25 + 0.75 * static_cast<double>(here.count) / most);
     }
   }
-  plot.legend("used (stronger: saw more)", 0);
+  plot.legend("used (stronger: saw more; none: saw nothing)", 0);
   plot.legend("left out", left_out_series);
   return figure(plot.svg(), timed ? "When the rig stood still, and who saw something then."
                                   : "Who saw something at which stop; the recording has no times.");
@@ -86,32 +86,43 @@ std::string timeline(const CalibrationResult& result) {
 
 std::string ledger(const CalibrationResult& result) {
   std::vector<std::vector<std::string>> rows;
-  for (const auto& [sensor, counters] : result.packets) {
+  for (const SensorResult& sensor : result.sensors) {
+    const auto counters = result.packets.find(sensor.name);
+    if (counters == result.packets.end()) continue;
     for (const char* stream : {"point", "imu"}) {
-      const auto count = [&, at = counters](const char* what) {
-        const auto found = at.find(std::string(stream) + "_" + what);
-        return found == at.end() ? std::uint64_t{0} : found->second;
+      const auto count = [&](const char* what) {
+        const auto found = counters->second.find(std::string(stream) + "_" + what);
+        return found == counters->second.end() ? std::uint64_t{0} : found->second;
       };
       const std::uint64_t expected = count("expected");
       if (expected + count("received") == 0) continue;
       const double share =
           100.0 * static_cast<double>(count("lost")) / static_cast<double>(std::max<std::uint64_t>(expected, 1));
-      rows.push_back({sensor, stream, std::to_string(expected), std::to_string(count("received")),
+      rows.push_back({sensor.name, stream, std::to_string(expected), std::to_string(count("received")),
                       std::to_string(count("lost")) + " (" + fixed_text(share, 3) + " %)",
                       std::to_string(count("duplicated")), std::to_string(count("out_of_order")),
-                      std::to_string(count("damaged")), std::to_string(count("gaps"))});
+                      std::to_string(count("damaged")), std::to_string(count("gaps")),
+                      count("gaps") == 0 ? "–" : fixed_text(1e-3 * static_cast<double>(count("longest_gap_ms")), 3)});
     }
   }
   if (rows.empty()) return {};
   return "<h3>Packets</h3>" +
-         table({"sensor", "stream", "expected", "received", "lost", "twice", "out of order", "damaged", "gaps"}, rows);
+         table(
+             {"sensor", "stream", "expected", "received", "lost", "twice", "out of order", "damaged", "gaps",
+              "longest gap, s"},
+             rows,
+             "Livox packets carry no number: what was lost follows from their time stamps, up to what came before the "
+             "first and after the last one.");
 }
 
 std::string clocks(const CalibrationResult& result) {
   std::vector<std::vector<std::string>> rows;
-  for (const ClockReport& clock : result.clocks) {
-    rows.push_back({clock.sensor, fixed_text(clock.drift_ppm, 2), fixed_text(clock.jitter_us, 1),
-                    fixed_text(clock.max_delay_us, 1), std::to_string(clock.jumps), std::to_string(clock.strays)});
+  for (const SensorResult& sensor : result.sensors) {
+    for (const ClockReport& clock : result.clocks) {
+      if (clock.sensor != sensor.name) continue;
+      rows.push_back({clock.sensor, fixed_text(clock.drift_ppm, 2), fixed_text(clock.jitter_us, 1),
+                      fixed_text(clock.max_delay_us, 1), std::to_string(clock.jumps), std::to_string(clock.strays)});
+    }
   }
   if (rows.empty()) return {};
   return "<h3>Clocks</h3>" + table({"sensor", "drift, ppm", "jitter, µs", "latest packet, µs", "jumps", "stray stamps"},
