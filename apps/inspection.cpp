@@ -47,20 +47,26 @@ Inspection stream_json(const StreamBook& stream, double seconds) {
           {"gaps_not_listed", stream.gaps - stream.listed_gaps.size()}};
 }
 
-Inspection device_json(const Rig& rig, const DeviceIngest& device) {
-  const double seconds = 1e-9 * static_cast<double>(device.last_ns - device.first_ns);
-  Inspection json;
-  if (device.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
-  json["ip"] = to_string(device.ip);
-  if (!device.broadcast_code.empty()) json["broadcast_code"] = device.broadcast_code;
+/// What devices and topics have in common; the seconds from the first to the last that was heard.
+template <class Source>
+double put_source(const Rig& rig, const Source& source, Inspection& json) {
+  const double seconds = 1e-9 * static_cast<double>(source.last_ns - source.first_ns);
+  if (source.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(source.sensor)].name;
   json["seconds"] = seconds;
-  json["malformed"] = device.malformed;
+  json["malformed"] = source.malformed;
+  json["points"] = source.points;
+  json["noise"] = source.noise;
+  json["out_of_range"] = source.out_of_range;
+  json["imu_samples"] = source.imu_samples;
+  return seconds;
+}
+
+Inspection device_json(const Rig& rig, const DeviceIngest& device) {
+  Inspection json{{"ip", to_string(device.ip)}};
+  if (!device.broadcast_code.empty()) json["broadcast_code"] = device.broadcast_code;
+  const double seconds = put_source(rig, device, json);
   json["shots"] = device.shots;
-  json["points"] = device.points;
-  json["noise"] = device.noise;
-  json["out_of_range"] = device.out_of_range;
   json["repeated"] = device.repeated;
-  json["imu_samples"] = device.imu_samples;
   json["point_packets"] = stream_json(device.point_stream, seconds);
   json["imu_packets"] = stream_json(device.imu_stream, seconds);
   if (!device.control_frames.empty()) json["control_frames"] = device.control_frames;
@@ -115,20 +121,13 @@ void add_notes(const FileNotes& notes, Inspection& json) {
 }
 
 Inspection topic_json(const Rig& rig, const TopicIngest& topic) {
-  const double seconds = 1e-9 * static_cast<double>(topic.last_ns - topic.first_ns);
   Inspection json{{"topic", topic.topic}, {"type", topic.type}};
-  if (topic.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(topic.sensor)].name;
-  json["seconds"] = seconds;
+  const double seconds = put_source(rig, topic, json);
   json["messages"] = topic.messages;
   json["messages_per_s"] = seconds > 0.0 ? static_cast<double>(topic.messages - 1) / seconds : 0.0;
   json["lost"] = topic.lost;
-  json["malformed"] = topic.malformed;
-  json["points"] = topic.points;
-  json["noise"] = topic.noise;
-  json["out_of_range"] = topic.out_of_range;
   json["not_finite"] = topic.not_finite;
   json["untimed"] = topic.untimed;
-  json["imu_samples"] = topic.imu_samples;
   return json;
 }
 

@@ -104,6 +104,7 @@ Expected<Inspection> inspect_two_results(const std::string& first, const std::st
   json["other"] = second;
   json["verdict"] = comparison_sentence(*comparison);
   json["base"] = comparison->base;
+  if (!comparison->bases.empty()) json["bases"] = comparison->bases;
   json["base_moved"] = comparison->base_moved;
   bool same = true;
   json["moves"] = Inspection::array();

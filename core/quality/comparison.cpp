@@ -38,6 +38,38 @@ BaseMove in_base(const SensorResult& a, const SensorResult& b, const Vector6d& x
   return {Ad * xi, Ad * (a.covariance + b.covariance) * Ad.transpose()};
 }
 
+bool is_placed(const CalibrationResult& result, const std::string& name) {
+  const SensorResult* sensor = find(result, name);
+  if (sensor == nullptr || !sensor->T_base_sensor) return false;
+  return name == result.base || !sensor->covariance.isZero(0.0);
+}
+
+// From which sensor both can be told; empty: from none.
+std::string common_base(const CalibrationResult& a, const CalibrationResult& b) {
+  std::vector<std::string> names{a.base, b.base};
+  for (const SensorResult& sensor : a.sensors) names.push_back(sensor.name);
+  const auto found = std::find_if(names.begin(), names.end(),
+                                  [&](const std::string& name) { return is_placed(a, name) && is_placed(b, name); });
+  return found == names.end() ? std::string() : *found;
+}
+
+// The sensors as told from `base`, which must be placed: T_b_s = T_o_b^-1 T_o_s is off by both sensors' errors.
+CalibrationResult told_from(CalibrationResult result, const std::string& base) {
+  if (result.base == base) return result;
+  const SE3 T_base_old = find(result, base)->T_base_sensor->inverse();
+  const Matrix6d covariance_of_base = find(result, base)->covariance;
+  for (SensorResult& sensor : result.sensors) {
+    if (!sensor.T_base_sensor) continue;
+    const bool has_sigma = sensor.name == result.base || !sensor.covariance.isZero(0.0);
+    sensor.T_base_sensor = T_base_old * *sensor.T_base_sensor;
+    const Matrix6d Ad = sensor.T_base_sensor->inverse().adjoint();
+    if (has_sigma) sensor.covariance += Ad * covariance_of_base * Ad.transpose();
+    if (sensor.name == base) sensor.covariance.setZero();
+  }
+  result.base = base;
+  return result;
+}
+
 bool all_alike(const std::vector<BaseMove>& moves) {
   return std::all_of(moves.begin(), moves.end(), [&](const BaseMove& move) {
     return chi2_of(move.xi - moves.front().xi, move.covariance + moves.front().covariance) < chi2_999_6;
@@ -60,13 +92,17 @@ std::string number_of(std::size_t count, const char* what) {
 
 }  // namespace
 
-Expected<ResultComparison> compare_results(const CalibrationResult& a, const CalibrationResult& b) {
-  if (a.base != b.base) {
-    return input_error("the results have two bases, " + a.base + " and " + b.base, {},
-                       "calibrate both recordings with the same base in the rig file");
-  }
+Expected<ResultComparison> compare_results(const CalibrationResult& first, const CalibrationResult& second) {
   ResultComparison out;
-  out.base = a.base;
+  out.base = first.base == second.base ? first.base : common_base(first, second);
+  if (out.base.empty()) {
+    return input_error("the results have two bases, " + first.base + " and " + second.base +
+                           ", and no sensor that both know the place of",
+                       {}, "calibrate both recordings with the same base in the rig file");
+  }
+  if (first.base != second.base) out.bases = {first.base, second.base};
+  const CalibrationResult a = told_from(first, out.base);
+  const CalibrationResult b = told_from(second, out.base);
   std::vector<std::string> names;
   for (const SensorResult& sensor : a.sensors) names.push_back(sensor.name);
   for (const SensorResult& sensor : b.sensors) {
@@ -123,6 +159,10 @@ std::string comparison_sentence(const ResultComparison& comparison) {
   }
   if (not_compared > 0 && !(same == 0 && moved.empty())) {
     text += "; " + number_of(not_compared, "sensor") + " not compared";
+  }
+  if (!comparison.bases.empty()) {
+    text += "; all as seen from " + comparison.base + ", since the results have two bases, " +
+            comparison.bases.front() + " and " + comparison.bases.back();
   }
   return text + ".";
 }

@@ -20,16 +20,19 @@ struct SensorMove {
 };
 
 struct ResultComparison {
-  std::string base;
+  std::string base;                 ///< From which both are told.
+  std::vector<std::string> bases;   ///< Their own, where these are two.
   std::vector<SensorMove> sensors;  ///< All but the base: those of `a` in its order, then those that only `b` has.
   /// All others moved in one and the same way: then the base moved, and they did not.
   bool base_moved = false;
 };
 
 /// Compares the extrinsics of two results by their joint sigma: moved is what one in a thousand differs by where
-/// nothing moved. Noise alone is in sigma; what a unit has wrong in the same way in both recordings cancels. Error: two
-/// bases.
-[[nodiscard]] Expected<ResultComparison> compare_results(const CalibrationResult& a, const CalibrationResult& b);
+/// nothing moved. Noise alone is in sigma; what a unit has wrong in the same way in both recordings cancels. Where the
+/// results have two bases both are told from a sensor that both have: the first one's base, else the second one's, else
+/// the first that can be; sigma is then that of both sensors, which takes them for independent. Error: no such sensor.
+[[nodiscard]] Expected<ResultComparison> compare_results(const CalibrationResult& first,
+                                                         const CalibrationResult& second);
 
 /// In one sentence: "Nothing moved: 3 sensors are where they were." or "mid100_left moved by 5.1 mm and 0.012 degrees
 /// (16 times what both results are sure of); 2 others are where they were."

@@ -117,11 +117,36 @@ TEST_F(InspectResult, SaysThatNothingMovedBetweenTwo) {
   EXPECT_THAT(run.out, Not(HasSubstr("not compared")));
 }
 
+// The same rig as told from its left LiDAR.
+CalibrationResult with_left_as_base(CalibrationResult result) {
+  const SE3 T_left_avia = result.sensors[1].T_base_sensor->inverse();
+  result.sensors[0].covariance = result.sensors[1].covariance;
+  result.sensors[1].covariance.setZero();
+  for (SensorResult& sensor : result.sensors) sensor.T_base_sensor = T_left_avia * *sensor.T_base_sensor;
+  result.base = "left";
+  return result;
+}
+
+TEST_F(InspectResult, ComparesResultsOfTwoBases) {
+  write(good(), "may");
+  write(with_left_as_base(good()), "june");
+  const ProgramRun run = inspect("may june");
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("as seen from avia, since the results have two bases, avia and left"));
+  write(with_left_as_base(with_left_moved_by(0.02)), "july");
+  EXPECT_EQ(inspect("may july").code, 1);
+  EXPECT_THAT(inspect("may july").out, HasSubstr("left moved by 20.0 mm"));
+  const auto json = nlohmann::json::parse(inspect("may july --json").out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["base"], "avia");
+  EXPECT_EQ(json["bases"], nlohmann::json({"avia", "left"}));
+}
+
 TEST_F(InspectResult, RefusesWhatCannotBeCompared) {
   write(good(), "may");
   CalibrationResult other = good();
-  other.base = "left";
-  other.sensors[1].T_base_sensor = SE3{};
+  for (SensorResult& sensor : other.sensors) sensor.name += "_2";
+  other.base += "_2";
   write(other, "june");
   EXPECT_EQ(inspect("may june").code, 3);
   EXPECT_THAT(inspect("may june").err, HasSubstr("two bases"));

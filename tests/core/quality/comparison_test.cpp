@@ -16,11 +16,12 @@ constexpr int stops = 4;
 constexpr int lidars = 3;
 constexpr double noise_m = 0.01;
 
-// What a calibration of a rig gives: planes seen with noise, solved, with their covariances.
-CalibrationResult calibrated(const std::vector<SE3>& T_base_sensor, std::uint64_t seed) {
+// What a calibration of a rig gives: planes seen with noise, solved, with their covariances. `rig` is told from its
+// first LiDAR, the result from `base`.
+CalibrationResult calibrated(const std::vector<SE3>& rig, std::uint64_t seed, int base = 0) {
   Random random(seed);
   RigState truth;
-  truth.T_base_sensor = T_base_sensor;
+  for (const SE3& T : rig) truth.T_base_sensor.push_back(rig[static_cast<std::size_t>(base)].inverse() * T);
   truth.T_G_base.emplace_back();
   for (int j = 1; j < stops; ++j) truth.T_G_base.push_back(random_pose(random, 0.6, 0.2));
   std::vector<PlaneFeature> features = make_plane_features(truth, 20, 30, noise_m, random);
@@ -33,13 +34,15 @@ CalibrationResult calibrated(const std::vector<SE3>& T_base_sensor, std::uint64_
   }
   ParameterLayout layout(stops, lidars);
   for (int j = 1; j < stops; ++j) layout.free_stop(j);
-  for (int i = 1; i < lidars; ++i) layout.free_lidar(i);
+  for (int i = 0; i < lidars; ++i) {
+    if (i != base) layout.free_lidar(i);
+  }
   RigState state = disturbed(truth, random, 0.002, 0.01);
   const AdjustOptions options;
   adjust(features, layout, options, state);
   const LidarCovariances covariances = lidar_covariances({features, state, layout, options});
   CalibrationResult result;
-  result.base = "base";
+  result.base = base == 0 ? "base" : "lidar" + std::to_string(base);
   for (int i = 0; i < lidars; ++i) {
     SensorResult sensor;
     sensor.name = i == 0 ? "base" : "lidar" + std::to_string(i);
@@ -133,10 +136,56 @@ TEST(CompareResults, SaysWhatItCannotCompare) {
   EXPECT_EQ(comparison->sensors[0].why_not, "it failed in the second result");
   EXPECT_EQ(comparison->sensors[2].why_not, "the first result does not have it");
   EXPECT_EQ(comparison_sentence(*comparison), "Nothing moved: 1 sensor is where it was; 2 sensors are not compared.");
-  b.base = "lidar1";
-  const auto two_bases = compare_results(a, b);
-  ASSERT_FALSE(two_bases);
-  EXPECT_THAT(two_bases.error().message(), HasSubstr("two bases, base and lidar1"));
+}
+
+TEST(CompareResults, OfTwoBasesAreToldFromASensorOfBoth) {
+  Counts still;
+  Counts bumped;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Random random(3000 + seed);
+    std::vector<SE3> rig = mounted(random);
+    const CalibrationResult before = calibrated(rig, 2 * seed);
+    const auto same = compare_results(before, calibrated(rig, 2 * seed + 1, 2));
+    ASSERT_TRUE(same) << same.error().message();
+    EXPECT_EQ(same->base, "base");
+    ASSERT_EQ(same->sensors.size(), 2U);
+    for (const SensorMove& move : same->sensors) still.others += move.verdict == MoveVerdict::same ? 0 : 1;
+    rig[1] = rig[1] * bump(random, 0.0, 0.005);
+    const auto moved = compare_results(before, calibrated(rig, 2 * seed + 1, 2));
+    ASSERT_TRUE(moved);
+    bumped.moved += moved->sensors[0].verdict == MoveVerdict::moved ? 1 : 0;
+  }
+  EXPECT_LE(still.others, 5);
+  EXPECT_GE(bumped.moved, 95);
+}
+
+TEST(CompareResults, OfTwoBasesSayFromWhichSensor) {
+  Random random(5);
+  const std::vector<SE3> rig = mounted(random);
+  const CalibrationResult a = calibrated(rig, 1);
+  const CalibrationResult b = calibrated(rig, 2, 1);
+  const auto comparison = compare_results(a, b);
+  ASSERT_TRUE(comparison);
+  EXPECT_EQ(comparison_sentence(*comparison),
+            "Nothing moved: 2 sensors are where they were; all as seen from base, since the results have two bases, "
+            "base and lidar1.");
+  // The second one's base where the first one's failed there, else any that both have.
+  CalibrationResult c = b;
+  c.sensors[0].T_base_sensor.reset();
+  const auto by_second = compare_results(a, c);
+  ASSERT_TRUE(by_second);
+  EXPECT_EQ(by_second->base, "lidar1");
+  CalibrationResult d = a;
+  d.sensors[1].T_base_sensor.reset();
+  const auto by_other = compare_results(d, c);
+  ASSERT_TRUE(by_other);
+  EXPECT_EQ(by_other->base, "lidar2");
+  EXPECT_EQ(comparison_sentence(*by_other),
+            "Nothing could be compared; all as seen from lidar2, since the results have two bases, base and lidar1.");
+  c.sensors[2].T_base_sensor.reset();
+  const auto by_none = compare_results(d, c);
+  ASSERT_FALSE(by_none);
+  EXPECT_THAT(by_none.error().message(), HasSubstr("no sensor that both know the place of"));
 }
 
 TEST(ComparisonSentence, NamesWhatMovedAndByHowMuch) {
