@@ -143,7 +143,7 @@ class CameraStage {
     });
     for (std::size_t k = 0; k < images.size(); ++k) {
       const SE3 T_G_C = scene_.T_G_base[static_cast<std::size_t>(images[k].stop)] * estimate.pose.T_base_camera;
-      colours_.push_back({model, T_G_C.inverse(), std::move(pictures[k])});
+      colours_.push_back({model, T_G_C.inverse(), std::move(pictures[k]), result_.cameras.size() - 1});
     }
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
@@ -13,31 +14,43 @@
 namespace rigcal {
 namespace {
 
-constexpr std::size_t nearest_views = 3;
+constexpr std::size_t nearest_views = 3;  // of each camera
+// Of the brightest channel: between these a colour is as the camera saw it; outside of the outer ones it says nothing.
 constexpr float black = 4.0F;
+constexpr float dark = 32.0F;
+constexpr float bright = 230.0F;
 constexpr float saturated = 250.0F;
 constexpr float weight_of_bad = 0.02F;
 
-// The views that see a sample from nearest by.
-struct Seen {
-  std::array<float, nearest_views> range_m{};
-  std::array<std::uint16_t, nearest_views> view{};
-  std::uint32_t count = 0;
+// For each sample the views of each camera that see it from nearest by.
+class SeenFrom {
+ public:
+  struct Slot {
+    std::uint16_t range_cm = none;
+    std::uint16_t view = 0;
+  };
+  static constexpr std::uint16_t none = 0xFFFF;
 
-  void add(float range, std::uint16_t from) {
-    std::size_t at = count < nearest_views ? count++ : nearest_views;
-    for (; at > 0 && range < range_m[at - 1]; --at) {
-      if (at == nearest_views) continue;
-      range_m[at] = range_m[at - 1];
-      view[at] = view[at - 1];
+  SeenFrom(std::size_t samples, std::size_t cameras)
+      : of_sample_(cameras * nearest_views), slots_(samples * of_sample_) {}
+
+  void add(std::size_t sample, std::size_t camera, float range_m, std::uint16_t view) {
+    Slot slot{static_cast<std::uint16_t>(std::min(100.0F * range_m, none - 1.0F)), view};
+    Slot* const slots = &slots_[sample * of_sample_ + camera * nearest_views];
+    for (std::size_t k = 0; k < nearest_views; ++k) {
+      if (slot.range_cm < slots[k].range_cm) std::swap(slot, slots[k]);
     }
-    if (at == nearest_views) return;
-    range_m[at] = range;
-    view[at] = from;
   }
+  [[nodiscard]] std::span<const Slot> of(std::size_t sample) const {
+    return std::span(slots_).subspan(sample * of_sample_, of_sample_);
+  }
+
+ private:
+  std::size_t of_sample_;
+  std::vector<Slot> slots_;
 };
 
-std::vector<Seen> who_sees(std::span<const ColourView> views, std::span<const MapSample> samples) {
+SeenFrom who_sees(std::span<const ColourView> views, std::span<const MapSample> samples) {
   std::vector<std::unique_ptr<DepthBuffer>> buffers(views.size());
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
@@ -46,7 +59,9 @@ std::vector<Seen> who_sees(std::span<const ColourView> views, std::span<const Ma
   });
   std::vector<float> least_coses;
   for (const ColourView& view : views) least_coses.push_back(static_cast<float>(view.model.widest_cos()));
-  std::vector<Seen> seen(samples.size());
+  std::size_t cameras = 0;
+  for (const ColourView& view : views) cameras = std::max(cameras, view.camera + 1);
+  SeenFrom seen(samples.size(), cameras);
   parallel_for(samples.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = 0; v < views.size(); ++v) {
       const CameraModel& model = views[v].model;
@@ -59,7 +74,7 @@ std::vector<Seen> who_sees(std::span<const ColourView> views, std::span<const Ma
         if (p.z() < least_cos * range) continue;  // most of a map lies beside or behind
         const auto pixel = model.project(p.cast<double>());
         if (!pixel || !model.contains(*pixel) || !buffers[v]->sees(*pixel, range)) continue;
-        seen[i].add(range, static_cast<std::uint16_t>(v));
+        seen.add(i, views[v].camera, range, static_cast<std::uint16_t>(v));
       }
     }
   });
@@ -77,16 +92,24 @@ Rgb colour_at(const ColourPicture& picture, const Eigen::Vector2d& pixel) {
   return Eigen::Vector3i(picture.rgb.at(x, y, 0), picture.rgb.at(x, y, 1), picture.rgb.at(x, y, 2)).cast<float>();
 }
 
-std::array<std::uint8_t, 3> colour_of(const MapPoint& point, const Seen* seen, std::span<const ColourView> views) {
+// How far a colour can be believed: 1 where it is well exposed, next to nothing where it is black or saturated.
+float exposure_weight(const Rgb& colour) {
+  const float most = colour.maxCoeff();
+  const float weight = std::min((most - black) / (dark - black), (saturated - most) / (saturated - bright));
+  return std::clamp(weight, weight_of_bad, 1.0F);
+}
+
+std::array<std::uint8_t, 3> colour_of(const MapPoint& point, std::span<const SeenFrom::Slot> seen,
+                                      std::span<const ColourView> views) {
   Rgb sum = Rgb::Zero();
   float weights = 0.0F;
-  for (std::uint32_t k = 0; seen != nullptr && k < seen->count; ++k) {
-    const ColourView& view = views[seen->view[k]];
+  for (const SeenFrom::Slot& slot : seen) {
+    if (slot.range_cm == SeenFrom::none) continue;
+    const ColourView& view = views[slot.view];
     const auto pixel = view.model.project(view.T_C_G * Vector3d(point.x, point.y, point.z));
     if (!pixel || !view.model.contains(*pixel)) continue;
     const Rgb colour = colour_at(view.picture, *pixel);
-    const bool bad = colour.maxCoeff() >= saturated || colour.maxCoeff() <= black;
-    const float weight = (bad ? weight_of_bad : 1.0F) / std::max(0.1F, seen->range_m[k]);
+    const float weight = exposure_weight(colour) / std::max(0.1F, 0.01F * static_cast<float>(slot.range_cm));
     sum += weight * colour;
     weights += weight;
   }
@@ -136,7 +159,7 @@ ColourPicture colour_picture(const Image& image, int bits) {
 std::vector<std::array<std::uint8_t, 3>> colour_map(std::span<const MapPoint> map, std::span<const ColourView> views,
                                                     std::span<const MapSample> samples, double sample_m) {
   std::vector<std::array<std::uint8_t, 3>> out(map.size());
-  const std::vector<Seen> seen = who_sees(views, samples);
+  const SeenFrom seen = who_sees(views, samples);
   const double per_m = 1.0 / sample_m;
   KeyNumbers cubes;
   std::vector<std::uint32_t> sample_of;  // of each cube the first
@@ -146,7 +169,8 @@ std::vector<std::array<std::uint8_t, 3>> colour_map(std::span<const MapPoint> ma
   parallel_for(map.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t cube = cubes.find(cube_key({map[i].x, map[i].y, map[i].z}, per_m));
-      out[i] = colour_of(map[i], cube == KeyNumbers::unknown ? nullptr : &seen[sample_of[cube]], views);
+      const auto from = cube == KeyNumbers::unknown ? std::span<const SeenFrom::Slot>() : seen.of(sample_of[cube]);
+      out[i] = colour_of(map[i], from, views);
     }
   });
   return out;

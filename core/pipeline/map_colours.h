@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,11 +29,13 @@ struct ColourView {
   CameraModel model;
   SE3 T_C_G;
   ColourPicture picture;
+  std::size_t camera = 0;  ///< Which of the cameras took it, counted from 0.
 };
 
-/// A colour for each point of the map: of the (at most three) views that see it from nearest by, with less weight for
-/// what is black or saturated there; points that no view sees have their reflectivity as grey. What hides what is
-/// told by `samples`, also the nearest of which stand for the points in their cubes of `sample_m`.
+/// A colour for each point of the map: the mean over all cameras that see it, of each the (at most three) views from
+/// nearest by, weighted by how well they are exposed there and by how near they are; points that no view sees have
+/// their reflectivity as grey. What hides what is told by `samples`, also the nearest of which stand for the points in
+/// their cubes of `sample_m`.
 [[nodiscard]] std::vector<std::array<std::uint8_t, 3>> colour_map(std::span<const MapPoint> map,
                                                                   std::span<const ColourView> views,
                                                                   std::span<const MapSample> samples,

@@ -94,5 +94,35 @@ TEST_F(ColourMap, TakesTheNearestThreeOfManyViews) {
   EXPECT_NEAR(colour_map(map, views, samples_)[0][0], mean, 1.0);
 }
 
+TEST_F(ColourMap, TakesEveryCameraThatSeesAPointHoweverManyViewsANearerOneHas) {
+  const std::vector<MapPoint> map{{-1.01F, 0.02F, 5.01F, 77, 0}};
+  std::vector<ColourView> views(5, view({100, 60, 40}, {-1.0, 0.0, 3.0}));
+  views.push_back(view({200, 160, 140}, {-1.0, 0.0, 1.0}));
+  EXPECT_EQ(colour_map(map, views, samples_)[0], (Rgb8{100, 60, 40}));
+  views.back().camera = 1;
+  // Three at 2 m and one at 4 m.
+  const double mean = (3 * 100.0 / 2.0 + 200.0 / 4.0) / (3 / 2.0 + 1 / 4.0);
+  EXPECT_NEAR(colour_map(map, views, samples_)[0][0], mean, 1.0);
+  // Behind the board only the camera beside it sees the wall.
+  const std::vector<MapPoint> hidden{{0.51F, 0.02F, 5.01F, 77, 0}};
+  std::vector<ColourView> apart{view({100, 60, 40}, {0.5, 0.0, 0.0}), view({200, 160, 140}, {0.5, 0.0, 2.5})};
+  apart.back().camera = 1;
+  EXPECT_EQ(colour_map(hidden, apart, samples_)[0], (Rgb8{200, 160, 140}));
+}
+
+TEST_F(ColourMap, WeighsAViewTheLessTheWorseItIsExposed) {
+  const std::vector<MapPoint> map{{-1.01F, 0.02F, 5.01F, 77, 0}};
+  const Vector3d at(-1.0, 0.0, 0.0);
+  const auto with = [&](std::uint8_t other) {
+    return int{colour_map(map, std::vector<ColourView>{view({100, 100, 100}, at), view({other, other, other}, at)},
+                          samples_)[0][0]};
+  };
+  EXPECT_EQ(with(200), 150);
+  EXPECT_EQ(with(40), 70);
+  EXPECT_NEAR(with(240), (100.0 + 0.5 * 240.0) / 1.5, 1.0);  // half way from well exposed to saturated
+  EXPECT_NEAR(with(18), (100.0 + 0.5 * 18.0) / 1.5, 1.0);
+  EXPECT_NEAR(with(0), 100.0 / 1.02, 1.0);
+}
+
 }  // namespace
 }  // namespace rigcal
