@@ -93,9 +93,21 @@ class Canvas {
     values(inside).copyTo(cut(cv::Rect(inside.x - part.x, inside.y - part.y, inside.width, inside.height)));
     cv::Mat sized;
     cv::resize(cut, sized, image_.size(), 0.0, 0.0, window_.scale < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
-    sized.convertTo(sized, CV_8U, gain, stretches ? -gain * low : 0.0);
-    cv::min(sized, brightest, sized);
+    sized.convertTo(sized, CV_32F, gain, stretches ? -gain * low : 0.0);
+    cv::max(cv::min(sized, brightest), 0.0, sized);
+    if (stretches) lighten(gain * (shares_of(grey.values, 0.5, 0.5)[0] - low), sized);
+    sized.convertTo(sized, CV_8U);
     cv::cvtColor(sized, image_, cv::COLOR_GRAY2RGB);
+  }
+  // Under a bright sky all else is dark: a curve lifts what has the median value.
+  static void lighten(double median, cv::Mat& values) {
+    constexpr double wanted = 0.4;
+    constexpr double strongest = 0.4;
+    const double share = std::clamp(median / brightest, 1e-3, 0.999);
+    const double power = std::max(std::log(wanted) / std::log(share), strongest);
+    if (power >= 1.0) return;
+    cv::pow(values / brightest, power, values);
+    values *= brightest;
   }
   [[nodiscard]] cv::Point fine(const Eigen::Vector2d& pixel) const {
     const cv::Point2d p = to_picture(pixel);

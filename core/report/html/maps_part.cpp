@@ -29,8 +29,8 @@ struct View {
   double half_slice_m;
 };
 
-constexpr View top{"From above", "what lies within 0.3 m of the base's height", 0, 1, 2, top_slice_m};
-constexpr View side{"From the side", "what lies within 0.5 m of the base, left and right", 0, 2, 1, side_slice_m};
+constexpr View top{"From above", "of the base's height", 0, 1, 2, top_slice_m};
+constexpr View side{"From the side", "of the base, left and right", 0, 2, 1, side_slice_m};
 
 double coordinate(const MapPoint& p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 
@@ -58,6 +58,18 @@ struct Window {
 
 bool is_in_slice(const MapPoint& p, const View& view) {
   return std::abs(coordinate(p, view.cut)) <= view.half_slice_m && std::isfinite(p.x + p.y + p.z);
+}
+
+// Thicker where next to nothing lies in the slice: on an open road there is little at the height of a roof.
+View with_enough_in_it(const std::vector<MapPoint>& map, View view) {
+  constexpr double least_share = 0.05;
+  constexpr double most_m = 20.0;
+  const auto share = [&] {
+    const auto count = std::count_if(map.begin(), map.end(), [&](const MapPoint& p) { return is_in_slice(p, view); });
+    return static_cast<double>(count) / static_cast<double>(map.size());
+  };
+  while (view.half_slice_m < most_m && share() < least_share) view.half_slice_m *= 2.0;
+  return view;
 }
 
 std::optional<Window> window_of(const std::vector<MapPoint>& map, const View& view) {
@@ -94,10 +106,13 @@ std::string draw(const std::vector<MapPoint>& map, const View& view, const Windo
   return plot.svg();
 }
 
-std::string pair_of(const CalibrationResult& result, const View& view, std::vector<char>& shown) {
+std::string pair_of(const CalibrationResult& result, const View& usual, std::vector<char>& shown) {
+  if (result.map.empty()) return {};
+  const View view = with_enough_in_it(result.map, usual);
   const auto window = window_of(result.map, view);
   if (!window) return {};
-  const std::string words = std::string(view.words) + ", in the world frame";
+  const std::string words =
+      "what lies within " + fixed_text(view.half_slice_m, 1) + " m " + view.words + ", in the world frame";
   std::string out;
   if (!result.map_at_guess.empty()) {
     out += figure(
