@@ -65,6 +65,30 @@ void append_fish_options(std::ostringstream& out, const CLI::App& app, const std
   }
 }
 
+// Within the brackets of an _arguments specification.
+std::string zsh_text(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '[' || c == ']' || c == ':' || c == '\\') out += '\\';
+    out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return out;
+}
+
+void append_zsh_options(std::ostringstream& out, const CLI::App& app) {
+  for (const CLI::Option* option : named_options(app)) {
+    std::vector<std::string> names;
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    const std::string words = words_of(*option);
+    for (const std::string& name : names) {
+      out << " \\\n        '*" << name << "[" << zsh_text(option->get_description()) << "]";
+      if (option->get_type_size() != 0) out << ":" << (words.empty() ? "value:_files" : "word:(" + words + ")");
+      out << "'";
+    }
+  }
+}
+
 }  // namespace
 
 std::string bash_completion(const CLI::App& program) {
@@ -98,6 +122,27 @@ std::string fish_completion(const CLI::App& program) {
         << quoted(command->get_description()) << "\n";
     append_fish_options(out, *command, " -n '__fish_seen_subcommand_from " + command->get_name() + "'");
   }
+  return out.str();
+}
+
+std::string zsh_completion(const CLI::App& program) {
+  std::ostringstream out;
+  out << "#compdef rigcal\n_rigcal() {\n  local curcontext=\"$curcontext\" state line\n  local -a commands\n  "
+         "commands=(\n";
+  for (const CLI::App* command : commands_of(program)) {
+    out << "    '" << command->get_name() << ":" << zsh_text(command->get_description()) << "'\n";
+  }
+  out << "  )\n  _arguments -C";
+  append_zsh_options(out, program);
+  out << " \\\n        '1:command:->command' '*::argument:->argument'\n"
+         "  case $state in\n    command) _describe command commands ;;\n    argument)\n      case $line[1] in\n";
+  for (const CLI::App* command : commands_of(program)) {
+    out << "      " << command->get_name() << ") _arguments";
+    append_zsh_options(out, program);
+    append_zsh_options(out, *command);
+    out << " \\\n        '*:file:_files' ;;\n";
+  }
+  out << "      esac ;;\n  esac\n}\n_rigcal \"$@\"\n";
   return out.str();
 }
 

@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
     }
     save(folder / "bash-completion/completions/rigcal", rigcal::bash_completion(app));
     save(folder / "fish/vendor_completions.d/rigcal.fish", rigcal::fish_completion(app));
+    save(folder / "zsh/site-functions/_rigcal", rigcal::zsh_completion(app));
   } catch (const std::exception& error) {
     std::cerr << "rigcal_pages: " << error.what() << "\n";
     return 4;

@@ -116,6 +116,25 @@ TEST_F(Pages, CompleteCommandsOptionsWordsAndFiles) {
   EXPECT_THAT(offered("rigcal inspect --", 3), Not(Contains("--stages")));
 }
 
+TEST_F(Pages, AreKnownToZsh) {
+  const std::string path = std::string(RIGCAL_PAGES) + "/zsh/site-functions/_rigcal";
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(text.rfind("#compdef rigcal\n", 0), 0U);
+  for (const std::string& name : commands()) {
+    const std::size_t begin = text.find("\n      " + name + ") _arguments");
+    ASSERT_NE(begin, std::string::npos) << name;
+    const std::string part = text.substr(begin, text.find(" ;;", begin) - begin);
+    for (const std::string& option : options(help(name))) {
+      EXPECT_NE(part.find("'*" + option + "["), std::string::npos) << name << option;
+    }
+  }
+  EXPECT_NE(text.find("'*--stages[Stop after poses, extrinsics, joint (all LiDARs) or cameras (default)]:word:(poses "),
+            std::string::npos);
+  if (run("command -v zsh").code != 0) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_EQ(run("zsh -n '" + path + "'").code, 0);
+}
+
 TEST_F(Pages, AreKnownToFish) {
   std::ifstream file(fs::path(RIGCAL_PAGES) / "fish/vendor_completions.d/rigcal.fish");
   std::ostringstream text;
