@@ -4,15 +4,14 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/base/random.h"
 #include "core/io/image_file.h"
 #include "core/report/html/page.h"
 #include "tests/core/report/make_result.h"
-#include "tests/core/report/page_harness.h"
-#include "tests/support/run_program.h"
+#include "tests/support/headless_browser.h"
 
 namespace rigcal {
 namespace {
@@ -125,30 +124,13 @@ class PageInBrowser : public testing::Test {
   void SetUp() override {
     root = fs::path(testing::TempDir()) / ("rigcal_page_" + std::to_string(getpid()));
     fs::create_directories(root);
-    for (const char* name : {"chromium", "chromium-headless-shell", "google-chrome"}) {
-      if (run_program(std::string("command -v ") + name, root).code == 0) browser = name;
-      if (!browser.empty()) break;
-    }
-    if (browser.empty()) GTEST_SKIP() << "there is no Chromium: apt-get install chromium";
+    browser = HeadlessBrowser::find(root);
+    if (!browser) GTEST_SKIP() << HeadlessBrowser::missing;
   }
   void TearDown() override { fs::remove_all(root); }
 
-  // What the page looks like to the harness.
-  [[nodiscard]] Json seen(const std::string& page, const std::string& options) const {
-    std::ofstream(root / "page.html") << with_harness(page);
-    const ProgramRun run = run_program(
-        browser + " --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --dump-dom " +
-            "--user-data-dir='" + (root / "profile").string() + "' " + options + " 'file://" +
-            (root / "page.html").string() + "'",
-        root);
-    const std::string mark = "<pre id=\"harness\">";
-    const std::size_t begin = run.out.find(mark);
-    if (begin == std::string::npos) return {{"problems", {"no harness: " + run.err}}};
-    std::string text = run.out.substr(begin + mark.size(), run.out.find("</pre>", begin) - begin - mark.size());
-    for (std::size_t at = text.find("&amp;"); at != std::string::npos; at = text.find("&amp;", at + 1)) {
-      text.replace(at, 5, "&");
-    }
-    return Json::parse(text, nullptr, false);
+  [[nodiscard]] Json seen(const std::string& page, int width = 1300, int height = 1000) const {
+    return browser->seen(page, width, height);
   }
   static void expect_whole(const Json& seen, std::size_t pictures) {
     ASSERT_TRUE(seen.value("done", false)) << seen.dump();
@@ -159,14 +141,14 @@ class PageInBrowser : public testing::Test {
   }
 
   fs::path root;
-  std::string browser;
+  std::optional<HeadlessBrowser> browser;
 };
 
 TEST_F(PageInBrowser, ShowsEverythingAndTurnsTheView) {
   const Rig rig = make_rig(2);
   const std::string page = report_html(make_large_result(rig, 20, 4), &rig);
   EXPECT_LT(page.size(), 20'000'000U);
-  const Json wide = seen(page, "--window-size=1300,1000");
+  const Json wide = seen(page);
   expect_whole(wide, 8 + 4 + 9);
   EXPECT_GT(wide["view_filled"].get<double>(), 0.02);
   EXPECT_GT(wide["view_turned"].get<double>(), 0.02);
@@ -179,14 +161,25 @@ TEST_F(PageInBrowser, ShowsEverythingAndTurnsTheView) {
 
 TEST_F(PageInBrowser, FitsAPhone) {
   const Rig rig = make_rig(2);
-  expect_whole(seen(report_html(make_large_result(rig, 20, 1), &rig), "--window-size=400,800"), 2 + 4 + 9);
+  expect_whole(seen(report_html(make_large_result(rig, 20, 1), &rig), 390, 844), 2 + 4 + 9);
 }
 
 TEST_F(PageInBrowser, ShowsLongRunsOfManyCameras) {
   const Rig rig = make_rig(6);
   const std::string page = report_html(make_large_result(rig, 60, 4), &rig);
   EXPECT_LT(page.size(), 20'000'000U);
-  expect_whole(seen(page, "--window-size=1300,1000"), 24 + 4 + 9);
+  const Json wide = seen(page);
+  expect_whole(wide, 24 + 4 + 9);
+  std::printf("%zu bytes, loaded in %.0f ms\n", page.size(), wide["load_ms"].get<double>());
+}
+
+TEST_F(PageInBrowser, ShowsRunsWithoutCamerasAndOfOneStop) {
+  const Rig rig = make_rig(0);
+  for (const int stops : {20, 1}) {
+    const Json wide = seen(report_html(make_large_result(rig, stops, 0), &rig));
+    expect_whole(wide, 4 + 9);
+    EXPECT_GT(wide["view_filled"].get<double>(), 0.02);
+  }
 }
 
 // What somebody who never saw rigcal must find without scrolling: the verdict, the sensor, the reason.
@@ -232,7 +225,7 @@ TEST_F(PageInBrowser, TellsAStrangerOnTheFirstScreen) {
     }
     result.warnings.clear();
     if (*p.warning != '\0') result.warnings = {p.warning};
-    const Json page = seen(report_html(result, &rig), "--window-size=1300,800");
+    const Json page = seen(report_html(result, &rig), 1280, 800);
     const std::string screen = page.value("first_screen", "");
     EXPECT_THAT(screen, testing::HasSubstr(std::string(to_string(p.status)) + " " + p.verdict)) << p.what;
     EXPECT_THAT(screen, testing::HasSubstr(p.reason)) << p.what;
@@ -246,7 +239,7 @@ TEST_F(PageInBrowser, TellsAStrangerOnTheFirstScreen) {
 TEST_F(PageInBrowser, ShowsFailures) {
   CalibrationResult result = make_result();
   result.map.clear();
-  expect_whole(seen(report_html(result, nullptr), "--window-size=1300,1000"), 0);
+  expect_whole(seen(report_html(result, nullptr)), 0);
 }
 
 }  // namespace

@@ -5,7 +5,8 @@
 namespace rigcal {
 
 /// What is put around report.html in a browser: notes every complaint of the browser from the start, and, when the page
-/// is there, what it looks like, as JSON in #harness. Of the page itself it needs the view's canvas only.
+/// is there, what it looks like, as JSON in #harness of the page that frames it (`frame_of`). Of the page itself it
+/// needs the view's canvas only.
 inline std::string with_harness(std::string page) {
   const std::string begin = R"(<head><script>
 var problems = [];
@@ -19,10 +20,7 @@ console.error = function () { problems.push(Array.prototype.join.call(arguments,
   const std::string end = R"(<script>
 addEventListener('load', function () {
   var report = { load_ms: performance.now(), problems: problems };
-  var note = document.createElement('pre');
-  note.id = 'harness';
-  document.body.appendChild(note);
-  function tell() { note.textContent = JSON.stringify(report); }
+  function tell() { parent.postMessage(JSON.stringify(report), '*'); }
   tell();
   function pixelsOf(source, width, height) {
     var canvas = document.createElement('canvas');
@@ -39,7 +37,8 @@ addEventListener('load', function () {
     }
     return count / (a.length / 4);
   }
-  report.first_screen = Array.from(document.querySelectorAll('h1, h3, li')).filter(function (part) {
+  report.screen = [innerWidth, innerHeight];
+  report.first_screen = Array.from(document.querySelectorAll('h1, h3, li, header p')).filter(function (part) {
     return part.getBoundingClientRect().bottom <= innerHeight;
   }).map(function (part) { return part.textContent; }).join('\n');
   report.wide_px = document.documentElement.scrollWidth - document.documentElement.clientWidth;
@@ -78,6 +77,14 @@ addEventListener('load', function () {
   page.replace(page.find("<head>"), 6, begin);
   page.replace(page.rfind("</body>"), 7, end);
   return page;
+}
+
+/// A page that holds another one in a frame of this size, and what its harness says.
+inline std::string frame_of(const std::string& file, int width, int height) {
+  return "<!DOCTYPE html><html><body><script>addEventListener('message', function (e) { "
+         "document.getElementById('harness').textContent = e.data; });</script><iframe src=\"" +
+         file + "\" width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) +
+         "\" style=\"border:0\"></iframe><pre id=\"harness\"></pre></body></html>";
 }
 
 }  // namespace rigcal

@@ -1,0 +1,305 @@
+// What somebody who never saw rigcal finds without scrolling on the page of a run that was spoiled in a known way: the
+// verdict, the sensor, the reason. Runs are simulated, spoiled, calibrated by the program, and the page is opened in a
+// browser; skipped where there is none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/io/pcap_reader.h"
+#include "core/io/pcapng_writer.h"
+#include "core/rig/rig.h"
+#include "drivers/livox_codec/sample_packet.h"
+#include "simdata/scene_file.h"
+#include "simdata/session_writer.h"
+#include "tests/support/headless_browser.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr const char* lidar_rig = R"(rigcal: 1
+name: yard
+base: avia
+sensors:
+  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
+  left: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
+initial_extrinsics:
+  left: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
+turntable: {driver: manual, axis: [0, 0, 1]}
+)";
+
+constexpr const char* camera_rig = R"(rigcal: 1
+name: yard
+base: avia
+sensors:
+  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
+  left: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
+  eye:
+    type: camera
+    driver: aravis
+    pixel_format: Mono12
+    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
+                 distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
+initial_extrinsics:
+  left: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
+  eye: {translation: [0.05, -0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}
+turntable: {driver: manual, axis: [0, 0, 1]}
+)";
+
+// `straight` looks ahead and sees nothing but upright walls; `down` looks down at the floor.
+constexpr const char* court_rig = R"(rigcal: 1
+name: court
+base: avia
+sensors:
+  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
+  straight: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
+  down: {type: livox_mid40, broadcast_code: "0TFDG3B00600552", ip: 192.168.1.22}
+initial_extrinsics:
+  straight: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, 0.258819, 0.965926]}
+  down: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.258819, 0.0, 0.965926]}
+turntable: {driver: manual, axis: [0, 0, 1]}
+)";
+
+// Walls some 3 m away, low things on the floor and others high up: a narrow view straight ahead shows walls only.
+constexpr const char* court_scene = R"(rigcal: 1
+name: court
+materials:
+  wall: {reflectivity: 60}
+  floor: {reflectivity: 35}
+turntable: {position: [0.2, -0.1, 1.8], yaw_deg: 12}
+ground: {height: 0, material: floor}
+objects:
+  - {shape: panel, corner: [3.4, -2.6, 0], edge_a: [0.2, 5.0, 0], edge_b: [0, 0, 7], material: wall}
+  - {shape: panel, corner: [3.6, 2.4, 0], edge_a: [-3.0, 1.4, 0], edge_b: [0, 0, 7], material: wall}
+  - {shape: panel, corner: [0.6, 3.8, 0], edge_a: [-4.0, -1.5, 0], edge_b: [0, 0, 7], material: wall}
+  - {shape: panel, corner: [-3.4, 2.3, 0], edge_a: [0.3, -4.6, 0], edge_b: [0, 0, 7], material: wall}
+  - {shape: panel, corner: [-3.1, -2.3, 0], edge_a: [6.5, -0.3, 0], edge_b: [0, 0, 7], material: wall}
+  - {shape: box, center: [2.6, 1.2, 0.2], size: [0.8, 0.5, 0.4], rpy_deg: [0, 0, 25], material: wall}
+  - {shape: box, center: [2.5, -1.4, 0.2], size: [0.7, 0.6, 0.4], rpy_deg: [0, 0, -20], material: wall}
+  - {shape: box, center: [-2.3, 1.2, 0.15], size: [0.6, 0.9, 0.3], rpy_deg: [0, 0, -35], material: wall}
+  - {shape: box, center: [-2.2, -1.2, 0.2], size: [0.9, 0.5, 0.4], rpy_deg: [0, 0, 55], material: wall}
+  - {shape: box, center: [0.4, -2.0, 0.18], size: [1.2, 0.4, 0.36], rpy_deg: [0, 0, 10], material: wall}
+  - {shape: box, center: [0.6, 2.6, 0.18], size: [1.0, 0.5, 0.36], rpy_deg: [0, 0, -12], material: wall}
+  - {shape: box, center: [3.2, 0.4, 3.6], size: [0.8, 1.4, 0.3], rpy_deg: [0, 12, 4], material: wall}
+  - {shape: box, center: [1.7, 2.9, 3.7], size: [1.4, 0.8, 0.3], rpy_deg: [10, 0, -25], material: wall}
+  - {shape: box, center: [-1.6, 2.6, 3.5], size: [1.5, 0.8, 0.3], rpy_deg: [8, 0, 21], material: wall}
+  - {shape: box, center: [-2.9, -0.4, 3.6], size: [0.8, 1.3, 0.3], rpy_deg: [0, -10, 3], material: wall}
+  - {shape: box, center: [0.6, -2.2, 3.4], size: [1.6, 0.7, 0.3], rpy_deg: [-10, 0, -2], material: wall}
+)";
+
+constexpr std::array<std::uint8_t, 4> left_ip{192, 168, 1, 21};
+
+class SpoiledRuns : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch = fs::path(testing::TempDir()) / ("rigcal_spoiled_" + std::to_string(getpid()));
+    fs::remove_all(scratch);
+    fs::create_directories(scratch);
+    browser = HeadlessBrowser::find(scratch);
+  }
+  static void TearDownTestSuite() {
+    if (std::getenv("RIGCAL_KEEP_SPOILED_RUNS") == nullptr) fs::remove_all(scratch);
+  }
+  void SetUp() override {
+    if (!browser) GTEST_SKIP() << HeadlessBrowser::missing;
+  }
+
+  static ProgramRun rigcal(const std::string& arguments) {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+  static std::string file(const fs::path& name) {
+    std::ifstream in(scratch / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  // What stands on the first screen of the page of a calibrated session, on a desktop and on a phone.
+  static void expect_on_first_screen(const std::string& session, const std::string& options, int code,
+                                     const testing::Matcher<const std::string&>& content) {
+    const std::string result = session + "-result";
+    const ProgramRun run = rigcal("calibrate " + session + " --out " + result + " " + options);
+    ASSERT_EQ(run.code, code) << run.out << run.err;
+    const std::string page = file(fs::path(result) / "report.html");
+    EXPECT_LT(page.size(), 20'000'000U);
+    for (const auto& [width, height] : {std::pair{1280, 800}, {390, 844}}) {
+      const nlohmann::json seen = browser->seen(page, width, height, false);
+      ASSERT_TRUE(seen.value("done", false)) << seen.dump();
+      EXPECT_EQ(seen["screen"], nlohmann::json({width, height}));
+      EXPECT_LE(seen["wide_px"].get<int>(), 0);
+      for (const nlohmann::json& picture : seen["pictures"]) EXPECT_GT(picture.get<double>(), 0.003);
+      EXPECT_THAT(seen.value("first_screen", ""), content) << session << " on " << seen["screen"].dump();
+    }
+  }
+
+  // Patches with one camera.
+  static void make_camera_session(const std::string& name) {
+    if (!fs::exists(scratch / "camera")) {
+      std::ofstream(scratch / "camera.yaml") << camera_rig;
+      const ProgramRun made = rigcal(
+          "simulate courtyard --rig camera.yaml --out camera --patches --stops 8 --points 60000 --mount-error "
+          "20mm,1deg");
+      ASSERT_EQ(made.code, 0) << made.err;
+    }
+    fs::create_directories(scratch / name);
+    fs::create_directory_symlink(scratch / "camera/patches", scratch / name / "patches");
+    fs::copy_file(scratch / "camera/session.json", scratch / name / "session.json");
+    fs::copy_file(scratch / "camera/rig.yaml", scratch / name / "rig.yaml");
+  }
+  static void replace_in_rig(const std::string& session, const std::string& from, const std::string& to) {
+    std::string rig = file(fs::path(session) / "rig.yaml");
+    const std::size_t at = rig.find(from);
+    ASSERT_NE(at, std::string::npos) << from << rig;
+    std::ofstream(scratch / session / "rig.yaml") << rig.replace(at, from.size(), to);
+  }
+
+  // A datagram that is held in memory.
+  struct Packet {
+    std::int64_t stamp_ns = 0;
+    Endpoint from;
+    Endpoint to;
+    std::vector<std::uint8_t> bytes;
+  };
+  // What a spoiler makes of one, `seconds` into the recording: false loses it.
+  using Spoiler = std::function<bool(double seconds, Packet& packet)>;
+
+  // Packets of a table that hurries; what the stops hold is what matters here.
+  static void make_packet_session(const std::string& name, const Spoiler& spoil) {
+    if (!fs::exists(scratch / "packets")) {
+      const auto rig = parse_rig(lidar_rig, "rig.yaml");
+      const auto scene = sim::load_scene("courtyard");
+      ASSERT_TRUE(rig && scene);
+      sim::RunOptions run;
+      run.turntable.stops = 8;
+      run.turntable.dwell_s = 0.9;
+      run.turntable.turn_s = 0.5;
+      run.turntable.swing_rad = 2e-4;
+      run.turntable.initial_still_s = 1.0;
+      SilentReporter silent;
+      ASSERT_TRUE(sim::simulate_session(*scene, *rig, run, (scratch / "packets").string(), {silent}));
+    }
+    fs::create_directories(scratch / name);
+    for (const char* same : {"rig.yaml", "session.json"})
+      fs::copy_file(scratch / "packets" / same, scratch / name / same);
+    auto reader = PcapReader::open(scratch / "packets/lidar.pcapng");
+    auto writer = PcapngWriter::create(scratch / name / "lidar.pcapng");
+    ASSERT_TRUE(reader && writer);
+    const auto write = [&](const Packet& packet) {
+      ASSERT_TRUE(writer->write({packet.stamp_ns, packet.from, packet.to, packet.bytes}));
+    };
+    std::deque<Packet> late;  // files are in the order of their stamps
+    Datagram datagram;
+    std::int64_t first_ns = 0;
+    for (Expected<bool> more = reader->next(datagram); more && *more; more = reader->next(datagram)) {
+      if (first_ns == 0) first_ns = datagram.stamp_ns;
+      Packet packet{datagram.stamp_ns, datagram.from, datagram.to, {datagram.bytes.begin(), datagram.bytes.end()}};
+      for (; !late.empty() && late.front().stamp_ns <= datagram.stamp_ns; late.pop_front()) write(late.front());
+      if (!spoil(1e-9 * static_cast<double>(datagram.stamp_ns - first_ns), packet)) continue;
+      if (packet.stamp_ns > datagram.stamp_ns) {
+        late.push_back(std::move(packet));
+      } else {
+        write(packet);
+      }
+    }
+    ASSERT_TRUE(writer->close());
+  }
+
+  inline static fs::path scratch;
+  inline static std::optional<HeadlessBrowser> browser;
+};
+
+TEST_F(SpoiledRuns, GoodIsSaidOfAGoodRun) {
+  make_camera_session("good");
+  expect_on_first_screen("good", "--require 30mm,0.3deg", 0, HasSubstr("✓ good All 3 sensors are good."));
+}
+
+TEST_F(SpoiledRuns, OfAWrongFocalLengthTheCameraIsNamed) {
+  make_camera_session("focal");
+  for (const char* which : {"fx: 431.5", "fy: 431.5"}) {
+    replace_in_rig("focal", which, std::string(which).substr(0, 4) + "449.0");
+  }
+  expect_on_first_screen(
+      "focal", "--require 30mm,0.3deg", 1,
+      AllOf(HasSubstr("2 of 3 sensors are good: eye is weak."), HasSubstr("the images fit better with a focal length "),
+            HasSubstr(" % shorter than the rig file's; calibrate its intrinsics anew")));
+}
+
+TEST_F(SpoiledRuns, OfALidarThatSeesOnlyWallsTheOpenDirectionIsNamed) {
+  std::ofstream(scratch / "court_rig.yaml") << court_rig;
+  std::ofstream(scratch / "court.yaml") << court_scene;
+  const ProgramRun made = rigcal(
+      "simulate court.yaml --rig court_rig.yaml --out court --patches --stops 12 --points 40000 --seed 3 "
+      "--mount-error 20mm,1deg");
+  ASSERT_EQ(made.code, 0) << made.err;
+  expect_on_first_screen("court", "", 1,
+                         AllOf(HasSubstr("2 of 3 sensors are good: straight is weak."),
+                               HasSubstr("worst along z (up and down) of the base frame; add stops that see a surface "
+                                         "facing that way")));
+}
+
+// `straight` looks backwards here, where the base sees nothing.
+TEST_F(SpoiledRuns, OfOneStopTheLidarThatItDoesNotConnectIsNamed) {
+  std::string rig = court_rig;
+  rig.replace(rig.find("0.0, 0.0, 0.258819, 0.965926"), 28, "0.0, 0.0, -0.965926, 0.258819");
+  std::ofstream(scratch / "one.yaml") << rig;
+  const ProgramRun made =
+      rigcal("simulate courtyard --rig one.yaml --out one --patches --stops 1 --points 60000 --mount-error 20mm,1deg");
+  ASSERT_EQ(made.code, 0) << made.err;
+  expect_on_first_screen("one", "", 1,
+                         AllOf(HasSubstr("straight failed"),
+                               HasSubstr("no pose near its initial extrinsics lays its surfaces on those of avia"),
+                               HasSubstr("or add stops in which both see the same surfaces")));
+}
+
+TEST_F(SpoiledRuns, OfALossyRecordingTheLossesAreToldAlthoughTheResultIsGood) {
+  Random random(5);
+  make_packet_session("lossy", [&](double seconds, Packet& packet) {
+    const bool silent = packet.from.ip == left_ip && seconds > 4.0 && seconds < 7.0;
+    return !silent && random.uniform() >= 0.03;
+  });
+  expect_on_first_screen("lossy", "", 0,
+                         AllOf(HasSubstr("✓ good All 2 sensors are good."),
+                               HasSubstr("But the recording has faults: packets lost (avia, left)."),
+                               testing::ContainsRegex("2[0-9] % of its point packets are lost \\([0-9]+ in [0-9]+ "
+                                                      "gaps, the longest 3.0 s\\); check cable and switch")));
+}
+
+TEST_F(SpoiledRuns, OfAClockThatJumpsTheSensorIsNamed) {
+  constexpr std::size_t stamp_byte = 15;  // of the little-endian stamp: steps of 18 minutes
+  make_packet_session("jumps", [&](double seconds, Packet& packet) {
+    if (packet.from.ip == left_ip && seconds > 5.0 && livox::parse_sample_packet(packet.bytes)) {
+      packet.bytes[stamp_byte] =
+          static_cast<std::uint8_t>(packet.bytes[stamp_byte] + 1 + static_cast<int>((seconds - 5.0) / 2.0));
+    }
+    return true;
+  });
+  expect_on_first_screen(
+      "jumps", "", 0,
+      AllOf(HasSubstr("✓ good All 2 sensors are good."), HasSubstr("But the recording has faults: clock (left)."),
+            HasSubstr("its clock jumped "), HasSubstr("check its power and what sets its clock")));
+}
+
+TEST_F(SpoiledRuns, OfPacketsThatAnotherClockStampedTheSensorIsNamed) {
+  make_packet_session("late", [](double, Packet& packet) {
+    if (packet.from.ip == left_ip) packet.stamp_ns += 1'000'000'000;
+    return true;
+  });
+  expect_on_first_screen("late", "", 1,
+                         AllOf(HasSubstr("1 of 2 sensors is good: left is weak."),
+                               HasSubstr("are its packets stamped by another clock than the others'?")));
+}
+
+}  // namespace
+}  // namespace rigcal
