@@ -35,8 +35,7 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
 }
 
 // What shapes alone hold is known to decimetres at best, whatever the scatter of the match says: where only upright
-// walls are seen, the borders of what was seen decide upon the height. Measured in a court of walls: 48, 17 and 89 mm
-// off.
+// walls are seen, the borders of what was seen decide upon the height.
 AdjustOptions with_honest_matches(AdjustOptions options) {
   constexpr double floor_m = 0.06;
   for (std::optional<PosePrior>& match : options.lidar_matches) {
@@ -46,6 +45,61 @@ AdjustOptions with_honest_matches(AdjustOptions options) {
     match->information = covariance.inverse();
   }
   return options;
+}
+
+// By how much planes hold one direction of a LiDAR's place.
+struct Hold {
+  double all = 0.0;     ///< 1 / m^2, up to a factor that all planes share.
+  double facing = 0.0;  ///< Of these from planes that face it.
+};
+
+// Of every LiDAR along its own direction `axes[i]`; directions of zero length are passed over.
+std::vector<Hold> holds_along(const SolvedPlanes& solved, const std::vector<Vector3d>& axes) {
+  constexpr double facing_cos = 0.1;  // six degrees: what noise tilts small leaves by, and no more
+  std::vector<Hold> holds(axes.size());
+  PlaneDerivatives plane;
+  for (const PlaneFeature& feature : solved.features) {
+    plane_derivatives(feature, solved.state, HessianForm::gauss_newton, plane);
+    for (const PlaneObservation& o : feature.observations) {
+      const auto i = static_cast<std::size_t>(o.lidar);
+      if (axes[i].isZero() || !(o.offset_variance > 0.0)) continue;
+      const double cosine = plane.normal.dot(solved.state.T_G_sensor(o.stop, o.lidar).R * axes[i]);
+      const double information = cosine * cosine / o.offset_variance;
+      holds[i].all += information;
+      if (std::abs(cosine) > facing_cos) holds[i].facing += information;
+    }
+  }
+  return holds;
+}
+
+// Noise tilts the normals of leaves by a degree or two, and thousands of walls so tilted seem to hold the height that
+// none of them faces (in a court of walls: to 7 mm, where it was 90 mm off). What does not face the worst direction of
+// a LiDAR's place does not count there, where that is most of what holds it.
+void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held, LidarCovariances& out) {
+  constexpr double least_share = 0.5;
+  constexpr double widest_m = 2.0;
+  const std::size_t lidars = out.with_priors.size();
+  std::vector<Vector3d> axes(lidars, Vector3d::Zero());
+  for (std::size_t i = 0; i < lidars; ++i) {
+    if (out.with_priors[i].isZero(0.0)) continue;
+    const Matrix3d C = out.with_priors[i].bottomRightCorner<3, 3>();
+    axes[i] = Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2);
+  }
+  const std::vector<Hold> holds = holds_along(solved, axes);
+  for (std::size_t i = 0; i < lidars; ++i) {
+    if (axes[i].isZero() || holds[i].facing >= least_share * holds[i].all) continue;
+    double by_match = 0.0;
+    if (i < held.lidar_matches.size() && held.lidar_matches[i]) {
+      const Matrix3d C = held.lidar_matches[i]->information.inverse().bottomRightCorner<3, 3>();
+      by_match = 1.0 / axes[i].dot(C * axes[i]);
+    }
+    for (Matrix6d* covariance : {&out.with_priors[i], &out.data_only[i]}) {
+      const double variance = axes[i].dot(covariance->bottomRightCorner<3, 3>() * axes[i]);
+      const double by_planes = std::max(0.0, 1.0 / variance - by_match) * holds[i].facing / holds[i].all;
+      const double honest = std::min(1.0 / std::max(by_planes + by_match, 1e-9), widest_m * widest_m);
+      covariance->bottomRightCorner<3, 3>() += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
+    }
+  }
 }
 
 // Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
@@ -104,6 +158,8 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
   out.observable = llt.info() == Eigen::Success;
   out.with_priors = blocks_of(factor * inverse_information(sum.H), solved.layout);
+  // Given poses and guesses hold what they hold.
+  if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, out);
   return out;
 }
 

@@ -31,7 +31,8 @@ struct LidarCovariances {
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
-/// capped by the floor of the map), times chi2 where that is above one.
+/// capped by the floor of the map), times chi2 where that is above one. A direction of a place that no plane faces is
+/// as wide as what else holds it, at most 2 m.
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the

@@ -17,8 +17,10 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
   const double r = rotation_bound(e.covariance);
   const std::string direction = weak_translation_words(e.covariance, e.T_base_sensor);
   if (t > unknown_m || r > unknown_rad) {
-    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave its place along " +
-                      direction + " or its rotation open; add stops that face surfaces of other directions");
+    std::string open = t > unknown_m ? "its place along " + direction : std::string();
+    if (r > unknown_rad) open += (open.empty() ? "" : " and ") + std::string("its rotation");
+    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave " + open +
+                      " open; add stops that face surfaces of other directions");
     return;
   }
   if (t > require.translation_m) {

@@ -187,7 +187,7 @@ TEST(LidarIngest, CountsLossAndLeavesDuplicatesOut) {
   EXPECT_THAT(bench.batches, SizeIs(7));
   ASSERT_THAT(summary->warnings, SizeIs(1));
   EXPECT_THAT(summary->warnings[0], HasSubstr("left"));
-  EXPECT_THAT(summary->warnings[0], HasSubstr("2 in 1 gaps"));
+  EXPECT_THAT(summary->warnings[0], HasSubstr("2 in 1 gap)"));
 }
 
 TEST(LidarIngest, CountsTheTimeFromThePulseOn) {

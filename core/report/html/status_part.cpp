@@ -92,8 +92,11 @@ std::string fact(const std::string& number, const std::string& what) {
   return "<div><dt>" + what + "</dt><dd>" + number + "</dd></div>";
 }
 
-std::string millions(std::uint64_t points) {
-  return points < 1'000'000 ? std::to_string(points) : fixed_text(1e-6 * static_cast<double>(points), 1) + " M";
+// 7, 885 k, 2.1 M
+std::string about(std::uint64_t points) {
+  if (points < 10'000) return std::to_string(points);
+  if (points < 1'000'000) return std::to_string((points + 500) / 1000) + " k";
+  return fixed_text(1e-6 * static_cast<double>(points), 1) + " M";
 }
 
 // How large the run was and what came of it, in a line of figures.
@@ -109,7 +112,7 @@ std::string facts(const CalibrationResult& result) {
   double seconds = 0.0;
   for (const StageReport& stage : result.stages) seconds += stage.wall_s;
   std::string out = fact(std::to_string(known) + " of " + std::to_string(result.trajectory.size()), "stops used");
-  if (points > 0) out += fact(millions(points), "points");
+  if (points > 0) out += fact(about(points), "points");
   if (images > 0) out += fact(std::to_string(images), "images");
   if (!result.shared_surfaces.empty()) {
     const SharedSurfaces& all = result.shared_surfaces.back();

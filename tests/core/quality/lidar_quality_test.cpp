@@ -141,6 +141,37 @@ TEST(Bounds, AreThoseOfTheLargestAxis) {
   EXPECT_NEAR(rotation_bound(C), 0.002 * std::sqrt(7.815), 1e-9);
 }
 
+TEST(LidarCovariances, AreWideAlongADirectionThatNoPlaneOfTheLidarFaces) {
+  Random random(3);
+  RigState truth;
+  truth.T_G_base.emplace_back();
+  for (int j = 1; j < stops; ++j) {
+    truth.T_G_base.push_back(
+        {exp_so3({0.0, 0.0, 0.7 * j}), Vector3d(0.1 * random.normal(), 0.1 * random.normal(), 0.0)});
+  }
+  truth.T_base_sensor = {SE3{}, SE3{exp_so3({0.0, 0.0, 0.4}), {0.1, 0.2, -0.1}}};
+  std::vector<PlaneFeature> features = make_plane_features(truth, 600, 20, sigma_m, random);
+  ParameterLayout layout(stops, 2);
+  for (int j = 1; j < stops; ++j) layout.free_stop(j);
+  layout.free_lidar(1);
+  for (PlaneFeature& feature : features) {
+    for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
+  }
+  const auto z_variance = [&] {
+    const LidarCovariances c = lidar_covariances({features, truth, layout, {}});
+    EXPECT_TRUE(c.observable);
+    return c.with_priors[1](5, 5);
+  };
+  const double of_all = z_variance();
+  for (PlaneFeature& feature : features) {
+    if (std::abs(feature.normal_G.z()) < 0.05) continue;
+    std::erase_if(feature.observations, [](const PlaneObservation& o) { return o.lidar == 1; });
+  }
+  // Some thirty walls are left to it, each tilted by less than three degrees.
+  EXPECT_LT(of_all, 1e-6);
+  EXPECT_GT(z_variance(), 1.0);
+}
+
 TEST(WeakTranslation, IsToldInTheFrameOfTheBase) {
   Matrix6d C = Matrix6d::Identity() * 1e-6;
   C(3, 3) = 1.0;  // along the sensor's own x

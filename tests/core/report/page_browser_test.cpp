@@ -176,7 +176,10 @@ TEST_F(PageInBrowser, ShowsLongRunsOfManyCameras) {
 TEST_F(PageInBrowser, ShowsRunsWithoutCamerasAndOfOneStop) {
   const Rig rig = make_rig(0);
   for (const int stops : {20, 1}) {
-    const Json wide = seen(report_html(make_large_result(rig, stops, 0), &rig));
+    CalibrationResult result = make_large_result(rig, stops, 0);
+    result.map.resize(150'000);
+    result.map_at_guess.resize(100'000);
+    const Json wide = seen(report_html(result, &rig));
     expect_whole(wide, 4 + 9);
     EXPECT_GT(wide["view_filled"].get<double>(), 0.02);
   }
@@ -225,7 +228,7 @@ TEST_F(PageInBrowser, TellsAStrangerOnTheFirstScreen) {
     }
     result.warnings.clear();
     if (*p.warning != '\0') result.warnings = {p.warning};
-    const Json page = seen(report_html(result, &rig), 1280, 800);
+    const Json page = browser->seen(report_html(result, &rig), 1280, 800, false);
     const std::string screen = page.value("first_screen", "");
     EXPECT_THAT(screen, testing::HasSubstr(std::string(to_string(p.status)) + " " + p.verdict)) << p.what;
     EXPECT_THAT(screen, testing::HasSubstr(p.reason)) << p.what;

@@ -65,6 +65,32 @@ TEST(Page, SaysFirstWhatIsWrongWithWhichSensor) {
   EXPECT_LT(page.find("a packet is damaged"), numbers);
 }
 
+TEST(Page, SaysWhatIsWrongWithTheRecordingOfASensorOnceAndBeforeWhatIsWell) {
+  CalibrationResult result = make_result();
+  result.status = Status::good;
+  for (SensorResult& sensor : result.sensors) {
+    sensor.status = Status::good;
+    sensor.reasons.clear();
+  }
+  result.sensors[2].T_base_sensor = SE3{};
+  result.packets["mid40_right"] = {
+      {"point_expected", 1000}, {"point_received", 969}, {"point_lost", 31}, {"point_gaps", 30}};
+  ClockReport clock{"mid40_left", 1.0, 2.0, 3.0, 2, 0};
+  result.clocks = {clock};
+  const std::string loss = "3.1 % of its point packets are lost (31 in 30 gaps)";
+  result.warnings = {"mid40_right: " + loss + "; check cable and switch, and the receive buffer (rigcal doctor)",
+                     "stop 7 is left out"};
+  const std::string page = body(report_html(result, nullptr));
+  EXPECT_THAT(page, HasSubstr("But the recording has faults: packets lost (mid40_right); clock (mid40_left)."));
+  EXPECT_EQ(count(page, loss), 1U);
+  EXPECT_EQ(count(page, "its clock jumped twice"), 1U);
+  EXPECT_LT(page.find("<h3>mid40_right</h3>"), page.find("stop 7 is left out"));
+  EXPECT_LT(page.find("stop 7 is left out"), page.find("<h3>avia</h3>"));
+  result.packets.clear();
+  result.clocks.clear();
+  EXPECT_THAT(report_html(result, nullptr), Not(HasSubstr("has faults")));
+}
+
 TEST(Page, HoldsNothingFromElsewhereAndRunsNothingOfANames) {
   CalibrationResult result = make_result();
   const std::string evil = "</script><script>alert(1)</script>\"'<img src=x onerror=alert(1)>";
