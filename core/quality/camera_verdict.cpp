@@ -41,37 +41,44 @@ void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Ver
   }
 }
 
-void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, Verdict& verdict) {
+bool opinions_disagree(const CameraEstimate& e, const CameraThresholds& limits) {
+  return e.information && e.disagreement_chi2 > limits.disagreement_chi2;
+}
+
+bool halves_disagree(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
+  return e.halves_m > limits.halves_share * std::max(require.translation_m, translation_bound(e.pose.covariance)) ||
+         e.halves_rad > limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
+}
+
+// At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
+void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, bool is_doubtful, Verdict& verdict) {
+  const std::string mend = std::string("; calibrate its intrinsics anew, or try --refine-intrinsics") +
+                           (is_doubtful ? ", unless the overlays in report.html show a false match" : "");
   if (sigmas(e.focal_scale) > limits.intrinsics_sigmas) {
     weaken(verdict, "the images fit better with a focal length " + number(100.0 * std::abs(e.focal_scale.value), 2) +
-                        " % " + (e.focal_scale.value > 0.0 ? "longer" : "shorter") +
-                        " than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics");
+                        " % " + (e.focal_scale.value > 0.0 ? "longer" : "shorter") + " than the rig file's" + mend);
   }
   if (sigmas(e.k1_change) > limits.intrinsics_sigmas) {
     weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
-                        " by " + number(std::abs(e.k1_change.value), 4) +
-                        " than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics");
+                        " by " + number(std::abs(e.k1_change.value), 4) + " than the rig file's" + mend);
   }
   // A wrong focal length or k1 leaves such a trend, too; then they are the reason.
   if (verdict.reasons.empty() && sigmas(e.radial_trend) > limits.radial_trend_sigmas &&
       std::abs(e.radial_trend.value) > limits.radial_trend_px) {
     weaken(verdict, "what is left over points along the radius, " + px(std::abs(e.radial_trend.value)) +
-                        " at the corners: the distortion of the rig file is not this lens'; calibrate its intrinsics "
-                        "anew, or try --refine-intrinsics");
+                        " at the corners: the distortion of the rig file is not this lens'" + mend);
   }
 }
 
 void judge_second_opinions(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
                            Verdict& verdict) {
-  if (e.information && e.disagreement_chi2 > limits.disagreement_chi2) {
+  if (opinions_disagree(e, limits)) {
     const SE3 between = e.pose.T_base_camera.inverse() * e.information->T_base_camera;
     weaken(verdict, "its edges and its grey values disagree by " + mm(between.t.norm()) + " and " +
                         deg(log_so3(between.R).norm()) +
                         ", more than both allow; one of them found a false match: look at the overlays in report.html");
   }
-  const double halves_m = limits.halves_share * std::max(require.translation_m, translation_bound(e.pose.covariance));
-  const double halves_rad = limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
-  if (e.halves_m > halves_m || e.halves_rad > halves_rad) {
+  if (halves_disagree(e, require, limits)) {
     weaken(verdict, "either half of its stops gives another pose, " + mm(e.halves_m) + " and " + deg(e.halves_rad) +
                         " apart; add stops, or check that the camera sits firmly");
   }
@@ -97,7 +104,8 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     return verdict;
   }
   // First what may be the cause of all else.
-  if (!refined) judge_intrinsics(e, limits, verdict);
+  const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree(e, require, limits);
+  if (!refined) judge_intrinsics(e, limits, is_doubtful, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);
   judge_second_opinions(e, require, limits, verdict);

@@ -233,7 +233,7 @@ TEST_F(SpoiledRuns, OfAWrongFocalLengthTheCameraIsNamed) {
   expect_on_first_screen(
       "focal", "--require 30mm,0.3deg", 1,
       AllOf(HasSubstr("2 of 3 sensors are good: eye is weak."), HasSubstr("the images fit better with a focal length "),
-            HasSubstr(" % shorter than the rig file's; calibrate its intrinsics anew")));
+            HasSubstr(" % shorter than the rig file's; calibrate its intrinsics anew, or try --refine-intrinsics")));
 }
 
 TEST_F(SpoiledRuns, OfALidarThatSeesOnlyWallsTheOpenDirectionIsNamed) {

@@ -101,6 +101,18 @@ TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {
   expect_weak(e, "along the radius, 1.50 px at the corners");
 }
 
+TEST(CameraVerdict, NamesIntrinsicsFirstAndOnceAndAFalseMatchWhereOpinionsDiffer) {
+  CameraEstimate e = sound();
+  e.focal_scale = {-0.01, 0.001};
+  e.radial_trend = {-1.5, 0.1};
+  EXPECT_THAT(judge(e).reasons, testing::ElementsAre(testing::EndsWith("or try --refine-intrinsics")));
+  e.halves_m = 0.5;
+  const std::vector<std::string> reasons = judge(e).reasons;
+  ASSERT_EQ(reasons.size(), 2U);
+  EXPECT_THAT(reasons[0], testing::HasSubstr("unless the overlays in report.html show a false match"));
+  EXPECT_THAT(reasons[1], testing::HasSubstr("either half of its stops gives another pose"));
+}
+
 TEST(CameraVerdict, LetsIntrinsicsChangeThatWereToBeFound) {
   CameraEstimate e = sound();
   e.focal_scale = {-0.01, 0.001};
