@@ -220,8 +220,8 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
   add_timing_options(*command, *patches, *options);
-  CLI::Option* live = command->add_flag("--live", options->is_live,
-                                        "Serve the LiDARs as devices on the network instead of writing a session");
+  CLI::Option* live = command->add_flag(
+      "--live", options->is_live, "Serve LiDARs and cameras as devices on the network instead of writing a session");
   live->excludes(out)->excludes(patches);
   add_live_options(*command, *live, options->live);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");

@@ -84,6 +84,33 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
   add_share("--control-duplicate", options.control.duplicate, "With --live: share of answers that come twice");
   add_share("--control-delay", options.control.delay, "With --live: share of answers up to 0.3 s late");
   add_share("--control-damage", options.control.wrong_checksum, "With --live: share of answers with a wrong bit");
+  add_share("--frame-loss", options.cameras.faults.loss,
+            "With --live: share of the cameras' stream packets that get lost");
+  add_share("--frame-reorder", options.cameras.faults.reorder,
+            "With --live: share of the cameras' stream packets that others overtake");
+  command
+      .add_flag_callback(
+          "--no-resend", [&options] { options.cameras.can_resend = false; },
+          "With --live: the cameras send no packet a second time")
+      ->needs(&live);
+  command
+      .add_option("--camera-delay", options.cameras.answer_delay_s,
+                  "With --live: seconds that the cameras take for an answer (default 0)")
+      ->check(CLI::Range(0.0, 60.0))
+      ->needs(&live)
+      ->option_text("SECONDS");
+  command
+      .add_flag("--test-pattern", options.cameras.is_test_pattern,
+                "With --live: the cameras send moving stripes, at any rate, instead of the scene")
+      ->needs(&live);
+  command
+      .add_option(
+          "--trigger-port", options.cameras.trigger_port,
+          "With --live: a datagram to this UDP port of a camera is a pulse on all cameras' trigger lines, instead "
+          "of the run's own")
+      ->check(CLI::Range(1, 65535))
+      ->needs(&live)
+      ->option_text("PORT");
   command
       .add_option_function<std::vector<std::string>>(
           "--incident",
@@ -111,6 +138,10 @@ std::string live_summary_text(const sim::LiveSummary& summary) {
                 static_cast<double>(summary.bytes) * 1e-6, summary.is_complete ? "" : " (stopped)");
   std::string all = text.data();
   if (summary.unsent > 0) all += std::to_string(summary.unsent) + " packets could not be sent\n";
+  for (const sim::LiveCameraSummary& camera : summary.cameras) {
+    all += camera.name + " on " + to_string(camera.ip) + ": " + std::to_string(camera.counts.stream.blocks) +
+           " frames in " + std::to_string(camera.counts.stream.packets) + " packets\n";
+  }
   return all;
 }
 
@@ -120,6 +151,19 @@ std::string live_summary_json(const std::string& scene, std::uint64_t seed, cons
   for (const sim::FaultCounts& counts : summary.faults) {
     lost += counts.lost;
     duplicated += counts.duplicated;
+  }
+  nlohmann::ordered_json cameras = nlohmann::ordered_json::array();
+  for (const sim::LiveCameraSummary& camera : summary.cameras) {
+    const sim::CameraCounts& counts = camera.counts;
+    cameras.push_back({{"name", camera.name},
+                       {"address", to_string(camera.ip)},
+                       {"frames", counts.stream.blocks},
+                       {"dropped_frames", counts.dropped_frames + counts.stream.skipped_blocks},
+                       {"ignored_triggers", counts.ignored_triggers},
+                       {"packets", counts.stream.packets},
+                       {"lost", counts.stream.lost},
+                       {"resent", counts.stream.resent},
+                       {"unsent", counts.unsent_packets}});
   }
   const nlohmann::ordered_json json{{"rigcal", format_version},
                                     {"command", "simulate"},
@@ -134,7 +178,8 @@ std::string live_summary_json(const std::string& scene, std::uint64_t seed, cons
                                     {"unsent", summary.unsent},
                                     {"latest_s", summary.latest_s},
                                     {"lost", lost},
-                                    {"duplicated", duplicated}};
+                                    {"duplicated", duplicated},
+                                    {"cameras", cameras}};
   return json.dump(2) + "\n";
 }
 

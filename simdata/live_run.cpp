@@ -8,6 +8,7 @@
 #include "drivers/net/session_clock.h"
 #include "drivers/net/udp_socket.h"
 #include "drivers/net/waiter.h"
+#include "simdata/camera_units.h"
 #include "simdata/live_stamp.h"
 #include "simdata/render_ahead.h"
 
@@ -17,8 +18,9 @@ namespace {
 constexpr std::int64_t lead_ns = 20'000'000;        // From the first "start" to the first shot.
 constexpr std::int64_t shortest_wait_ns = 200'000;  // Packets leave in small groups, not one by one.
 constexpr std::int64_t longest_wait_ns = 50'000'000;
-constexpr std::int64_t render_wait_ns = 2'000'000;  // Until a block that is not rendered yet is looked for again.
-constexpr double late_s = 0.1;                      // From here on the rendering is too slow for what is asked.
+constexpr std::int64_t render_wait_ns = 2'000'000;      // Until a block that is not rendered yet is looked for again.
+constexpr std::int64_t last_frames_ns = 5'000'000'000;  // The run's last images may take so long after its end.
+constexpr double late_s = 0.1;                          // From here on the rendering is too slow for what is asked.
 
 std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 
@@ -43,10 +45,11 @@ class LiveRun {
  public:
   LiveRun(const SimulatedRig& simulated, std::vector<SimDevice> devices, std::vector<Sockets> sockets,
           net::Waiter waiter, const Rig& rig, const Endpoint& broadcast_to, const LiveOptions& options,
-          RenderAhead& ahead)
+          RenderAhead& ahead, LiveCameras& cameras)
       : options_(options),
         duration_s_(simulated.motion.duration_s()),
         ahead_(ahead),
+        cameras_(cameras),
         waiter_(std::move(waiter)),
         batch_(32),
         faults_(options.run.faults, options.run.seed,
@@ -72,7 +75,11 @@ class LiveRun {
       const std::int64_t now = now_ns();
       happen(now);
       for (const auto& unit : units_) serve(*unit, now);
-      if (!start_ns_ && is_any_sampling()) start_ns_ = now + lead_ns;
+      if (!start_ns_ && is_any_sampling()) {
+        start_ns_ = now + lead_ns;
+        cameras_.begin(*start_ns_, options_.speed, options_.loop);
+      }
+      cameras_.tick(now);
       if (start_ns_) {
         if (const auto sent = send_due(now); !sent) return sent.error();
         const double run_s = std::max(0.0, static_cast<double>(now - *start_ns_) * 1e-9 * options_.speed);
@@ -81,7 +88,7 @@ class LiveRun {
         if (summary_.latest_s > late_s)
           context.reporter.warn(
               "packets leave more than 0.1 s late: this machine cannot render and send that fast; lower the speed");
-        if (is_over()) {
+        if (is_over(now)) {
           summary_.is_complete = true;
           break;
         }
@@ -90,6 +97,7 @@ class LiveRun {
     }
     if (const auto flushed = faults_.flush(); !flushed) return flushed.error();
     count_faults();
+    summary_.cameras = cameras_.summary();
     return summary_;
   }
 
@@ -156,6 +164,7 @@ class LiveRun {
     return static_cast<std::size_t>(found - units_.begin());
   }
   bool is_any_sampling() const {
+    if (units_.empty()) return cameras_.is_any_acquiring();
     return std::any_of(units_.begin(), units_.end(), [](const auto& unit) { return unit->control.is_sampling(); });
   }
 
@@ -223,9 +232,11 @@ class LiveRun {
     return {};
   }
 
-  bool is_over() {
-    if (options_.loop || !ahead_.is_over()) return false;
-    return std::none_of(units_.begin(), units_.end(), [this](const auto& unit) { return has_next(*unit); });
+  bool is_over(std::int64_t now) {
+    const std::int64_t end_ns = *start_ns_ + std::llround(duration_s_ / options_.speed * 1e9);
+    if (options_.loop || now < end_ns || !ahead_.is_over()) return false;
+    if (std::any_of(units_.begin(), units_.end(), [this](const auto& unit) { return has_next(*unit); })) return false;
+    return cameras_.is_idle() || now >= end_ns + last_frames_ns;
   }
   std::int64_t next_ns() {
     std::int64_t next = INT64_MAX;
@@ -256,6 +267,7 @@ class LiveRun {
   const LiveOptions& options_;
   double duration_s_;
   RenderAhead& ahead_;
+  LiveCameras& cameras_;
   net::Waiter waiter_;
   net::ReceiveBatch batch_;
   PacketFaults faults_;
@@ -268,8 +280,15 @@ class LiveRun {
 };
 
 Error unknown_sensor(const Incident& incident) {
-  return input_error("there is no LiDAR '" + incident.sensor + "' in the rig", "incident",
-                     "name a sensor of the rig file");
+  return input_error("there is no device '" + incident.sensor + "' to which that could happen", "incident",
+                     "name a LiDAR of the rig file, or a camera whose driver is aravis; cameras have no status word");
+}
+
+bool can_happen(const Incident& incident, const Rig& rig) {
+  const int sensor = rig.find(incident.sensor);
+  if (sensor < 0) return false;
+  const Sensor& found = rig.sensors[static_cast<std::size_t>(sensor)];
+  return found.is_lidar() || (is_served(found) && incident.kind != Incident::Kind::status);
 }
 
 }  // namespace
@@ -279,8 +298,7 @@ Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveO
   auto devices = make_devices(rig, options.run.seed, options.run.clock_drift_ppm);
   if (!devices) return devices.error();
   for (const Incident& incident : options.incidents) {
-    const int sensor = rig.find(incident.sensor);
-    if (sensor < 0 || !rig.sensors[static_cast<std::size_t>(sensor)].is_lidar()) return unknown_sensor(incident);
+    if (!can_happen(incident, rig)) return unknown_sensor(incident);
   }
   const auto host = host_address(rig);
   if (!host) return host.error();
@@ -303,8 +321,11 @@ Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveO
   const Endpoint broadcast_to{loopback ? *host : livox::Ipv4{255, 255, 255, 255}, options.discovery_port};
   const RayCaster caster(scene);
   RenderAhead ahead(caster, scene.materials, *simulated, *devices, options.run.path, options.run.seed, options.loop);
+  const auto cameras =
+      LiveCameras::start(scene, caster, rig, *simulated, options.run, options.cameras, options.incidents);
+  if (!cameras) return cameras.error();
   LiveRun run(*simulated, *std::move(devices), std::move(sockets), *std::move(waiter), rig, broadcast_to, options,
-              ahead);
+              ahead, **cameras);
   return run.run(context);
 }
 

@@ -5,55 +5,16 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "core/base/random.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "core/io/output_file.h"
-#include "simdata/exposure_plan.h"
+#include "simdata/camera_shots.h"
 #include "simdata/image_renderer.h"
-#include "simdata/image_sensor.h"
 
 namespace rigcal::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-enum Stream : std::uint64_t { camera_clock_stream = 700 };
-constexpr std::uint64_t most_frames = 1'000'000;  // of one camera
-
-struct SimulatedCamera {
-  int sensor = 0;
-  std::string name;
-  ImageSensor chip;
-  SE3 T_base_camera;
-  CameraModel model;
-  bool triggered = false;
-  double delay_s = 0.0;
-
-  [[nodiscard]] double exposure_s() const { return chip.exposure_us * 1e-6; }
-};
-
-Expected<std::vector<SimulatedCamera>> make_cameras(const Rig& rig, const std::vector<SE3>& T_base_sensor) {
-  std::vector<SimulatedCamera> cameras;
-  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
-    const Sensor& sensor = rig.sensors[i];
-    if (sensor.is_lidar() || !sensor.camera->intrinsics) continue;
-    const auto chip = ImageSensor::of(sensor);
-    if (!chip) return chip.error();
-    const auto& trigger = sensor.camera->trigger;
-    cameras.push_back({static_cast<int>(i), sensor.name, *chip, T_base_sensor[i],
-                       CameraModel(*sensor.camera->intrinsics), trigger.has_value(),
-                       trigger ? trigger->delay_us * 1e-6 : 0.0});
-  }
-  return cameras;
-}
-
-ClockTruth draw_clock(std::uint64_t seed, int sensor) {
-  Random random(seed, camera_clock_stream + static_cast<std::uint64_t>(sensor));
-  const double started_s = random.uniform(20.0, 600.0);
-  // The camera counts from when it was switched on; session time counts from 1970.
-  return {std::llround(started_s * 1e9), random.uniform(-50.0, 50.0)};
-}
 
 // Tells how many images of all are done, and whether to go on.
 class ImageCount {
@@ -76,8 +37,7 @@ class ImageCount {
 Expected<void> write_frame(const ImageRenderer& renderer, const SimulatedCamera& camera, const SE3& T_scene_base,
                            double time_s, std::uint64_t seed, std::uint64_t frame, const std::string& path) {
   const LightField light = renderer.render(T_scene_base * camera.T_base_camera, time_s);
-  return write_image(path,
-                     expose(light, camera.chip, seed, static_cast<std::uint64_t>(camera.sensor) * most_frames + frame));
+  return write_image(path, expose(light, camera.chip, seed, camera.noise_of(frame)));
 }
 
 Expected<void> write_camera(const Scene& scene, const RayCaster& caster, const SimulatedCamera& camera,
@@ -90,8 +50,8 @@ Expected<void> write_camera(const Scene& scene, const RayCaster& caster, const S
   const ImageRenderer renderer(scene, caster, camera.model);
   std::vector<FrameRecord> frames;
   for (std::size_t i = 0; i < pulses.size(); ++i) {
-    const double begin_s = pulses[i].time_s + camera.delay_s;
-    const double middle_s = begin_s + 0.5 * camera.exposure_s();
+    const double begin_s = camera.begin_s(pulses[i]);
+    const double middle_s = camera.middle_s(pulses[i]);
     char file[32];
     std::snprintf(file, sizeof file, "%06zu.png", i);
     if (const auto written = write_frame(renderer, camera, simulated.motion.T_scene_base(middle_s), middle_s, seed, i,
@@ -117,7 +77,7 @@ Expected<void> write_camera(const Scene& scene, const RayCaster& caster, const S
 }  // namespace
 
 Expected<void> check_cameras(const Rig& rig) {
-  const auto cameras = make_cameras(rig, std::vector<SE3>(rig.sensors.size()));
+  const auto cameras = simulated_cameras(rig, std::vector<SE3>(rig.sensors.size()));
   if (!cameras) return cameras.error();
   return {};
 }
@@ -126,21 +86,17 @@ Expected<std::uint64_t> write_session_images(const Scene& scene, const Rig& rig,
                                              std::uint64_t seed, const RunTimes& times, int per_stop,
                                              const std::string& session, const RunContext& context,
                                              GroundTruth& truth) {
-  const auto cameras = make_cameras(rig, simulated.T_base_sensor);
+  const auto cameras = simulated_cameras(rig, simulated.T_base_sensor);
   if (!cameras) return cameras.error();
   if (cameras->empty() || per_stop == 0) return std::uint64_t{0};
-  double longest_s = 0.0;
-  bool triggered = false;
-  for (const SimulatedCamera& camera : *cameras) {
-    longest_s = std::max(longest_s, camera.delay_s + camera.exposure_s());
-    triggered = triggered || camera.triggered;
-  }
-  const std::vector<ExposurePulse> pulses = plan_exposures(simulated.motion.rests(), per_stop, longest_s);
+  const bool triggered =
+      std::any_of(cameras->begin(), cameras->end(), [](const SimulatedCamera& camera) { return camera.triggered; });
+  const std::vector<ExposurePulse> pulses = plan_exposures(*cameras, simulated.motion, per_stop);
   const RayCaster caster(scene);
   ImageCount count(cameras->size() * pulses.size(), context);
   for (const SimulatedCamera& camera : *cameras) {
     // Like the LiDARs' clocks: time since the device was switched on.
-    ClockTruth clock = draw_clock(seed, camera.sensor);
+    ClockTruth clock = camera_clock(seed, camera.sensor);
     clock.offset_ns -= times.start_ns;
     truth.clocks[camera.name] = clock;
     if (const auto written = write_camera(scene, caster, camera, simulated, pulses, seed, times,
@@ -162,7 +118,7 @@ Expected<std::uint64_t> write_session_images(const Scene& scene, const Rig& rig,
 Expected<std::uint64_t> write_patch_images(const Scene& scene, const Rig& rig, const SimulatedRig& simulated,
                                            std::uint64_t seed, const PatchFolderWriter& folder,
                                            const RunContext& context) {
-  const auto cameras = make_cameras(rig, simulated.T_base_sensor);
+  const auto cameras = simulated_cameras(rig, simulated.T_base_sensor);
   if (!cameras) return cameras.error();
   const int stops = simulated.motion.stop_count();
   const RayCaster caster(scene);

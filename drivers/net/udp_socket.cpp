@@ -72,6 +72,12 @@ Expected<void> set_up(int descriptor, const UdpOptions& options) {
   return {};
 }
 
+// No room now, nobody who listens, or a datagram too long for the way there: lost, as on any network.
+bool is_loss(int error) {
+  return error == EAGAIN || error == EWOULDBLOCK || error == ENOBUFS || error == ECONNREFUSED || error == EINTR ||
+         error == EMSGSIZE;
+}
+
 constexpr std::size_t kControlBytes = 128;  // Stamp, drop counter and address information take 80.
 
 }  // namespace
@@ -200,17 +206,53 @@ Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
   return buffers.size;
 }
 
+Error UdpSocket::send_error(const Endpoint& to) const {
+  return socket_error("cannot send to " + to_string(to), local_,
+                      errno == ENETUNREACH || errno == EHOSTUNREACH
+                          ? "no interface leads there: give one an address in that network"
+                          : "look at the network interface and the firewall");
+}
+
 Expected<bool> UdpSocket::send(const Endpoint& to, ByteView bytes) const {
   const sockaddr_in address = to_address(to);
   const ssize_t sent = sendto(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                               reinterpret_cast<const sockaddr*>(&address), sizeof address);
   if (sent == static_cast<ssize_t>(bytes.size())) return true;
-  if (errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS || errno == ECONNREFUSED || errno == EINTR)
-    return false;
-  return socket_error("cannot send to " + to_string(to), local_,
-                      errno == ENETUNREACH || errno == EHOSTUNREACH
-                          ? "no interface leads there: give one an address in that network"
-                          : "look at the network interface and the firewall");
+  if (is_loss(errno)) return false;
+  return send_error(to);
+}
+
+Expected<std::size_t> UdpSocket::send_all(std::span<const Parts> datagrams) const {
+  constexpr std::size_t most = 64;
+  std::array<mmsghdr, most> headers{};
+  std::array<std::array<iovec, 2>, most> parts{};
+  std::array<sockaddr_in, most> addresses{};
+  std::size_t taken = 0;
+  std::size_t at = 0;
+  while (at < datagrams.size()) {
+    const std::size_t count = std::min(most, datagrams.size() - at);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Parts& datagram = datagrams[at + i];
+      addresses[i] = to_address(datagram.to);
+      const auto part = [](ByteView bytes) { return iovec{const_cast<std::uint8_t*>(bytes.data()), bytes.size()}; };
+      parts[i] = {part(datagram.head), part(datagram.body)};
+      msghdr& header = headers[i].msg_hdr;
+      header.msg_name = &addresses[i];
+      header.msg_namelen = sizeof addresses[i];
+      header.msg_iov = parts[i].data();
+      header.msg_iovlen = parts[i].size();
+    }
+    const int sent = sendmmsg(descriptor_, headers.data(), static_cast<unsigned>(count), MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (sent < 0 && !is_loss(errno)) return send_error(datagrams[at].to);
+    // It stops before the first one that it does not take.
+    taken += static_cast<std::size_t>(std::max(sent, 0));
+    at += static_cast<std::size_t>(std::max(sent, 1));
+  }
+  return taken;
+}
+
+void UdpSocket::set_do_not_fragment(bool refuse) const {
+  static_cast<void>(set_option(descriptor_, IPPROTO_IP, IP_MTU_DISCOVER, refuse ? IP_PMTUDISC_DO : IP_PMTUDISC_DONT));
 }
 
 }  // namespace rigcal::net

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "core/base/error.h"
@@ -50,6 +51,13 @@ class ReceiveBatch {
   std::unique_ptr<Buffers> buffers_;
 };
 
+/// A datagram to be sent.
+struct Parts {
+  Endpoint to;
+  ByteView head;
+  ByteView body;
+};
+
 /// A bound, non-blocking UDP socket with kernel stamps and the kernel's count of drops.
 class UdpSocket {
  public:
@@ -66,9 +74,15 @@ class UdpSocket {
 
   /// What is there now, at most a batch; 0 where nothing is. Errors: the interface is gone.
   Expected<std::size_t> receive(ReceiveBatch& batch);
-  /// False where the system has no room now or nobody listens; the datagram is lost then, as on any network. Errors: no
-  /// way there, no permission.
+  /// False where the system has no room now, nobody listens or it is too long for the way there; the datagram is lost
+  /// then, as on any network. Errors: no way there, no permission.
   Expected<bool> send(const Endpoint& to, ByteView bytes) const;
+
+  /// Hands over many datagrams at once, each of two parts that lie behind one another on the wire. Returns how many the
+  /// system has taken; the rest is lost as with `send`. Errors: as of `send`.
+  Expected<std::size_t> send_all(std::span<const Parts> datagrams) const;
+  /// Whether datagrams that are too long for the network are refused rather than sent in fragments. Best effort.
+  void set_do_not_fragment(bool refuse) const;
 
   /// Datagrams that the kernel had to throw away because the buffer was full, as of the last one received.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
@@ -76,6 +90,8 @@ class UdpSocket {
  private:
   UdpSocket() = default;
   void close();
+  /// Of the call that has just failed.
+  [[nodiscard]] Error send_error(const Endpoint& to) const;
 
   int descriptor_ = -1;
   Endpoint local_;

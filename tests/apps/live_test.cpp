@@ -242,6 +242,11 @@ TEST_F(Live, TheProgramServesUntilItIsStopped) {
   EXPECT_THAT(SchemaCheck("simulate_live.json").violations(summary), IsEmpty());
   EXPECT_EQ(summary["complete"], false);
   EXPECT_EQ(summary["packets"], 0);  // Nobody asked for any.
+  ASSERT_EQ(summary["cameras"].size(), 2U);
+  EXPECT_EQ(summary["cameras"][0]["name"], "camera_left");
+  EXPECT_EQ(summary["cameras"][0]["address"], "127.0.0.31");
+  EXPECT_EQ(summary["cameras"][1]["address"], "127.0.0.32");
+  EXPECT_EQ(summary["cameras"][1]["frames"], 0);
 }
 
 TEST_F(Live, TheProgramRefusesWhatDoesNotFit) {
@@ -257,7 +262,8 @@ TEST_F(Live, TheProgramRefusesWhatDoesNotFit) {
   }
   const ProgramRun unknown = simulate("--live --incident nobody,1,reboot", scratch);
   EXPECT_EQ(unknown.code, 3);
-  EXPECT_THAT(unknown.err, HasSubstr("no LiDAR 'nobody'"));
+  EXPECT_EQ(simulate("--live --incident camera_left,1,status,1", scratch).code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("no device 'nobody'"));
 }
 
 }  // namespace

@@ -91,7 +91,8 @@ const Table& rooms() {
         {"drivers/livox_codec", {"core/records"}},
         {"drivers/livox/protocol", {"drivers/livox_codec"}},
         {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},
-        {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec"}},
+        {"simdata/gige", {"drivers/gige_codec", "drivers/net"}},
+        {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec", "simdata/gige"}},
     };
     std::vector<std::string> core;
     for (const auto& [room, _] : rows) {

@@ -48,6 +48,39 @@ TEST(UdpSocket, BringsDatagramsWithStampsAndAddresses) {
   EXPECT_EQ(host.dropped(), 0U);
 }
 
+TEST(UdpSocket, SendsManyAtOnceInTwoPartsEach) {
+  UdpSocket host = open_at(1);
+  const UdpSocket device = open_at(179);
+  std::vector<std::vector<std::uint8_t>> heads;
+  const std::vector<std::uint8_t> body(700, 7);
+  for (std::size_t i = 0; i < 100; ++i) heads.push_back({static_cast<std::uint8_t>(i), 1});
+  std::vector<Parts> parts;
+  for (std::size_t i = 0; i < heads.size(); ++i) parts.push_back({host.local(), heads[i], ByteView(body).first(i)});
+  ASSERT_EQ(*device.send_all(parts), 100U);
+  ReceiveBatch batch(128);
+  ASSERT_EQ(*host.receive(batch), 100U);
+  for (std::size_t i = 0; i < 100; ++i) {
+    ASSERT_EQ(batch[i].bytes.size(), 2 + i);
+    EXPECT_EQ(batch[i].bytes[0], i);
+    EXPECT_EQ(batch[i].bytes.back(), i == 0 ? 1 : 7);
+  }
+  EXPECT_EQ(*device.send_all({}), 0U);
+}
+
+TEST(UdpSocket, WhatIsTooLongForTheWayIsLostAndTheRestIsNot) {
+  UdpSocket host = open_at(1);
+  const UdpSocket device = open_at(179);
+  device.set_do_not_fragment(true);
+  const std::vector<std::uint8_t> bytes(70'000);
+  const std::vector<Parts> parts{{host.local(), ByteView(bytes).first(1), {}},
+                                 {host.local(), bytes, {}},
+                                 {host.local(), ByteView(bytes).first(3), {}}};
+  EXPECT_EQ(*device.send_all(parts), 2U);
+  ReceiveBatch batch(4);
+  ASSERT_EQ(*host.receive(batch), 2U);
+  EXPECT_EQ(batch[1].bytes.size(), 3U);
+}
+
 TEST(UdpSocket, TellsTheInterfaceOfABroadcast) {
   UdpSocket host = open({{{0, 0, 0, 0}, 0}, true, false, 0, {}});
   const UdpSocket device = open({{{127, 0, 0, 21}, 0}, false, true, 0, {}});
