@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <set>
 
 #include "core/camera/camera_checks.h"
 #include "core/camera/edge_search.h"
@@ -26,6 +27,9 @@ constexpr double sparse_spacing_px = 8.0;
 // Sigmas of intrinsics that are to be found: no calibration is off by more.
 constexpr double free_focal_scale = 0.02;
 constexpr double free_k1 = 0.1;
+
+// From fewer stops the rig file is believed rather than the images: nothing could be held out to tell who is right.
+constexpr std::size_t least_stops_for_intrinsics = 4;
 
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
@@ -147,8 +151,12 @@ class CameraCalibration {
     estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
     estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
     estimate_.radial_trend = corner_shift(freed.state, covariance.bottomRightCorner<2, 2>());
+    // A few images can be explained by many intrinsics: only who asks for them gets to see what they would be.
+    const bool enough = stops() >= least_stops_for_intrinsics;
+    if (!enough && !options_.refine_intrinsics)
+      estimate_.focal_scale = estimate_.k1_change = estimate_.radial_trend = {};
     // Intrinsics that never came to rest say nothing.
-    const bool off = freed.converged && (is_off(estimate_.focal_scale) || is_off(estimate_.k1_change));
+    const bool off = freed.converged && enough && (is_off(estimate_.focal_scale) || is_off(estimate_.k1_change));
     if (options_.refine_intrinsics || off) {
       priors_ = free;
       best_ = freed;
@@ -157,6 +165,12 @@ class CameraCalibration {
       estimate_.iterations += best_.iterations;
     }
     finish_jointly();
+  }
+
+  [[nodiscard]] std::size_t stops() const {
+    std::set<int> stops;
+    for (const EdgeView& view : views_) stops.insert(view.stop);
+    return stops.size();
   }
 
   [[nodiscard]] static bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }

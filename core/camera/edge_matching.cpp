@@ -21,6 +21,7 @@ class ViewMatcher {
     fit.line = segment.line;
     double px_per_m = 0.0;
     double range_m = 0.0;
+    double shift_m = 0.0;
     double offsets = 0.0;
     for (std::uint32_t k = segment.begin; k < segment.end; ++k) {
       const std::uint32_t sample = view_.samples[k];
@@ -30,6 +31,7 @@ class ViewMatcher {
       ++fit.samples;
       px_per_m += projection->px_per_m;
       range_m += projection->range_m;
+      shift_m += scene_.edges[sample].shift_m;
       find_candidates(*projection);
       weigh(*projection);
       double explained = 0.0;
@@ -56,7 +58,8 @@ class ViewMatcher {
     fit.offset_px = fit.weight > 0.0 ? offsets / fit.weight : 0.0;
     fit.sigma_px = std::hypot(options_.segment_px, options_.segment_m * px_per_m / fit.samples);
     // While partners are still sought far away, a segment may be as far off.
-    fit.line_variance = std::pow(options_.line_m, 2) + std::pow(options_.line_per_m * range_m / fit.samples, 2);
+    fit.line_variance = std::pow(options_.line_m, 2) + std::pow(options_.line_per_m * range_m / fit.samples, 2) +
+                        std::pow(shift_m / fit.samples, 2);
     fit.expected_px = std::hypot(fit.sigma_px, std::sqrt(fit.line_variance) * px_per_m / fit.samples);
     const double normalised = fit.offset_px / (options_.kernel_sigmas * std::hypot(fit.expected_px, options_.scale_px));
     fit.robust = 1.0 / std::pow(1.0 + normalised * normalised, 2);

@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/edges/edge_candidates.h"
 #include "core/edges/edge_points.h"
+#include "core/edges/line_book.h"
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
@@ -155,49 +156,6 @@ class PieceFitter {
   const std::vector<NoiseModel>& noise_;
   const LidarEdgeOptions& options_;
   std::vector<const EdgePoint*> around_;
-};
-
-// Gives the samples of one physical edge the same number, and drops those that two pieces give.
-class LineBook {
- public:
-  explicit LineBook(double sample_m) : sample_m_(sample_m) {}
-
-  void add(const std::vector<LidarEdge>& piece) {
-    if (piece.empty()) return;
-    const LidarEdge& middle = piece[piece.size() / 2];
-    std::size_t line = 0;
-    while (line < lines_.size() && !is_on(lines_[line], middle)) ++line;
-    if (line == lines_.size()) lines_.push_back({middle.p_G, middle.direction_G, {}});
-    Line& book = lines_[line];
-    for (const LidarEdge& edge : piece) {
-      const auto at = static_cast<std::int64_t>(std::floor(book.direction.dot(edge.p_G - book.p) / sample_m_));
-      const auto place = std::lower_bound(book.taken.begin(), book.taken.end(), at);
-      if (place != book.taken.end() && *place == at) continue;
-      book.taken.insert(place, at);
-      edges_.push_back(edge);
-      edges_.back().line = static_cast<int>(line);
-    }
-  }
-
-  [[nodiscard]] std::vector<LidarEdge> take() { return std::move(edges_); }
-
- private:
-  struct Line {
-    Vector3d p;
-    Vector3d direction;
-    std::vector<std::int64_t> taken;  // ascending
-  };
-
-  static bool is_on(const Line& line, const LidarEdge& edge) {
-    if (std::abs(line.direction.dot(edge.direction_G)) < std::cos(to_rad(4.0))) return false;
-    const Vector3d d = edge.p_G - line.p;
-    const double along = line.direction.dot(d);
-    return (d - along * line.direction).norm() < 0.02 + 0.01 * std::abs(along);
-  }
-
-  double sample_m_;
-  std::vector<Line> lines_;
-  std::vector<LidarEdge> edges_;
 };
 
 }  // namespace

@@ -18,7 +18,8 @@ struct LidarEdge {
   Vector3d normal_a_G = Vector3d::UnitY();   ///< Of the two faces, unit.
   Vector3d normal_b_G = Vector3d::UnitZ();
   Matrix3d covariance_G = Matrix3d::Zero();  ///< Of p across the edge, m^2; nothing along it.
-  int line = 0;                              ///< Samples of one physical edge have the same; they err together.
+  double shift_m = 0.0;  ///< Sigma of what the whole line may be off across itself beside that: the beam's width.
+  int line = 0;          ///< Samples of one physical edge have the same; they err together.
 };
 
 struct LidarEdgeOptions {

@@ -5,6 +5,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/map_samples.h"
 #include "core/edges/grey_image.h"
+#include "core/edges/outlines.h"
 #include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
@@ -66,6 +67,22 @@ void insert_in_order(const Rig& rig, const std::vector<SensorResult>& cameras, C
       for (SurfaceCut::Dot& dot : *dots) dot.sensor = place[dot.sensor];
     }
   }
+}
+
+// By the data sheets; of others nothing is known but that beams are about that wide.
+BeamWidth beam_of(LidarModel model) {
+  switch (model) {
+    case LidarModel::livox_avia:
+    case LidarModel::livox_mid40:
+    case LidarModel::livox_mid70:
+    case LidarModel::livox_horizon:
+      return {to_rad(0.28), to_rad(0.03)};
+    case LidarModel::livox_tele15:
+      return {to_rad(0.12), to_rad(0.02)};
+    case LidarModel::other:
+      break;
+  }
+  return {};
 }
 
 class CameraStage {
@@ -151,7 +168,7 @@ class CameraStage {
   void make_scene() {
     StageReport& stage = clock_.begin("edges");
     context_.reporter.progress("edges", -1.0);
-    scene_ = make_camera_scene(recording_, solution_);
+    scene_ = make_camera_scene(rig_, recording_, solution_);
     stage.counts = {{"lidar_edge_points", static_cast<double>(scene_.edges.size())},
                     {"map_samples", static_cast<double>(scene_.samples.size())}};
   }
@@ -194,12 +211,21 @@ class CameraStage {
 
 }  // namespace
 
-CameraScene make_camera_scene(const LidarRecording& recording, const LidarSolution& solution) {
+CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, const LidarSolution& solution) {
   CameraScene scene;
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
   const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
   scene.edges = find_lidar_edges(leaves, recording.patches, solution.state, solution.noise, solution.use, {});
+  int lines = 0;
+  for (const LidarEdge& edge : scene.edges) lines = std::max(lines, edge.line + 1);
+  OutlineOptions outlines;
+  for (const int sensor : recording.lidar_sensors) {
+    outlines.beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
+  }
+  for (LidarEdge& edge : find_outlines(recording.patches, solution.state, solution.use, lines, outlines)) {
+    scene.edges.push_back(edge);
+  }
   scene.samples = sample_map(recording.patches, solution.state, solution.use, leaves);
   return scene;
 }

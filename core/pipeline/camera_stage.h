@@ -34,7 +34,8 @@ struct CameraRecording {
 };
 
 /// Poses, edges and samples of the map that the LiDAR calibration ended with.
-[[nodiscard]] CameraScene make_camera_scene(const LidarRecording& recording, const LidarSolution& solution);
+[[nodiscard]] CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording,
+                                            const LidarSolution& solution);
 
 /// The images in grey, all of them on the scale of the one with the most bits, without those that show nothing (warned
 /// of by name).

@@ -119,20 +119,27 @@ std::string tell(const SensorResult& sensor, const SE3& published) {
   return text;
 }
 
-// Two clouds without reflectivity, two images a camera, and hardly an upright corner among what both show: the facade
-// is glass between bars. What is found hangs on a few level edges, and must not be called good.
-TEST_F(RealMid100Cameras, AreNotCalledGoodWhereAFacadeOfBarsShowsFewCorners) {
+// Two clouds without reflectivity and two images a camera, of a facade of glass between bars 25 m away: outlines of the
+// bars say where the cameras look, and nothing near enough to say where they stand. So they are weak, but all starts
+// lead to one pose. The level lines (rims of the door frame, of the beam, of the hedge 7 m away) ask for a third of a
+// degree of pitch more than the published numbers have; see docs/judge-cameras.md.
+TEST_F(RealMid100Cameras, LookWhereTheBarsOfTheFacadeSayAndAreWeak) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const auto result = calibrate(to_rad(3.0), 0.1, seed);
     ASSERT_TRUE(result) << result.error().message();
+    std::vector<Vector3d> turned;
     for (std::size_t c = 0; c < 2; ++c) {
       const SensorResult& sensor = result->sensors[3 + c];
       ASSERT_EQ(sensor.name, camera_names[c]);
       const SE3& published = published_T_base_camera_[c];
       std::printf("seed %d %s\n", static_cast<int>(seed), tell(sensor, published).c_str());
-      EXPECT_NE(sensor.status, Status::good) << "the poses of its stops are only given, and the units weak";
-      EXPECT_FALSE(sensor.reasons.empty());
+      EXPECT_EQ(sensor.status, Status::weak) << "the poses of its stops are only given, and the translation is open";
+      ASSERT_TRUE(sensor.T_base_sensor);
+      turned.push_back(log_so3(published.R.transpose() * sensor.T_base_sensor->R));
+      EXPECT_LT(to_deg(turned.back().norm()), 0.45);
+      EXPECT_LT(to_deg(std::abs(turned.back().z())), 0.15) << "about the optical axis, which upright bars hold";
     }
+    EXPECT_LT(to_deg((turned[0] - turned[1]).norm()), 0.25) << "what is left is common to both cameras";
   }
 }
 
@@ -152,18 +159,16 @@ TEST_F(RealMid100Cameras, LieToEachOtherAsTheImagesSay) {
               published_px, least_px);
   EXPECT_LT(least_px, 0.4);
   EXPECT_GT(published_px, 1.0);
-  const auto result = calibrate(to_rad(3.0), 0.1, 1);
-  ASSERT_TRUE(result) << result.error().message();
-  const auto& left = result->sensors[3].T_base_sensor;
-  const auto& right = result->sensors[4].T_base_sensor;
-  if (!left || !right) GTEST_SKIP() << "not both cameras were found, and the result says so";
-  const double ours_px = median_epipolar_px(pairs, right->inverse() * *left, focal_px);
-  std::printf("ours %.2f px\n", ours_px);
-  if (std::max(result->sensors[3].status, result->sensors[4].status) != Status::good) {
-    GTEST_SKIP() << "the cameras are not known well here, and the result says so: " << ours_px << " px, published "
-                 << published_px << " px";
+  for (const std::uint64_t seed : {1, 2}) {
+    const auto result = calibrate(to_rad(3.0), 0.1, seed);
+    ASSERT_TRUE(result) << result.error().message();
+    const auto& left = result->sensors[3].T_base_sensor;
+    const auto& right = result->sensors[4].T_base_sensor;
+    ASSERT_TRUE(left && right);
+    const double ours_px = median_epipolar_px(pairs, right->inverse() * *left, focal_px);
+    std::printf("seed %d: ours %.2f px\n", static_cast<int>(seed), ours_px);
+    EXPECT_LT(ours_px, published_px);
   }
-  EXPECT_LT(ours_px, published_px);
 }
 
 }  // namespace

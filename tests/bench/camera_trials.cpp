@@ -73,7 +73,7 @@ Expected<TrialSession> open_trial_session(const std::string& path, const TrialOp
   std::unique_ptr<LidarSolution> solution;
   const auto lidars = calibrate_lidars(recording->rig, recording->lidar, guess, {}, context, &solution);
   if (!lidars) return lidars.error();
-  out.scene = make_camera_scene(recording->lidar, *solution);
+  out.scene = make_camera_scene(recording->rig, recording->lidar, *solution);
   for (const CameraRecording& camera : recording->cameras) {
     const Sensor& sensor = recording->rig.sensors[static_cast<std::size_t>(camera.sensor)];
     const auto T = true_pose(out.truth, sensor.name);

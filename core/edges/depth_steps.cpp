@@ -1,0 +1,243 @@
+#include "core/edges/depth_steps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+struct Ray {
+  float u;
+  float v;
+  float inverse_depth;
+  float range_m;
+};
+
+// Rays of one face, sorted by the square cells that hold them.
+class FaceGrid {
+ public:
+  explicit FaceGrid(const std::vector<Ray>& rays) {
+    set_spacings(rays);
+    columns_ = std::clamp(static_cast<int>(1.0 / mean_spacing_), 8, 1000);
+    starts_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(columns_) + 1, 0);
+    for (const Ray& ray : rays) ++starts_[cell(ray.u, ray.v) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    rays_.resize(rays.size());
+    std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
+    for (const Ray& ray : rays) rays_[next[cell(ray.u, ray.v)]++] = ray;
+    set_spans();
+  }
+
+  /// Whether all rays around a place, at least as far as the width of a span's cell, have ranges within `span_m` of
+  /// each other: quick to tell, and true of most.
+  [[nodiscard]] bool is_even(float u, float v, float span_m) const {
+    const Span& span = spans_[span_cell(u, v)];
+    return span.high - span.low < span_m;
+  }
+
+  [[nodiscard]] const std::vector<Ray>& rays() const { return rays_; }
+
+  /// Mean distance of neighbours around a place.
+  [[nodiscard]] float spacing(float u, float v) const { return spacings_[patch(u, v)]; }
+
+  template <class Visit>
+  void around(float u, float v, float reach, const Visit& visit) const {
+    const int x0 = column(u - reach);
+    const int x1 = column(u + reach);
+    const int y0 = column(v - reach);
+    const int y1 = column(v + reach);
+    for (int y = y0; y <= y1; ++y) {
+      const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_);
+      const std::uint32_t end = starts_[row + static_cast<std::size_t>(x1) + 1];
+      for (std::uint32_t i = starts_[row + static_cast<std::size_t>(x0)]; i < end; ++i) visit(rays_[i]);
+    }
+  }
+
+ private:
+  static constexpr int patches = 80;  // in each direction: 1.4 degrees in the middle of a face
+
+  [[nodiscard]] static std::size_t patch(float u, float v) {
+    const auto part = [](float x) {
+      return static_cast<std::size_t>(std::clamp(static_cast<int>((x + 1.0F) * 0.5F * patches), 0, patches - 1));
+    };
+    return part(v) * patches + part(u);
+  }
+
+  // Density differs over a field of view; that of 3 x 3 patches together is steady enough.
+  void set_spacings(const std::vector<Ray>& rays) {
+    std::vector<int> counts(static_cast<std::size_t>(patches) * patches, 0);
+    for (const Ray& ray : rays) ++counts[patch(ray.u, ray.v)];
+    spacings_.assign(counts.size(), 0.0F);
+    const float area = 4.0F / static_cast<float>(patches * patches);
+    int occupied = 0;
+    for (int y = 0; y < patches; ++y) {
+      for (int x = 0; x < patches; ++x) {
+        int sum = 0;
+        int cells = 0;
+        for (int dy = -1; dy <= 1; ++dy) {
+          for (int dx = -1; dx <= 1; ++dx) {
+            if (x + dx < 0 || y + dy < 0 || x + dx >= patches || y + dy >= patches) continue;
+            const int count = counts[static_cast<std::size_t>((y + dy) * patches + x + dx)];
+            sum += count;
+            cells += count > 0 ? 1 : 0;
+          }
+        }
+        const auto at = static_cast<std::size_t>(y * patches + x);
+        if (counts[at] > 0) ++occupied;
+        if (sum > 0) spacings_[at] = std::sqrt(area * static_cast<float>(cells) / static_cast<float>(sum));
+      }
+    }
+    mean_spacing_ = std::sqrt(static_cast<double>(area) * occupied / static_cast<double>(rays.size()));
+  }
+
+  struct Span {
+    float low = 1e9F;
+    float high = 0.0F;
+    void take(const Span& other) {
+      low = std::min(low, other.low);
+      high = std::max(high, other.high);
+    }
+  };
+  static constexpr int span_columns = 400;
+
+  [[nodiscard]] static std::size_t span_cell(float u, float v) {
+    const auto part = [](float x) {
+      return std::clamp(static_cast<int>((x + 1.0F) * 0.5F * span_columns), 0, span_columns - 1);
+    };
+    return static_cast<std::size_t>(part(v) * span_columns + part(u));
+  }
+
+  // Least and largest range of 3 x 3 cells.
+  void set_spans() {
+    std::vector<Span> own(static_cast<std::size_t>(span_columns) * span_columns);
+    for (const Ray& ray : rays_) own[span_cell(ray.u, ray.v)].take({ray.range_m, ray.range_m});
+    spans_ = own;
+    for (int y = 0; y < span_columns; ++y) {
+      for (int x = 0; x < span_columns; ++x) {
+        const auto at = static_cast<std::size_t>(y * span_columns + x);
+        if (own[at].high == 0.0F) continue;
+        for (int j = std::max(0, y - 1); j <= std::min(span_columns - 1, y + 1); ++j) {
+          for (int i = std::max(0, x - 1); i <= std::min(span_columns - 1, x + 1); ++i) {
+            spans_[at].take(own[static_cast<std::size_t>(j * span_columns + i)]);
+          }
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] int column(float x) const {
+    return std::clamp(static_cast<int>((x + 1.0F) * 0.5F * static_cast<float>(columns_)), 0, columns_ - 1);
+  }
+  [[nodiscard]] std::size_t cell(float u, float v) const {
+    return static_cast<std::size_t>(column(v)) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column(u));
+  }
+
+  int columns_ = 0;
+  double mean_spacing_ = 0.0;
+  std::vector<float> spacings_;
+  std::vector<Span> spans_;
+  std::vector<std::uint32_t> starts_;
+  std::vector<Ray> rays_;
+};
+
+class StepFinder {
+ public:
+  StepFinder(const FaceGrid& grid, const DepthStepOptions& options) : grid_(grid), options_(options) {}
+
+  void look(const Ray& ray, std::vector<DepthStep>& steps) const {
+    const float spacing = grid_.spacing(ray.u, ray.v);
+    const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
+    if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
+    // The nearest ray to each side: right, left, up, down.
+    std::array<const Ray*, 4> nearest{};
+    std::array<float, 4> distance;
+    distance.fill(reach * reach);
+    int support = 0;
+    const auto same = static_cast<float>(options_.same_surface_m + options_.same_surface_per_m * ray.range_m);
+    grid_.around(ray.u, ray.v, reach, [&](const Ray& other) {
+      const float du = other.u - ray.u;
+      const float dv = other.v - ray.v;
+      const float d2 = du * du + dv * dv;
+      if (d2 == 0.0F || d2 >= reach * reach) return;
+      if (std::abs(other.range_m - ray.range_m) < same) ++support;
+      const std::size_t side = std::abs(du) > std::abs(dv) ? (du > 0.0F ? 0 : 1) : (dv > 0.0F ? 2 : 3);
+      if (d2 >= distance[side]) return;
+      distance[side] = d2;
+      nearest[side] = &other;
+    });
+    if (support < options_.min_support) return;
+    for (std::size_t side = 0; side < nearest.size(); ++side) {
+      if (nearest[side] == nullptr) continue;
+      const Ray& far = *nearest[side];
+      const float apart = std::sqrt(distance[side]);
+      const float rise = rise_beyond(ray, far, apart, nearest[side ^ 1U], distance[side ^ 1U]);
+      if (rise < options_.min_step_m || rise < options_.min_step_per_m * ray.range_m) continue;
+      steps.push_back({0.5F * (ray.u + far.u), 0.5F * (ray.v + far.v), ray.inverse_depth, (far.u - ray.u) / apart,
+                       (far.v - ray.v) / apart, rise, spacing});
+    }
+  }
+
+ private:
+  // How much farther the far ray is than the near surface would be there, metres. A surface seen flat goes on as it
+  // came: its inverse depth is linear. Where nothing tells how it came, a steep step is needed.
+  [[nodiscard]] float rise_beyond(const Ray& ray, const Ray& far, float apart, const Ray* before, float before2) const {
+    const float rise = far.range_m - ray.range_m;
+    const auto slope = static_cast<double>(rise / (apart * ray.range_m));
+    if (slope < options_.min_slope) return 0.0F;
+    if (slope > options_.min_slope_alone) return rise;
+    if (before == nullptr) return 0.0F;
+    const float share = apart / std::sqrt(before2);
+    const float expected = ray.inverse_depth + share * (ray.inverse_depth - before->inverse_depth);
+    if (expected <= 0.0F) return 0.0F;
+    const float noise_m = static_cast<float>(options_.range_noise_m) * (1.0F + share);
+    return far.range_m - ray.range_m * ray.inverse_depth / expected - 3.0F * noise_m;
+  }
+
+  const FaceGrid& grid_;
+  const DepthStepOptions& options_;
+};
+
+}  // namespace
+
+FacePlace to_face(const Vector3d& p) {
+  int axis = 0;
+  p.cwiseAbs().maxCoeff(&axis);
+  const bool back = p[axis] < 0.0;
+  const double depth = std::abs(p[axis]);
+  return {2 * axis + (back ? 1 : 0), p[(axis + 1) % 3] / depth, p[(axis + 2) % 3] / depth, 1.0 / depth};
+}
+
+Vector3d from_face(const FacePlace& place) {
+  const int axis = place.face / 2;
+  Vector3d p;
+  p[axis] = place.face % 2 == 0 ? 1.0 : -1.0;
+  p[(axis + 1) % 3] = place.u;
+  p[(axis + 2) % 3] = place.v;
+  return p / place.inverse_depth;
+}
+
+std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const Point> points,
+                                                                const DepthStepOptions& options) {
+  std::array<std::vector<Ray>, cube_faces> rays;
+  for (const Point& point : points) {
+    const Vector3d p(point.x, point.y, point.z);
+    const double range = p.norm();
+    if (!(range > 0.0)) continue;
+    const FacePlace at = to_face(p);
+    rays[static_cast<std::size_t>(at.face)].push_back({static_cast<float>(at.u), static_cast<float>(at.v),
+                                                       static_cast<float>(at.inverse_depth),
+                                                       static_cast<float>(range)});
+  }
+  std::array<std::vector<DepthStep>, cube_faces> steps;
+  for (std::size_t face = 0; face < rays.size(); ++face) {
+    if (rays[face].empty()) continue;
+    const FaceGrid grid(rays[face]);
+    rays[face] = {};
+    const StepFinder finder(grid, options);
+    for (const Ray& ray : grid.rays()) finder.look(ray, steps[face]);
+  }
+  return steps;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/edges/lidar_edges.h"
+
+namespace rigcal {
+
+/// Gives the samples of one physical edge the same number, and drops those that two pieces give.
+class LineBook {
+ public:
+  /// Lines are numbered from `first_line` on; two samples of one line within `sample_m` are one.
+  explicit LineBook(double sample_m, int first_line = 0) : sample_m_(sample_m), first_line_(first_line) {}
+
+  /// A piece is samples of one straight edge.
+  void add(const std::vector<LidarEdge>& piece);
+
+  [[nodiscard]] std::vector<LidarEdge> take() { return std::move(edges_); }
+
+ private:
+  struct Line {
+    Vector3d p;
+    Vector3d direction;
+    std::vector<std::int64_t> taken;  // ascending
+  };
+  [[nodiscard]] static bool is_on(const Line& line, const LidarEdge& edge);
+
+  double sample_m_;
+  int first_line_;
+  std::vector<Line> lines_;
+  std::vector<LidarEdge> edges_;
+};
+
+}  // namespace rigcal

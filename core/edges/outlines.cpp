@@ -1,0 +1,90 @@
+#include "core/edges/outlines.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/edges/line_book.h"
+#include "core/edges/step_lines.h"
+
+namespace rigcal {
+namespace {
+
+// Sigma of the near surface's range at an outline, where mixed points are: it hardly moves a camera's pixel.
+constexpr double range_sigma_m = 0.01;
+
+// Samples of a line in the world.
+std::vector<LidarEdge> sample(const StepLine& line, int face, const SE3& T_G_sensor, const BeamWidth& beam,
+                              const OutlineOptions& options) {
+  const double half_beam_uv = half_beam(face, line.c, line.n(), beam);
+  const auto place = [&](double s) {
+    const Eigen::Vector2d uv = line.c + s * line.t - options.beam_share * half_beam_uv * line.n();
+    return from_face({face, uv.x(), uv.y(), line.inverse_depth + line.slope * s});
+  };
+  // A row whose depth does not fit a line at all could end behind the sensor.
+  if (line.inverse_depth + line.slope * line.low <= 0.0 || line.inverse_depth + line.slope * line.high <= 0.0)
+    return {};
+  const Vector3d a = place(line.low);
+  const Vector3d b = place(line.high);
+  const Vector3d direction = (b - a).normalized();
+  const double length = (b - a).norm();
+  const auto count = static_cast<double>(line.steps.size());
+  const double extent = line.high - line.low;
+  // Steps lie anywhere between two rays.
+  const double sigma = std::max(line.rms, 0.3 * line.spacing);
+  std::vector<LidarEdge> out;
+  const double step_m = std::max(options.sample_m, options.sample_rad / line.inverse_depth);
+  const int samples = std::max(2, static_cast<int>(length / step_m));
+  for (int k = 0; k < samples; ++k) {
+    const double share = (k + 0.5) / samples;
+    const Vector3d p = a + share * (b - a);
+    const double range = p.norm();
+    const Vector3d ray = p / range;
+    const Vector3d across = ray.cross(direction).normalized();
+    // Places along a line are not equal shares of the angle, but near enough for a sigma.
+    const double off = (share - 0.5) * extent;
+    const double across_m = range * sigma * std::sqrt((1.0 + 12.0 * off * off / (extent * extent)) / count);
+    LidarEdge edge;
+    edge.p_G = T_G_sensor * p;
+    edge.direction_G = T_G_sensor.R * direction;
+    edge.normal_a_G = T_G_sensor.R * direction.cross(across).normalized();
+    edge.normal_b_G = edge.normal_a_G;
+    const Vector3d across_G = T_G_sensor.R * across;
+    const Vector3d ray_G = T_G_sensor.R * ray;
+    edge.covariance_G = across_m * across_m * across_G * across_G.transpose() +
+                        range_sigma_m * range_sigma_m * ray_G * ray_G.transpose();
+    edge.shift_m = options.beam_share_sigma * half_beam_uv / std::abs(line.inverse_depth);
+    out.push_back(edge);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<LidarEdge> find_outlines(const std::vector<PatchCells>& patches, const RigState& state,
+                                     const std::vector<char>& use, int first_line, const OutlineOptions& options) {
+  std::vector<std::vector<std::vector<LidarEdge>>> of_patch(patches.size());
+  parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!use.empty() && !use[k]) continue;
+      const SE3 T = state.T_G_sensor(patches[k].stop, patches[k].lidar);
+      const BeamWidth beam =
+          options.beams.empty() ? BeamWidth{} : options.beams[static_cast<std::size_t>(patches[k].lidar)];
+      const auto steps = find_depth_steps(patches[k].thinned, options.steps);
+      for (std::size_t face = 0; face < steps.size(); ++face) {
+        const int f = static_cast<int>(face);
+        for (const StepLine& line : find_step_lines(f, steps[face], beam, options)) {
+          of_patch[k].push_back(sample(line, f, T, beam, options));
+        }
+      }
+    }
+  });
+  LineBook book(options.sample_m, first_line);
+  for (const auto& lines : of_patch) {
+    for (const std::vector<LidarEdge>& line : lines) book.add(line);
+  }
+  return book.take();
+}
+
+}  // namespace rigcal

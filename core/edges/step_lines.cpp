@@ -1,0 +1,261 @@
+#include "core/edges/step_lines.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace rigcal {
+namespace {
+
+// How far surfaces are thick where they end: noise and mixed points.
+constexpr double thickness_m = 0.06;
+
+// Scans are denser along their own lines than across: a row may have a step in every third spacing only.
+constexpr double seed_spacings = 10.0;
+constexpr double filled_spacings = 3.0;
+
+constexpr std::uint32_t seed_every = 3;  // an outline has many more steps
+
+void turn_around(StepLine& line) {
+  line.t = -line.t;
+  line.slope = -line.slope;
+  std::swap(line.low, line.high);
+  line.low = -line.low;
+  line.high = -line.high;
+}
+
+class LineGrower {
+ public:
+  LineGrower(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam, const OutlineOptions& options)
+      : face_(face), steps_(steps), beam_(beam), options_(options) {
+    used_.assign(steps.size(), 0);
+    fill_grid();
+  }
+
+  [[nodiscard]] std::vector<StepLine> run() {
+    std::vector<StepLine> lines;
+    std::vector<char> tried(steps_.size(), 0);
+    for (const std::uint32_t seed : seeds()) {
+      if (used_[seed] || tried[seed]) continue;
+      StepLine line = grown(seed);
+      const bool good = is_outline(line);
+      // What grew from one step of a row grows from the next one too.
+      std::vector<char>& done = good ? used_ : tried;
+      done[seed] = 1;
+      for (const std::uint32_t i : line.steps) done[i] = 1;
+      if (good) lines.push_back(std::move(line));
+    }
+    return lines;
+  }
+
+ private:
+  static constexpr int columns = 200;
+
+  [[nodiscard]] static int column(double x) {
+    return std::clamp(static_cast<int>((x + 1.0) * 0.5 * columns), 0, columns - 1);
+  }
+
+  void fill_grid() {
+    starts_.assign(static_cast<std::size_t>(columns) * columns + 1, 0);
+    const auto cell = [](const DepthStep& s) {
+      return static_cast<std::size_t>(column(s.v)) * columns + static_cast<std::size_t>(column(s.u));
+    };
+    for (const DepthStep& s : steps_) ++starts_[cell(s) + 1];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    order_.resize(steps_.size());
+    std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
+    for (std::uint32_t i = 0; i < steps_.size(); ++i) order_[next[cell(steps_[i])]++] = i;
+  }
+
+  template <class Visit>
+  void within(const Eigen::Vector2d& low, const Eigen::Vector2d& high, const Visit& visit) const {
+    for (int y = column(low.y()); y <= column(high.y()); ++y) {
+      const auto row = static_cast<std::size_t>(y) * columns;
+      const std::uint32_t end = starts_[row + static_cast<std::size_t>(column(high.x())) + 1];
+      for (std::uint32_t k = starts_[row + static_cast<std::size_t>(column(low.x()))]; k < end; ++k) visit(order_[k]);
+    }
+  }
+
+  [[nodiscard]] Eigen::Vector2d at(std::uint32_t i) const { return {steps_[i].u, steps_[i].v}; }
+  [[nodiscard]] static double depth_gate(double inverse_depth) {
+    return 0.01 * inverse_depth + thickness_m * inverse_depth * inverse_depth;
+  }
+
+  // Steps on the same side of the same surface around one.
+  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t seed) const {
+    const DepthStep& s = steps_[seed];
+    const double reach = seed_spacings * s.spacing;
+    std::vector<std::uint32_t> found;
+    within(at(seed).array() - reach, at(seed).array() + reach, [&](std::uint32_t i) {
+      const DepthStep& other = steps_[i];
+      if (used_[i] || (at(i) - at(seed)).norm() > reach) return;
+      if (s.towards_u * other.towards_u + s.towards_v * other.towards_v < 0.2F) return;
+      if (std::abs(other.inverse_depth - s.inverse_depth) > 2.0 * depth_gate(s.inverse_depth)) return;
+      found.push_back(i);
+    });
+    return found;
+  }
+
+  // Places whose surroundings look straight, the straightest first.
+  [[nodiscard]] std::vector<std::uint32_t> seeds() const {
+    std::vector<std::pair<double, std::uint32_t>> scored;
+    for (std::uint32_t i = 0; i < steps_.size(); i += seed_every) {
+      const auto around = neighbours(i);
+      if (around.size() < 6) continue;
+      const StepLine line = fitted(around);
+      if (line.rms > max_rms(line) || line.high - line.low < 5.0 * line.spacing) continue;
+      scored.emplace_back(-(line.high - line.low) / std::max(line.rms, 0.1 * line.spacing), i);
+    }
+    std::sort(scored.begin(), scored.end());
+    std::vector<std::uint32_t> out;
+    for (const auto& [score, i] : scored) out.push_back(i);
+    return out;
+  }
+
+  [[nodiscard]] StepLine fitted(std::vector<std::uint32_t> members) const {
+    StepLine line;
+    line.steps = std::move(members);
+    const auto count = static_cast<double>(line.steps.size());
+    for (const std::uint32_t i : line.steps) {
+      line.c += at(i) / count;
+      line.spacing += steps_[i].spacing / count;
+    }
+    Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
+    for (const std::uint32_t i : line.steps) S += (at(i) - line.c) * (at(i) - line.c).transpose() / count;
+    const double angle = 0.5 * std::atan2(2.0 * S(0, 1), S(0, 0) - S(1, 1));
+    line.t = {std::cos(angle), std::sin(angle)};
+    line.rms = std::sqrt(std::max(0.0, line.n().dot(S * line.n())));
+    double sww = 0.0;
+    for (const std::uint32_t i : line.steps) line.inverse_depth += steps_[i].inverse_depth / count;
+    for (const std::uint32_t i : line.steps) {
+      const double s = line.t.dot(at(i) - line.c);
+      line.low = std::min(line.low, s);
+      line.high = std::max(line.high, s);
+      line.slope += s * (steps_[i].inverse_depth - line.inverse_depth);
+      sww += s * s;
+    }
+    line.slope = sww > 0.0 ? line.slope / sww : 0.0;
+    return line;
+  }
+
+  // What lies on the line, in the stretch around its middle that is not broken.
+  [[nodiscard]] std::vector<std::uint32_t> members(const StepLine& line, const Eigen::Vector2d& towards) const {
+    const double beyond = 2.0 * seed_spacings * line.spacing;
+    const Eigen::Vector2d a = line.c + (line.low - beyond) * line.t;
+    const Eigen::Vector2d b = line.c + (line.high + beyond) * line.t;
+    const double across = options_.across_spacings * line.spacing + 0.5 * half_beam(face_, line.c, line.n(), beam_);
+    std::vector<std::pair<double, std::uint32_t>> on;
+    within(a.cwiseMin(b).array() - across, a.cwiseMax(b).array() + across, [&](std::uint32_t i) {
+      const DepthStep& step = steps_[i];
+      const Eigen::Vector2d d = at(i) - line.c;
+      const double s = line.t.dot(d);
+      if (used_[i] || s < line.low - beyond || s > line.high + beyond || std::abs(line.n().dot(d)) > across) return;
+      if (step.towards_u * towards.x() + step.towards_v * towards.y() < 0.3) return;
+      const double w = line.inverse_depth + line.slope * s;
+      if (std::abs(step.inverse_depth - w) > depth_gate(std::abs(w))) return;
+      on.emplace_back(s, i);
+    });
+    std::sort(on.begin(), on.end());
+    // From the middle outwards up to the first gap.
+    const double gap = options_.max_gap_spacings * line.spacing;
+    auto begin = std::lower_bound(on.begin(), on.end(), std::pair<double, std::uint32_t>{0.0, 0});
+    auto end = begin;
+    double last = 0.0;
+    while (end != on.end() && end->first - last < gap) last = (end++)->first;
+    last = 0.0;
+    while (begin != on.begin() && last - std::prev(begin)->first < gap) last = (--begin)->first;
+    std::vector<std::uint32_t> out;
+    for (auto it = begin; it != end; ++it) out.push_back(it->second);
+    return out;
+  }
+
+  [[nodiscard]] StepLine grown(std::uint32_t seed) const {
+    StepLine line = fitted(neighbours(seed));
+    Eigen::Vector2d towards = line.n();
+    if (towards.dot(Eigen::Vector2d(steps_[seed].towards_u, steps_[seed].towards_v)) < 0.0) towards = -towards;
+    for (int round = 0; round < 16; ++round) {
+      std::vector<std::uint32_t> on = members(line, towards);
+      if (on.size() < 5) break;
+      const bool still = on == line.steps;
+      line = fitted(std::move(on));
+      if (line.n().dot(towards) < 0.0) turn_around(line);
+      towards = line.n();
+      if (still) break;
+    }
+    return line;
+  }
+
+  [[nodiscard]] bool is_outline(const StepLine& line) const {
+    const double length = line.high - line.low;
+    return static_cast<int>(line.steps.size()) >= options_.min_steps &&
+           length >= options_.min_length_m * line.inverse_depth && length >= options_.min_angle_rad &&
+           line.rms <= max_rms(line) && filled(line) >= options_.min_filled &&
+           depth_rms_m(line) <= options_.max_depth_rms_m && median_rise_m(line) >= options_.min_rise_m;
+  }
+
+  // Steps scatter by the distance of the rays and by how much of the beam still meets the surface.
+  [[nodiscard]] double max_rms(const StepLine& line) const {
+    return options_.max_rms * line.spacing + 0.3 * half_beam(face_, line.c, line.n(), beam_);
+  }
+
+  // How far the near surface's points lie in depth from the line: leaves and grass scatter.
+  [[nodiscard]] double depth_rms_m(const StepLine& line) const {
+    std::vector<double> off;
+    for (const std::uint32_t i : line.steps) {
+      const double w = line.inverse_depth + line.slope * line.t.dot(at(i) - line.c);
+      off.push_back(std::abs((steps_[i].inverse_depth - w) / (w * w)));
+    }
+    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+    return 1.4826 * off[off.size() / 2];
+  }
+
+  [[nodiscard]] double median_rise_m(const StepLine& line) const {
+    std::vector<float> rises;
+    for (const std::uint32_t i : line.steps) rises.push_back(steps_[i].rise_m);
+    const auto middle = rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2);
+    std::nth_element(rises.begin(), middle, rises.end());
+    return static_cast<double>(*middle);
+  }
+
+  [[nodiscard]] double filled(const StepLine& line) const {
+    const double stretch = filled_spacings * line.spacing;
+    std::vector<char> hit(static_cast<std::size_t>((line.high - line.low) / stretch) + 1, 0);
+    for (const std::uint32_t i : line.steps) {
+      const double s = (line.t.dot(at(i) - line.c) - line.low) / stretch;
+      hit[std::min(hit.size() - 1, static_cast<std::size_t>(std::max(0.0, s)))] = 1;
+    }
+    return std::accumulate(hit.begin(), hit.end(), 0.0) / static_cast<double>(hit.size());
+  }
+
+  int face_;
+  const std::vector<DepthStep>& steps_;
+  const BeamWidth& beam_;
+  const OutlineOptions& options_;
+  std::vector<char> used_;
+  std::vector<std::uint32_t> starts_;
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace
+
+std::vector<StepLine> find_step_lines(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam,
+                                      const OutlineOptions& options) {
+  return LineGrower(face, steps, beam, options).run();
+}
+
+double half_beam(int face, const Eigen::Vector2d& at, const Eigen::Vector2d& n, const BeamWidth& beam) {
+  const Vector3d d = from_face({face, at.x(), at.y(), 1.0});
+  const Vector3d ray = d.normalized();
+  Vector3d across = from_face({face, at.x() + n.x(), at.y() + n.y(), 1.0}) - d;
+  across -= ray.dot(across) * ray;
+  const double angle_per_step = across.norm() / d.norm();
+  across.normalize();
+  const Vector3d level = Vector3d::UnitZ().cross(ray);
+  const double share = level.norm() > 0.01 ? across.dot(level.normalized()) : 0.0;
+  const double width =
+      std::hypot(beam.level_rad * share, beam.upright_rad * std::sqrt(std::max(0.0, 1.0 - share * share)));
+  return 0.5 * width / angle_per_step;
+}
+
+}  // namespace rigcal
