@@ -71,10 +71,11 @@ struct CameraEstimate {
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;
 
+  /// All three 0 where there are too few stops to tell (fewer than four).
   ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1, freely estimated.
   ScalarEstimate k1_change;    ///< k1 - (the rig file's k1), likewise.
-  ScalarEstimate
-      radial_trend;  ///< Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
+  /// Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
+  ScalarEstimate radial_trend;
 
   /// The second opinion: the pose at which reflectivity and grey value tell most about each other.
   std::optional<PoseEstimate> information;
