@@ -15,11 +15,9 @@ constexpr std::size_t warnings_at_once = 4;
 
 using FaultsBySensor = std::map<std::string, std::vector<std::string>>;
 
-FaultsBySensor faults_of(const CalibrationResult& result) {
+FaultsBySensor by_sensor(const std::vector<RecordingFault>& faults) {
   FaultsBySensor out;
-  for (const RecordingFault& fault : recording_faults(result.packets, result.clocks)) {
-    out[fault.sensor].push_back(fault.what);
-  }
+  for (const RecordingFault& fault : faults) out[fault.sensor].push_back(fault.what);
   return out;
 }
 
@@ -68,11 +66,8 @@ std::string cards(const std::string& content) {
 }
 
 // What no card says.
-std::string warnings_of(const CalibrationResult& result) {
-  std::vector<std::string> warnings = result.warnings;
-  for (const RecordingFault& fault : recording_faults(result.packets, result.clocks)) {
-    std::erase(warnings, to_string(fault));
-  }
+std::string warnings_of(std::vector<std::string> warnings, const std::vector<RecordingFault>& faults) {
+  for (const RecordingFault& fault : faults) std::erase(warnings, to_string(fault));
   if (warnings.empty()) return {};
   const auto split = warnings.cbegin() + static_cast<std::ptrdiff_t>(std::min(warnings.size(), warnings_at_once));
   std::string out = "<div class=\"warnings\"><h3>What happened on the way</h3>" + list_of(warnings.cbegin(), split);
@@ -83,9 +78,10 @@ std::string warnings_of(const CalibrationResult& result) {
   return out + "</div>";
 }
 
-std::string faults_sentence(const CalibrationResult& result) {
-  const std::string brief = faults_in_brief(recording_faults(result.packets, result.clocks));
-  return brief.empty() ? brief : "<p class=\"but\">But the recording has faults: " + html_text(brief) + ".</p>";
+std::string faults_sentence(Status status, const std::vector<RecordingFault>& faults) {
+  const std::string brief = faults_in_brief(faults);
+  const char* begin = status == Status::good ? "But the recording has faults: " : "The recording has faults, too: ";
+  return brief.empty() ? brief : std::string("<p class=\"but\">") + begin + html_text(brief) + ".</p>";
 }
 
 std::string fact(const std::string& number, const std::string& what) {
@@ -127,11 +123,13 @@ std::string facts(const CalibrationResult& result) {
 }  // namespace
 
 std::string status_part(const CalibrationResult& result, const Rig* rig) {
-  const FaultsBySensor faults = faults_of(result);
+  const std::vector<RecordingFault> all_faults = recording_faults(result.packets, result.clocks);
+  const FaultsBySensor faults = by_sensor(all_faults);
   std::string out = std::string("<header class=\"") + to_string(result.status) + "\"><p class=\"what\">Calibration" +
                     (rig == nullptr || rig->name.empty() ? std::string() : " of " + html_text(rig->name)) + ", " +
                     html_text(result.method) + ", base " + html_text(result.base) + "</p><h1>" + badge(result.status) +
-                    " " + html_text(summary_sentence(result)) + "</h1>" + faults_sentence(result) + "</header>\n";
+                    " " + html_text(summary_sentence(result)) + "</h1>" + faults_sentence(result.status, all_faults) +
+                    "</header>\n";
   // What is wrong stands above what happened, and that above what is well.
   std::string wrong;
   std::string well;
@@ -139,7 +137,7 @@ std::string status_part(const CalibrationResult& result, const Rig* rig) {
     const bool is_well = sensor->status == Status::good && faults.count(sensor->name) == 0;
     (is_well ? well : wrong) += card(result, *sensor, rig, faults);
   }
-  return out + cards(wrong) + warnings_of(result) + cards(well) + facts(result) + "\n";
+  return out + cards(wrong) + warnings_of(result.warnings, all_faults) + cards(well) + facts(result) + "\n";
 }
 
 }  // namespace rigcal::html

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "core/base/random.h"
@@ -76,18 +77,21 @@ struct Counts {
 
 Counts count(double rotation_rad, double translation_m) {
   Counts counts;
+  Vector6d variances = Vector6d::Zero();
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Random random(1000 + seed);
     std::vector<SE3> rig = mounted(random);
     const CalibrationResult before = calibrated(rig, 2 * seed);
     if (rotation_rad + translation_m > 0.0) rig[1] = rig[1] * bump(random, rotation_rad, translation_m);
+    variances += before.sensors[1].covariance.diagonal() / 100.0;
     const auto comparison = compare_results(before, calibrated(rig, 2 * seed + 1));
     EXPECT_TRUE(comparison);
     counts.moved += comparison->sensors[0].verdict == MoveVerdict::moved ? 1 : 0;
     counts.others += comparison->sensors[1].verdict == MoveVerdict::moved || comparison->base_moved ? 1 : 0;
   }
-  std::printf("bump of %.1f mm and %.2f deg: moved in %d of 100, another in %d\n", 1e3 * translation_m,
-              to_deg(rotation_rad), counts.moved, counts.others);
+  std::printf("bump of %.1f mm and %.2f deg, sigma %.2f mm and %.4f deg: moved in %d of 100, another in %d\n",
+              1e3 * translation_m, to_deg(rotation_rad), 1e3 * std::sqrt(variances.tail<3>().mean()),
+              to_deg(std::sqrt(variances.head<3>().mean())), counts.moved, counts.others);
   return counts;
 }
 

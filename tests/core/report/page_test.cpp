@@ -86,6 +86,8 @@ TEST(Page, SaysWhatIsWrongWithTheRecordingOfASensorOnceAndBeforeWhatIsWell) {
   EXPECT_EQ(count(page, "its clock jumped twice"), 1U);
   EXPECT_LT(page.find("<h3>mid40_right</h3>"), page.find("stop 7 is left out"));
   EXPECT_LT(page.find("stop 7 is left out"), page.find("<h3>avia</h3>"));
+  result.status = Status::weak;
+  EXPECT_THAT(report_html(result, nullptr), HasSubstr("The recording has faults, too: packets lost (mid40_right)"));
   result.packets.clear();
   result.clocks.clear();
   EXPECT_THAT(report_html(result, nullptr), Not(HasSubstr("has faults")));
