@@ -49,6 +49,10 @@ std::string figures_of(const CalibrationResult& result) {
     rows.push_back({camera.name, images, std::to_string(e.edge_points), fixed_text(e.residual_px, 2), second_opinion(e),
                     fixed_text(1e3 * e.halves_m, 1) + " mm, " + fixed_text(to_deg(e.halves_rad), 3) + "°",
                     e.runner_up ? fixed_text(e.runner_up_ratio, 2) : "none met"});
+    if (e.focal_scale.sigma == 0.0) {
+      intrinsics.push_back({camera.name, "too few stops to tell", "–", "–", "as given"});
+      continue;
+    }
     intrinsics.push_back({camera.name, with_sigma(e.focal_scale, 1e2, 3) + " %", with_sigma(e.k1_change, 1.0, 4),
                           with_sigma(e.radial_trend, 1.0, 2) + " px",
                           camera.refined_intrinsics ? "found here" : "as given"});

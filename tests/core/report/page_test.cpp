@@ -93,6 +93,20 @@ TEST(Page, SaysWhatIsWrongWithTheRecordingOfASensorOnceAndBeforeWhatIsWell) {
   EXPECT_THAT(report_html(result, nullptr), Not(HasSubstr("has faults")));
 }
 
+TEST(Page, JudgesNoIntrinsicsByImagesOfTooFewStops) {
+  CalibrationResult result = make_result();
+  CameraEvidence camera;
+  camera.name = "front";
+  camera.images.push_back({0, "front/0.png"});
+  camera.estimate.found = true;
+  camera.estimate.k1_change = {0.0123, 0.001};
+  camera.estimate.focal_scale = {0.001, 0.0005};
+  result.cameras.push_back(camera);
+  EXPECT_THAT(body(report_html(result, nullptr)), AllOf(HasSubstr("0.0123"), Not(HasSubstr("too few stops to tell"))));
+  result.cameras[0].estimate.k1_change = result.cameras[0].estimate.focal_scale = {};
+  EXPECT_THAT(body(report_html(result, nullptr)), HasSubstr("too few stops to tell"));
+}
+
 TEST(Page, HoldsNothingFromElsewhereAndRunsNothingOfANames) {
   CalibrationResult result = make_result();
   const std::string evil = "</script><script>alert(1)</script>\"'<img src=x onerror=alert(1)>";
