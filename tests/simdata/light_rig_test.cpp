@@ -122,7 +122,7 @@ TEST(LightRig, CreepsThroughItsPatches) {
 
 TEST(LightRig, RefusesALidarWhoseScanIsNotKnown) {
   Rig rig = nominal_rig();
-  rig.sensors[1].lidar->model = LidarModel::livox_horizon;
+  rig.sensors[1].lidar->model = LidarModel::other;
   const auto scene = load_scene("room");
   const auto light = make_light_rig(*scene, small_run(1), rig);
   ASSERT_FALSE(light.has_value());
