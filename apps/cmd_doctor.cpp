@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <memory>
@@ -20,13 +21,7 @@ struct DoctorOptions {
 
 using Clock = std::chrono::steady_clock;
 
-// Whether another program waits for the same broadcasts.
-Check check_discovery_port() {
-  const auto alone = net::UdpSocket::open({{{0, 0, 0, 0}, livox::kDiscoveryPort}, false, false, 0, {}});
-  if (alone) return {CheckLevel::good, "discovery", "UDP port 55000 is free", {}};
-  return {CheckLevel::warning, "discovery", "another program listens on UDP port 55000 and may take the LiDARs",
-          "`ss -lunp` shows which; end it while you record"};
-}
+constexpr const char* nobody = "LiDAR";  // What is said of LiDARs where no rig names them.
 
 std::vector<Check> list_all(const std::vector<net::Interface>& interfaces) {
   std::vector<Check> checks;
@@ -64,10 +59,10 @@ Expected<std::vector<Check>> listen(double seconds, CommandContext& context) {
     }
   }
   std::vector<Check> checks;
-  for (const auto& [code, text] : heard) checks.push_back({CheckLevel::good, "LiDAR", text, {}});
+  for (const auto& [code, text] : heard) checks.push_back({CheckLevel::good, nobody, text, {}});
   if (heard.empty())
     checks.push_back(
-        {CheckLevel::warning, "LiDAR", "none was heard",
+        {CheckLevel::warning, nobody, "none was heard",
          "look at power and cables, let UDP port 55000 through the firewall, end programs that have them"});
   return checks;
 }
@@ -104,7 +99,7 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
   if (!interfaces) return interfaces.error();
   std::vector<Check> checks = list_all(*interfaces);
   checks.push_back(check_receive_buffer(net::largest_receive_buffer(), livox::DriverOptions{}.receive_bytes));
-  checks.push_back(check_discovery_port());
+  checks.push_back(check_discovery_port(net::port_holders(livox::kDiscoveryPort)));
   Expected<std::vector<Check>> lidars = std::vector<Check>{};
   if (options.rig.empty()) {
     lidars = listen(options.seconds, context);
@@ -115,6 +110,10 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
     lidars = examine(*rig, options.seconds, context);
   }
   if (!lidars) return lidars.error();
+  const bool all_is_heard = std::none_of(lidars->begin(), lidars->end(), [](const Check& check) {
+    return check.level == CheckLevel::bad || (check.about == nobody && check.level != CheckLevel::good);
+  });
+  for (Check& check : check_firewalls(net::active_firewalls(), all_is_heard)) checks.push_back(std::move(check));
   for (Check& check : *lidars) checks.push_back(std::move(check));
   if (context.json) {
     CommandContext::print(checks_json(checks));

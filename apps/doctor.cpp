@@ -155,6 +155,28 @@ Check check_receive_buffer(std::optional<std::size_t> largest, std::size_t neede
           {}};
 }
 
+Check check_discovery_port(const std::vector<net::PortHolder>& holders) {
+  if (holders.empty()) return {CheckLevel::good, "discovery", "UDP port 55000 is free", {}};
+  return {CheckLevel::warning, "discovery",
+          "UDP port 55000 is taken by " + net::holders_text(holders) + ", which may take the LiDARs, too",
+          "end it while you record"};
+}
+
+std::vector<Check> check_firewalls(const std::vector<net::Firewall>& firewalls, bool all_is_heard) {
+  std::vector<Check> checks;
+  for (const net::Firewall& firewall : firewalls) {
+    if (all_is_heard) {
+      checks.push_back({CheckLevel::good, "firewall", firewall.name + " is on, and lets the LiDARs through", {}});
+    } else {
+      checks.push_back({CheckLevel::warning, "firewall",
+                        firewall.name + " is on and may keep the LiDARs' packets out: they come to UDP port 55000 and "
+                                        "to ports that this program chooses anew each time",
+                        firewall.mend});
+    }
+  }
+  return checks;
+}
+
 std::vector<Check> check_lidars(const Rig& rig, const LidarFindings& findings) {
   std::vector<Check> checks;
   for (std::size_t i = 0; i < findings.devices.size(); ++i) {

@@ -8,7 +8,9 @@
 #include "apps/ingest_summary.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
+#include "drivers/net/firewalls.h"
 #include "drivers/net/interfaces.h"
+#include "drivers/net/port_holders.h"
 
 /// What `rigcal doctor` judges. Pure: what was found comes in, findings come out.
 namespace rigcal {
@@ -30,6 +32,12 @@ struct Check {
 
 /// The receive buffer of sockets; `largest`: what the system allows, where it says.
 [[nodiscard]] Check check_receive_buffer(std::optional<std::size_t> largest, std::size_t needed);
+
+/// Who waits for the broadcasts of LiDARs, besides this program.
+[[nodiscard]] Check check_discovery_port(const std::vector<net::PortHolder>& holders);
+
+/// Firewalls that are on; a fault only where a LiDAR is not heard as it should be.
+[[nodiscard]] std::vector<Check> check_firewalls(const std::vector<net::Firewall>& firewalls, bool all_is_heard);
 
 /// What was found of the LiDARs in some seconds.
 struct LidarFindings {

@@ -1,6 +1,7 @@
 #include "drivers/net/udp_socket.h"
 
 #include <arpa/inet.h>
+#include <linux/sock_diag.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -10,6 +11,8 @@
 #include <cstring>
 #include <utility>
 #include <vector>
+
+#include "drivers/net/port_holders.h"
 
 namespace rigcal::net {
 namespace {
@@ -55,8 +58,8 @@ Expected<void> set_up(int descriptor, const UdpOptions& options) {
     return socket_error("cannot share the port", options.local, {});
   if (options.broadcast && !set_option(descriptor, SOL_SOCKET, SO_BROADCAST, 1))
     return socket_error("cannot broadcast", options.local, {});
-  if (!set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, 1) || !set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, 1) ||
-      !set_option(descriptor, IPPROTO_IP, IP_PKTINFO, 1))
+  if (!set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, 1) ||
+      (options.tell_destination && !set_option(descriptor, IPPROTO_IP, IP_PKTINFO, 1)))
     return socket_error("the system gives no stamps or addresses of datagrams", options.local, {});
   if (!options.interface.empty() && setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, options.interface.c_str(),
                                                static_cast<socklen_t>(options.interface.size())) != 0)
@@ -78,13 +81,19 @@ bool is_loss(int error) {
          error == EMSGSIZE;
 }
 
-constexpr std::size_t kControlBytes = 128;  // Stamp, drop counter and address information take 80.
+constexpr std::size_t kControlBytes = 128;  // Stamp and address information take 64.
 
 }  // namespace
 
 struct ReceiveBatch::Buffers {
   explicit Buffers(std::size_t count)
-      : bytes(count * kDatagramBytes), control(count), from(count), parts(count), headers(count), received(count) {
+      : bytes(count * kDatagramBytes),
+        control(count),
+        from(count),
+        parts(count),
+        headers(count),
+        received(count),
+        size(count) {
     for (std::size_t i = 0; i < count; ++i) {
       parts[i] = {bytes.data() + i * kDatagramBytes, kDatagramBytes};
       msghdr& header = headers[i].msg_hdr;
@@ -93,14 +102,17 @@ struct ReceiveBatch::Buffers {
       header.msg_iovlen = 1;
       header.msg_control = control[i].bytes;
     }
+    prepare();
   }
 
+  // The kernel has written into those of the last batch only.
   void prepare() {
-    for (mmsghdr& header : headers) {
-      header.msg_hdr.msg_namelen = sizeof(sockaddr_in);
-      header.msg_hdr.msg_controllen = kControlBytes;
-      header.msg_hdr.msg_flags = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      headers[i].msg_hdr.msg_namelen = sizeof(sockaddr_in);
+      headers[i].msg_hdr.msg_controllen = kControlBytes;
+      headers[i].msg_hdr.msg_flags = 0;
     }
+    size = 0;
   }
 
   struct Control {
@@ -112,7 +124,7 @@ struct ReceiveBatch::Buffers {
   std::vector<iovec> parts;
   std::vector<mmsghdr> headers;
   std::vector<Received> received;
-  std::size_t size = 0;
+  std::size_t size;
 };
 
 ReceiveBatch::ReceiveBatch(std::size_t datagrams) : buffers_(std::make_unique<Buffers>(datagrams)) {}
@@ -130,8 +142,11 @@ Expected<UdpSocket> UdpSocket::open(const UdpOptions& options) {
   if (const auto set = set_up(made.descriptor_, options); !set) return set.error();
   sockaddr_in address = to_address(options.local);
   if (bind(made.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const std::string mend = mend_of_bind(errno);
-    return socket_error("cannot listen", options.local, mend);
+    Error error = socket_error("cannot listen", options.local, mend_of_bind(errno));
+    const std::vector<PortHolder> holders =
+        errno == EADDRINUSE ? port_holders(options.local.port) : std::vector<PortHolder>{};
+    if (!holders.empty()) error.what += " (" + holders_text(holders) + ")";
+    return error;
   }
   socklen_t size = sizeof address;
   if (getsockname(made.descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
@@ -166,16 +181,19 @@ void UdpSocket::close() {
 
 Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
   ReceiveBatch::Buffers& buffers = *batch.buffers_;
-  buffers.size = 0;
   buffers.prepare();
   const int count = recvmmsg(descriptor_, buffers.headers.data(), static_cast<unsigned>(buffers.headers.size()),
                              MSG_DONTWAIT, nullptr);
   if (count < 0) {
     // A port that nobody listens on any more comes back as an error of the next call: that is news, not a fault.
-    if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR || errno == ECONNREFUSED) return std::size_t{0};
+    if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR || errno == ECONNREFUSED) {
+      count_drops();
+      return std::size_t{0};
+    }
     return socket_error("cannot receive", local_, "look at the network interface");
   }
   buffers.size = static_cast<std::size_t>(count);
+  count_drops();
   for (std::size_t i = 0; i < buffers.size; ++i) {
     msghdr& header = buffers.headers[i].msg_hdr;
     Received& received = buffers.received[i];
@@ -189,11 +207,6 @@ Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
         received.realtime_ns = static_cast<std::int64_t>(stamp.tv_sec) * 1'000'000'000 + stamp.tv_nsec;
-      } else if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SO_RXQ_OVFL) {
-        std::uint32_t drops = 0;
-        std::memcpy(&drops, CMSG_DATA(part), sizeof drops);
-        dropped_ += drops - kernel_drops_;  // Of 32 bits: it wraps, and the difference with it.
-        kernel_drops_ = drops;
       } else if (part->cmsg_level == IPPROTO_IP && part->cmsg_type == IP_PKTINFO) {
         in_pktinfo info{};
         std::memcpy(&info, CMSG_DATA(part), sizeof info);
@@ -204,6 +217,16 @@ Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
     }
   }
   return buffers.size;
+}
+
+// Once a batch, and also where nothing came: SO_RXQ_OVFL would cost something for each datagram and tell of the last
+// drops only with the next one.
+void UdpSocket::count_drops() {
+  std::uint32_t figures[SK_MEMINFO_VARS] = {};
+  socklen_t size = sizeof figures;
+  if (getsockopt(descriptor_, SOL_SOCKET, SO_MEMINFO, figures, &size) != 0 || size < sizeof figures) return;
+  dropped_ += figures[SK_MEMINFO_DROPS] - kernel_drops_;  // Of 32 bits: it wraps, and the difference with it.
+  kernel_drops_ = figures[SK_MEMINFO_DROPS];
 }
 
 Error UdpSocket::send_error(const Endpoint& to) const {

@@ -18,6 +18,9 @@ struct UdpOptions {
   bool broadcast = false;         ///< May send to broadcast addresses.
   std::size_t receive_bytes = 0;  ///< Receive buffer; 0: as the system has it.
   std::string interface;          ///< Only from and to this interface (SO_BINDTODEVICE); empty: any.
+  /// Tell of each datagram how it was addressed and where it came in. Without, all count as sent to `local`, which is
+  /// what they are where that is an address, and cheaper.
+  bool tell_destination = true;
 };
 
 /// A datagram as it came. `bytes` lives until the batch is used again.
@@ -25,8 +28,8 @@ struct Received {
   std::int64_t realtime_ns = 0;  ///< When the kernel had it, CLOCK_REALTIME.
   Endpoint from;
   Endpoint to;                             ///< As it was addressed: a broadcast keeps its address.
-  std::array<std::uint8_t, 4> local_ip{};  ///< Of the interface that it came in on.
-  int interface = 0;                       ///< The system's number of that interface.
+  std::array<std::uint8_t, 4> local_ip{};  ///< Of the interface that it came in on, where that is told.
+  int interface = 0;                       ///< The system's number of that interface, where it is told.
   bool truncated = false;                  ///< Longer than the batch's buffers.
   ByteView bytes;
 };
@@ -84,7 +87,7 @@ class UdpSocket {
   /// Whether datagrams that are too long for the network are refused rather than sent in fragments. Best effort.
   void set_do_not_fragment(bool refuse) const;
 
-  /// Datagrams that the kernel had to throw away because the buffer was full, as of the last one received.
+  /// Datagrams that the kernel had to throw away because the buffer was full, until the last `receive`.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:
@@ -92,6 +95,7 @@ class UdpSocket {
   void close();
   /// Of the call that has just failed.
   [[nodiscard]] Error send_error(const Endpoint& to) const;
+  void count_drops();
 
   int descriptor_ = -1;
   Endpoint local_;

@@ -54,6 +54,21 @@ TEST(DoctorNetwork, KnowsWhenTheBufferIsSmall) {
   EXPECT_EQ(check_receive_buffer({}, 8U << 20U).level, CheckLevel::good);
 }
 
+TEST(DoctorNetwork, NamesWhoHoldsTheDiscoveryPort) {
+  EXPECT_EQ(check_discovery_port({}).level, CheckLevel::good);
+  const Check taken = check_discovery_port({{{{0, 0, 0, 0}, 55000}, 1000, 77, "livox_viewer"}});
+  EXPECT_EQ(taken.level, CheckLevel::warning);
+  EXPECT_THAT(taken.what, HasSubstr("livox_viewer (process 77)"));
+}
+
+TEST(DoctorNetwork, TellsOfFirewallsWhereALidarIsNotHeard) {
+  EXPECT_THAT(check_firewalls({}, false), IsEmpty());
+  const std::vector<net::Firewall> ufw{{"ufw", "sudo ufw allow"}};
+  EXPECT_EQ(check_firewalls(ufw, true)[0].level, CheckLevel::good);
+  EXPECT_EQ(check_firewalls(ufw, false)[0].level, CheckLevel::warning);
+  EXPECT_EQ(check_firewalls(ufw, false)[0].mend, "sudo ufw allow");
+}
+
 TEST(DoctorStatus, SaysBitsInWords) {
   EXPECT_THAT(status_words(0), IsEmpty());
   // A real Tele-15: dirty, fan warning, synchronised by PTP.
