@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t control_queue = 4096;
 constexpr std::size_t control_batch = 32;
-constexpr std::int64_t longest_wait_ns = 100'000'000;
+constexpr std::int64_t longest_wait_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -108,11 +108,8 @@ void ControlLoop::hand_out() {
   for (std::size_t i = 0; i < protocol_.device_count(); ++i) {
     const LinkState state = protocol_.device(i).state;
     const bool is_ours = state != LinkState::waiting && state != LinkState::handshaking && state != LinkState::closed;
-    if (is_ours) {
-      senders_.set(i, protocol_.device(i).ip);
-    } else {
-      senders_.clear(i);
-    }
+    // It stays so afterwards: packets may wait in the socket, and what a lost device still sends is of use.
+    if (is_ours) senders_.set(i, protocol_.device(i).ip);
   }
 }
 

@@ -25,6 +25,8 @@ class DatagramRing {
   [[nodiscard]] bool peek(Datagram& datagram) const;
   void pop();
 
+  /// Datagrams that were taken in.
+  [[nodiscard]] std::uint64_t pushed() const { return pushed_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
   /// The most that have waited at once.
   [[nodiscard]] std::size_t high_water() const { return high_water_.load(std::memory_order_relaxed); }

@@ -12,7 +12,7 @@ namespace rigcal::livox {
 namespace {
 
 constexpr std::int64_t receive_wait_ns = 100'000'000;
-constexpr std::chrono::microseconds poll_pause{500};
+constexpr std::int64_t longest_take_wait_ns = 50'000'000;
 
 }  // namespace
 
@@ -30,6 +30,7 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
     net::UdpOptions socket;
     socket.local = {host.ip, 0};
     socket.receive_bytes = options.receive_bytes;
+    socket.tell_destination = false;  // It listens at one address.
     if (options.bind_to_interface) socket.interface = host.name;
     auto receiver = Receiver::open(socket, driver->senders_, driver->session_start_, options.queue_datagrams);
     if (!receiver) return receiver.error();
@@ -50,20 +51,26 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
   }
   driver->thread_notes_.resize(driver->receivers_.size());
   driver->is_running_ = true;
+  driver->is_receiving_ = true;
   Driver& running = *driver;
   for (std::size_t i = 0; i < running.receivers_.size(); ++i)
     running.threads_.emplace_back([&running, i] { running.run_receiver(i); });
   while (running.started_ < running.receivers_.size()) std::this_thread::yield();
   for (std::string& note : running.thread_notes_)
     if (!note.empty()) running.notes_.push_back(std::move(note));
-  running.control_thread_ = std::thread([&running] { running.control_->run(); });
+  running.control_thread_ = std::thread([&running] {
+    name_thread("livox-control");
+    running.control_->run();
+  });
   return driver;
 }
 
 void Driver::run_receiver(std::size_t index) {
+  name_thread("livox-receive");
   if (options_.realtime) thread_notes_[index] = become_realtime();
   ++started_;
-  while (is_running_.load(std::memory_order_relaxed)) receivers_[index]->receive_some(receive_wait_ns);
+  while (is_receiving_.load(std::memory_order_relaxed))
+    if (receivers_[index]->receive_some(receive_wait_ns)) doorbell_.ring();
   receivers_[index]->receive_some(0);  // What came while the devices were being freed.
 }
 
@@ -74,31 +81,45 @@ void Driver::stop() {
     control_->leave();
     control_thread_.join();
   }
-  is_running_ = false;
+  is_receiving_ = false;
   for (const auto& receiver : receivers_) receiver->wake();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
+  is_running_ = false;  // From now on nothing is added to the queues.
+}
+
+bool Driver::take_oldest(Datagram& datagram) {
+  const auto take = [&](DatagramRing& ring) {
+    Datagram candidate;
+    if (!ring.peek(candidate)) return;
+    if (taken_from_ != nullptr && candidate.stamp_ns >= datagram.stamp_ns) return;
+    datagram = candidate;
+    taken_from_ = &ring;
+  };
+  take(control_->ring());
+  for (const auto& receiver : receivers_) take(receiver->ring());
+  return taken_from_ != nullptr;
 }
 
 bool Driver::next(Datagram& datagram, std::int64_t timeout_ns) {
   if (taken_from_ != nullptr) taken_from_->pop();
   taken_from_ = nullptr;
+  if (take_oldest(datagram)) return true;
   const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(timeout_ns);
   while (true) {
     const bool was_running = is_running_.load();
-    const auto take = [&](DatagramRing& ring) {
-      Datagram candidate;
-      if (!ring.peek(candidate)) return;
-      if (taken_from_ != nullptr && candidate.stamp_ns >= datagram.stamp_ns) return;
-      datagram = candidate;
-      taken_from_ = &ring;
-    };
-    take(control_->ring());
-    for (const auto& receiver : receivers_) take(receiver->ring());
-    if (taken_from_ != nullptr) return true;
-    if (!was_running || std::chrono::steady_clock::now() >= end) return false;
-    // Polling: a wake-up from the threads that receive would cost them a system call for every packet.
-    std::this_thread::sleep_for(poll_pause);
+    doorbell_.listen();
+    if (take_oldest(datagram)) {
+      doorbell_.hush();
+      return true;
+    }
+    const std::chrono::nanoseconds left = end - std::chrono::steady_clock::now();
+    if (!was_running || left.count() <= 0) {
+      doorbell_.hush();
+      return false;
+    }
+    // Control frames do not ring, and neither does the end.
+    doorbell_.wait(std::min<std::int64_t>(left.count(), longest_take_wait_ns));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/livox/device/control_loop.h"
+#include "drivers/livox/device/doorbell.h"
 
 namespace rigcal::livox {
 
@@ -41,9 +42,8 @@ struct InterfaceReport {
 };
 
 /// Live Livox LiDARs: finds, takes and sets up the devices that are wanted, keeps them, and hands out every datagram,
-/// of both directions. One thread talks to the devices; one for each interface takes their packets. Nothing is
-/// allocated by those after the start, all queues are bounded, and each datagram that is lost here is counted where it
-/// is lost.
+/// of both directions. One thread talks to the devices; one for each interface takes their packets, and asks for no
+/// memory after the start. All queues are bounded, and each datagram that is lost here is counted where it is lost.
 class Driver {
  public:
   /// Starts at once. Errors (kind system): no interface, a port that is taken.
@@ -64,6 +64,8 @@ class Driver {
   [[nodiscard]] ControlLoop& control() { return *control_; }
   [[nodiscard]] std::vector<DeviceReport> devices() const;
   [[nodiscard]] std::vector<InterfaceReport> interfaces() const;
+  /// Datagrams of control so far, both directions.
+  [[nodiscard]] std::uint64_t control_datagrams() const { return control_->ring().pushed(); }
   /// Datagrams of control that nobody took from their queue in time.
   [[nodiscard]] std::uint64_t dropped_control() const { return control_->ring().dropped(); }
   /// What is less good than it could be (buffers, priority), each a sentence with its mend.
@@ -74,6 +76,7 @@ class Driver {
  private:
   Driver() = default;
   void run_receiver(std::size_t index);
+  bool take_oldest(Datagram& datagram);
 
   DriverOptions options_;
   net::ClockReading session_start_;
@@ -84,6 +87,8 @@ class Driver {
   std::vector<std::thread> threads_;
   std::thread control_thread_;
   std::atomic<bool> is_running_{false};
+  std::atomic<bool> is_receiving_{false};
+  Doorbell doorbell_;                   ///< Of the thread that takes the datagrams.
   DatagramRing* taken_from_ = nullptr;  ///< Where the datagram that was handed out still lies.
   std::vector<std::string> notes_;
   std::vector<std::string> thread_notes_;  ///< By receiver, written before `started_` counts it.

@@ -23,6 +23,8 @@ std::string become_realtime() {
          "): allow it with an rtprio of 50 in /etc/security/limits.d, or CAP_SYS_NICE";
 }
 
+void name_thread(const char* name) { pthread_setname_np(pthread_self(), name); }
+
 std::string lock_memory() {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
   return std::string("memory cannot be locked (") + std::strerror(errno) +

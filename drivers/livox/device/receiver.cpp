@@ -2,18 +2,18 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace rigcal::livox {
 namespace {
 
 constexpr std::size_t batch_datagrams = 128;
+constexpr int most_batches = 64;  // At once: a flood must not keep the thread from hearing that it is to stop.
 constexpr std::int64_t clock_period_ns = 100'000'000;
 constexpr std::int64_t pause_after_error_ns = 10'000'000;
-// At low rates packets are let gather: the kernel has stamped them, and a wake-up for each costs more than all the
-// rest. Even the smallest buffer holds three times as many as may come meanwhile, or they are no longer few.
-constexpr std::size_t few_datagrams = 32;
-constexpr std::int64_t pause_at_low_rates_ns = 1'500'000;
+constexpr std::int64_t shortest_pause_ns = 250'000;
+constexpr std::size_t kernel_bytes_of_a_packet = 2304;  // What a full one takes of a socket's buffer, with its head.
 
 void pause_for(std::int64_t nanoseconds) {
   const timespec pause{0, nanoseconds};
@@ -21,6 +21,12 @@ void pause_for(std::int64_t nanoseconds) {
 }
 
 }  // namespace
+
+std::int64_t gathering_pause_ns(std::int64_t pause_ns, std::size_t came, std::size_t room) {
+  if (came > room / 3) return pause_ns / 2 < shortest_pause_ns ? 0 : pause_ns / 2;
+  if (came < room / 8) return std::clamp(2 * pause_ns, shortest_pause_ns, kLongestPauseNs);
+  return pause_ns;
+}
 
 Expected<std::unique_ptr<Receiver>> Receiver::open(const net::UdpOptions& options, const Senders& senders,
                                                    const net::ClockReading& session_start,
@@ -40,40 +46,56 @@ Receiver::Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& sen
       senders_(senders),
       clock_(session_start),
       batch_(batch_datagrams),
-      ring_(queue_datagrams) {}
+      ring_(queue_datagrams),
+      // The kernel gives twice what it says.
+      room_(std::min(2 * socket_.receive_bytes() / kernel_bytes_of_a_packet, ring_.capacity())),
+      pause_ns_(kLongestPauseNs) {}
 
-void Receiver::receive_some(std::int64_t timeout_ns) {
-  if (!waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) return;
+bool Receiver::receive_some(std::int64_t timeout_ns) {
+  if (timeout_ns > 0) {
+    if (is_flowing_ && pause_ns_ > 0) {
+      pause_for(std::min(pause_ns_, timeout_ns));
+    } else if (!waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) {
+      return false;
+    }
+  }
   const net::ClockReading now = net::read_clocks();
   if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns) clock_.update(now);
   std::size_t total = 0;
-  while (true) {
+  for (int i = 0; i < most_batches; ++i) {
     const auto count = socket_.receive(batch_);
     if (!count) {
       // The interface may come back; without a pause this thread would do nothing but fail.
       errors_.fetch_add(1, std::memory_order_relaxed);
-      return pause_for(pause_after_error_ns);
+      pause_for(pause_after_error_ns);
+      return total > 0;
     }
-    for (std::size_t i = 0; i < *count; ++i) {
-      const net::Received& received = batch_[i];
-      const std::size_t device = senders_.find(received.from.ip);
-      if (device == kNoDevice) {
-        strangers_.fetch_add(1, std::memory_order_relaxed);
-        continue;
-      }
-      const std::int64_t stamp_ns = clock_.from_realtime(received.realtime_ns);
-      if (!ring_.push({stamp_ns, received.from, received.to, received.bytes})) continue;
-      received_.fetch_add(1, std::memory_order_relaxed);
-      DeviceTraffic& traffic = traffic_[device];
-      traffic.packets.fetch_add(1, std::memory_order_relaxed);
-      traffic.bytes.fetch_add(received.bytes.size(), std::memory_order_relaxed);
-      traffic.last_ns.store(stamp_ns, std::memory_order_relaxed);
-    }
-    kernel_drops_.store(socket_.dropped(), std::memory_order_relaxed);
+    queue(*count);
     total += *count;
     if (*count < batch_.capacity()) break;
   }
-  if (timeout_ns > 0 && total < few_datagrams) pause_for(pause_at_low_rates_ns);
+  kernel_drops_.store(socket_.dropped(), std::memory_order_relaxed);
+  is_flowing_ = total > 0;
+  if (is_flowing_) pause_ns_ = gathering_pause_ns(pause_ns_, total, room_);
+  return is_flowing_;
+}
+
+void Receiver::queue(std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const net::Received& received = batch_[i];
+    const std::size_t device = senders_.find(received.from.ip);
+    if (device == kNoDevice) {
+      strangers_.fetch_add(1, std::memory_order_relaxed);
+      continue;
+    }
+    const std::int64_t stamp_ns = clock_.from_realtime(received.realtime_ns);
+    if (!ring_.push({stamp_ns, received.from, received.to, received.bytes})) continue;
+    received_.fetch_add(1, std::memory_order_relaxed);
+    DeviceTraffic& traffic = traffic_[device];
+    traffic.packets.fetch_add(1, std::memory_order_relaxed);
+    traffic.bytes.fetch_add(received.bytes.size(), std::memory_order_relaxed);
+    traffic.last_ns.store(stamp_ns, std::memory_order_relaxed);
+  }
 }
 
 ReceiverCounters Receiver::counters() const {

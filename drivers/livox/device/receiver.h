@@ -13,10 +13,16 @@
 
 namespace rigcal::livox {
 
-/// Whose packets are taken: the address of each device while it is connected. Written by one thread, read by others.
+/// Whose packets are taken: the address at which each device was connected last. Written by one thread, read by others.
 class Senders {
  public:
-  void set(std::size_t device, const Ipv4& ip) { addresses_[device].store(pack(ip), std::memory_order_relaxed); }
+  /// An address is one device's: it is taken from any other.
+  void set(std::size_t device, const Ipv4& ip) {
+    const std::uint32_t packed = pack(ip);
+    for (std::size_t i = 0; i < addresses_.size(); ++i)
+      if (i != device && addresses_[i].load(std::memory_order_relaxed) == packed) clear(i);
+    addresses_[device].store(packed, std::memory_order_relaxed);
+  }
   void clear(std::size_t device) { addresses_[device].store(0, std::memory_order_relaxed); }
   /// Index of the device, or kNoDevice.
   [[nodiscard]] std::size_t find(const Ipv4& ip) const {
@@ -46,9 +52,16 @@ struct ReceiverCounters {
   std::uint64_t received = 0;           ///< Handed on.
   std::uint64_t dropped_by_kernel = 0;  ///< The socket's buffer was full.
   std::uint64_t dropped_by_queue = 0;   ///< Nobody took them from the queue in time.
-  std::uint64_t strangers = 0;          ///< From addresses of no connected device.
+  std::uint64_t strangers = 0;          ///< From addresses at which no device was connected.
   std::uint64_t errors = 0;             ///< The system refused to receive, for example while the interface was down.
 };
+
+/// Packets are let gather while they flow: the kernel has stamped them, and a wake-up costs as much as ten or twenty.
+constexpr std::int64_t kLongestPauseNs = 10'000'000;
+
+/// How long to let them gather next time, when so many came after a pause and there is room for so many: as long that
+/// about a quarter of the room is filled, so that oversleeping costs nothing; 0: not at all.
+[[nodiscard]] std::int64_t gathering_pause_ns(std::int64_t pause_ns, std::size_t came, std::size_t room);
 
 /// Takes the sample packets of one interface off their socket, stamps and queues them, and nothing else. After it is
 /// made no memory is asked for.
@@ -59,8 +72,9 @@ class Receiver {
                                                                 const net::ClockReading& session_start,
                                                                 std::size_t queue_datagrams);
 
-  /// Waits for packets, at most for that long, and queues what is there; then pauses shortly where that was little.
-  void receive_some(std::int64_t timeout_ns);
+  /// Waits for packets, at most for that long, and queues what is there; while packets flow, it lets them gather for
+  /// some milliseconds first, as far as the socket's buffer has room. No wait: 0. Whether there was anything.
+  bool receive_some(std::int64_t timeout_ns);
   /// From any thread: ends a wait.
   void wake() const { waiter_.wake(); }
 
@@ -72,6 +86,7 @@ class Receiver {
  private:
   Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& senders, const net::ClockReading& session_start,
            std::size_t queue_datagrams);
+  void queue(std::size_t count);
 
   net::UdpSocket socket_;
   net::Waiter waiter_;
@@ -79,6 +94,9 @@ class Receiver {
   net::SessionClock clock_;
   net::ReceiveBatch batch_;
   DatagramRing ring_;
+  std::size_t room_;  ///< Packets that may wait in the socket and in the ring.
+  std::int64_t pause_ns_;
+  bool is_flowing_ = false;
   std::array<DeviceTraffic, kMaxDevices> traffic_;
   std::atomic<std::uint64_t> received_{0};
   std::atomic<std::uint64_t> kernel_drops_{0};

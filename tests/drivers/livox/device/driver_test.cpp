@@ -10,6 +10,7 @@
 
 #include "drivers/livox_codec/sample_packet.h"
 #include "simdata/virtual_livox.h"
+#include "tests/drivers/livox/device/allocation_counter.h"
 
 namespace rigcal::livox {
 namespace {
@@ -154,6 +155,21 @@ TEST_F(LiveDriver, TakesDevicesAndHandsOutEveryDatagram) {
   EXPECT_GT(taken[201][kDevicePort], 3U);
   EXPECT_GT(taken[1].size(), 0U);
   EXPECT_FALSE(avia.device().owner().has_value());
+}
+
+TEST_F(LiveDriver, AsksForNoMemoryBetweenTheSocketsAndWhoTakesThePackets) {
+  auto driver = Driver::start(two_devices());
+  ASSERT_TRUE(driver.has_value());
+  ASSERT_TRUE(wait_for_sampling(**driver, 2));
+  const std::uint64_t before = allocations_in_this_thread();
+  const std::uint64_t before_in_receivers = allocations_in_receivers();
+  int packets = 0;
+  Datagram datagram;
+  for (int i = 0; i < 5000 && packets < 1000; ++i)
+    if ((*driver)->next(datagram, 100'000'000) && datagram.from.port == kPointSourcePort) ++packets;
+  EXPECT_EQ(allocations_in_this_thread() - before, 0U);
+  EXPECT_EQ(allocations_in_receivers() - before_in_receivers, 0U);
+  EXPECT_EQ(packets, 1000);
 }
 
 TEST_F(LiveDriver, TakesADeviceAgainThatRestarts) {
