@@ -24,6 +24,7 @@ void add_global_options(CLI::App& app, CommandContext& context, GlobalOptions& o
 // The commands in the order in which --help lists them.
 void add_commands(CLI::App& app, CommandContext& context) {
   add_simulate_command(app, context);
+  add_capture_command(app, context);
   add_calibrate_command(app, context);
   add_inspect_command(app, context);
   add_import_command(app, context);

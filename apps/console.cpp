@@ -10,7 +10,9 @@ namespace {
 // Often enough to see that it moves, seldom enough for a log file and a slow ssh line.
 constexpr std::chrono::milliseconds line_period(2000);
 constexpr std::chrono::milliseconds bar_period(100);
+constexpr std::chrono::milliseconds block_period(5000);
 constexpr int bar_width = 30;
+constexpr std::size_t terminal_columns = 79;  // What wraps could not be erased any more.
 
 std::string percent(double fraction) {
   return std::to_string(std::lround(std::clamp(fraction, 0.0, 1.0) * 100.0)) + " %";
@@ -50,6 +52,24 @@ void ConsoleReporter::progress(std::string_view stage, double fraction) {
   }
 }
 
+void ConsoleReporter::block(const std::vector<std::string>& lines) {
+  const std::lock_guard lock(mutex_);
+  if (options_.quiet || options_.level > LogLevel::info) return;
+  const Clock::time_point now = now_();
+  if (!options_.terminal && now - last_print_ < block_period) return;
+  last_print_ = now;
+  erase_bar();
+  for (const std::string& line : lines) {
+    if (options_.terminal) {
+      out_ << on_one_line(line).substr(0, terminal_columns) << '\n';
+    } else {
+      out_ << "rigcal: " << on_one_line(line) << '\n';
+    }
+  }
+  out_ << std::flush;
+  if (options_.terminal) block_lines_ = lines.size();
+}
+
 void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
   erase_bar();
   if (fraction < 0.0) {
@@ -59,12 +79,13 @@ void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
     bar_ = "[" + std::string(done, '#') + std::string(bar_width - done, ' ') + "] " + percent(fraction) + " " +
            std::string(stage);
   }
-  // A bar that wraps could not be erased any more.
-  bar_.resize(std::min<std::size_t>(bar_.size(), 79));
+  bar_.resize(std::min(bar_.size(), terminal_columns));
   out_ << bar_ << std::flush;
 }
 
 void ConsoleReporter::erase_bar() {
+  if (block_lines_ > 0) out_ << "\x1b[" << block_lines_ << "A\x1b[J" << std::flush;  // Up, and away with what is below.
+  block_lines_ = 0;
   if (bar_.empty()) return;
   out_ << '\r' << std::string(bar_.size(), ' ') << '\r' << std::flush;
   bar_.clear();

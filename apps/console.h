@@ -37,6 +37,8 @@ class ConsoleReporter final : public Reporter {
   void configure(const ConsoleOptions& options);
 
   void progress(std::string_view stage, double fraction) override;
+  /// Progress of several lines: on a terminal drawn over themselves, elsewhere printed at most every five seconds.
+  void block(const std::vector<std::string>& lines);
   /// Shown once, however often it is said.
   void warn(std::string message) override;
   void debug(std::string message) override;
@@ -59,6 +61,7 @@ class ConsoleReporter final : public Reporter {
   ConsoleOptions options_;
   Clock::time_point last_print_;
   std::string bar_;
+  std::size_t block_lines_ = 0;  ///< That stand on the terminal.
   std::vector<std::string> warnings_;
 };
 

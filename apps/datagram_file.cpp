@@ -5,28 +5,62 @@
 #include <utility>
 
 #include "apps/lvx_datagrams.h"
+#include "core/io/session_folder.h"
 
 namespace rigcal {
 namespace {
 
+double bytes_of(const std::string& path) {
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  return error ? 0.0 : static_cast<double>(bytes);
+}
+
+/// One file, or the parts of a recording one after the other.
 class PcapDatagrams final : public DatagramFile {
  public:
-  PcapDatagrams(PcapReader reader, double file_bytes) : reader_(std::move(reader)), file_bytes_(file_bytes) {}
+  PcapDatagrams(PcapReader reader, std::vector<std::string> later, double bytes)
+      : reader_(std::move(reader)), later_(std::move(later)), bytes_(std::max(bytes, 1.0)) {}
 
   Expected<bool> next(Datagram& datagram) override {
-    Expected<bool> more = reader_.next(datagram);
-    if (more && *more) read_bytes_ += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of frame and file
-    return more;
+    while (true) {
+      Expected<bool> more = reader_.next(datagram);
+      if (more && *more) read_bytes_ += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of frame and file
+      if (!more || *more || next_part_ == later_.size()) return more;
+      add_up();
+      Expected<PcapReader> opened = PcapReader::open(later_[next_part_++]);
+      if (!opened) {
+        // A power cut may leave the newest one without its head; what is before it is whole.
+        truncation_ = "ends before its last part: " + opened.error().what;
+        next_part_ = later_.size();
+        return false;
+      }
+      reader_ = *std::move(opened);
+    }
   }
-  [[nodiscard]] std::string truncation() const override { return reader_.truncation(); }
+  [[nodiscard]] std::string truncation() const override {
+    return truncation_.empty() ? reader_.truncation() : truncation_;
+  }
   [[nodiscard]] FileNotes notes() const override {
-    return {capture_findings(reader_.counters()), reader_.counters(), {}};
+    PcapCounters all = earlier_;
+    all += reader_.counters();
+    return {capture_findings(all), all, {}};
   }
-  [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / file_bytes_); }
+  [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / bytes_); }
 
  private:
+  // What the part that is over has told.
+  void add_up() {
+    earlier_ += reader_.counters();
+    if (truncation_.empty()) truncation_ = reader_.truncation();
+  }
+
   PcapReader reader_;
-  double file_bytes_;
+  std::vector<std::string> later_;
+  std::size_t next_part_ = 0;
+  PcapCounters earlier_;
+  std::string truncation_;
+  double bytes_;
   double read_bytes_ = 0.0;
 };
 
@@ -34,12 +68,13 @@ class PcapDatagrams final : public DatagramFile {
 
 Expected<std::unique_ptr<DatagramFile>> open_datagrams(const std::string& path) {
   if (is_lvx(path)) return open_lvx_datagrams(path);
-  Expected<PcapReader> reader = PcapReader::open(path);
+  std::vector<std::string> parts = session_packet_parts(path);
+  double bytes = 0.0;
+  for (const std::string& part : parts) bytes += bytes_of(part);
+  Expected<PcapReader> reader = PcapReader::open(parts.front());
   if (!reader) return reader.error();
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);
-  const double file_bytes = error || bytes == 0 ? 1.0 : static_cast<double>(bytes);
-  return std::unique_ptr<DatagramFile>(std::make_unique<PcapDatagrams>(std::move(*reader), file_bytes));
+  parts.erase(parts.begin());
+  return std::unique_ptr<DatagramFile>(std::make_unique<PcapDatagrams>(*std::move(reader), std::move(parts), bytes));
 }
 
 }  // namespace rigcal

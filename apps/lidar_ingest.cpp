@@ -54,8 +54,12 @@ void drop_repeated(Device& device, std::vector<Point>& points) {
 
 class LidarIngest::Devices {
  public:
-  Devices(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes)
-      : rig_(rig), point_sink_(std::move(points)), imu_sink_(std::move(imu)), codes_(codes) {
+  Devices(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes, bool headers_only)
+      : rig_(rig),
+        point_sink_(std::move(points)),
+        imu_sink_(std::move(imu)),
+        codes_(codes),
+        headers_only_(headers_only) {
     batch_.points.reserve(livox::kMaxSlots);
   }
 
@@ -81,6 +85,7 @@ class LidarIngest::Devices {
   PointSink point_sink_;
   ImuSink imu_sink_;
   BroadcastCodes codes_;
+  bool headers_only_;
   std::map<IpAddress, Device> devices_;
   /// Also of addresses that were only talked to so far.
   std::map<IpAddress, std::map<std::string, std::uint64_t>> control_frames_;
@@ -203,7 +208,7 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
   }
   if (counts.last_ns == 0) counts.first_ns = stamp.stamp_ns;
   counts.last_ns = std::max(counts.last_ns, stamp.stamp_ns);
-  if (counts.sensor < 0) return;
+  if (counts.sensor < 0 || headers_only_) return;
   if (imu) {
     add_imu(device, packet, stamp.stamp_ns);
   } else {
@@ -257,7 +262,13 @@ IngestSummary LidarIngest::Devices::summary() const {
 }
 
 LidarIngest::LidarIngest(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes)
-    : devices_(std::make_unique<Devices>(rig, std::move(points), std::move(imu), codes)) {}
+    : devices_(std::make_unique<Devices>(rig, std::move(points), std::move(imu), codes, false)) {}
+LidarIngest LidarIngest::of_headers(const Rig& rig) {
+  LidarIngest ingest(rig, {}, {});
+  ingest.devices_ = std::make_unique<Devices>(rig, PointSink{}, ImuSink{}, BroadcastCodes{}, true);
+  return ingest;
+}
+
 LidarIngest::~LidarIngest() = default;
 LidarIngest::LidarIngest(LidarIngest&&) noexcept = default;
 LidarIngest& LidarIngest::operator=(LidarIngest&&) noexcept = default;

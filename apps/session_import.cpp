@@ -11,6 +11,7 @@
 #include "apps/lidar_ingest.h"
 #include "apps/lvx_datagrams.h"
 #include "apps/patch_export.h"
+#include "apps/session_counters.h"
 #include "core/base/version.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
@@ -46,37 +47,9 @@ Expected<void> move_up(const std::string& from, const std::string& to, const cha
   return error ? Expected<void>(cannot_write(below(to, name), error.value())) : Expected<void>{};
 }
 
-using Counters = std::map<std::string, std::map<std::string, std::uint64_t>>;
-
-Counters counters_of(const Rig& rig, const IngestSummary& ingest) {
-  const auto name = [&rig](int sensor, const std::string& other) {
-    return sensor < 0 ? other : rig.sensors[static_cast<std::size_t>(sensor)].name;
-  };
-  Counters counters;
-  for (const DeviceIngest& device : ingest.devices) {
-    auto& of_device = counters[name(device.sensor, to_string(device.ip))];
-    of_device["packets"] += device.packets;
-    of_device["lost"] += device.point_stream.lost + device.imu_stream.lost;
-    of_device["duplicates"] += device.point_stream.duplicated + device.imu_stream.duplicated;
-    of_device["malformed"] += device.malformed;
-    of_device["points"] += device.points;
-    of_device["imu_samples"] += device.imu_samples;
-  }
-  for (const TopicIngest& topic : ingest.topics) {
-    if (topic.sensor < 0) continue;
-    auto& of_sensor = counters[name(topic.sensor, "")];
-    of_sensor["messages"] += topic.messages;
-    of_sensor["lost"] += topic.lost;
-    of_sensor["malformed"] += topic.malformed;
-    of_sensor["points"] += topic.points;
-    of_sensor["imu_samples"] += topic.imu_samples;
-  }
-  return counters;
-}
-
 /// A session that was cut has no end, as one that a power cut ended.
-Expected<void> write_record(const ImportTask& task, std::int64_t start_ns, std::int64_t end_ns, Counters counters,
-                            const std::string& truncation) {
+Expected<void> write_record(const ImportTask& task, std::int64_t start_ns, std::int64_t end_ns,
+                            SessionCounters counters, const std::string& truncation) {
   SessionRecord record;
   record.software = version();
   record.start_ns = start_ns;
@@ -121,7 +94,7 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
   }
   for (const std::string& warning : summary.warnings) task.context.reporter.warn(warning);
   const std::string truncation = (*file)->truncation();
-  const Expected<void> record = write_record(task, start_ns, end_ns, counters_of(task.rig, summary), truncation);
+  const Expected<void> record = write_record(task, start_ns, end_ns, session_counters(task.rig, summary), truncation);
   if (!record) return record.error();
   return ImportSummary{is_lvx(task.input) ? "lvx" : "dump", truncation.empty(), writer->datagrams(), 0, 0, 0};
 }
@@ -153,7 +126,7 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   }
   const std::string& truncation = done->reading.truncation;
   const Expected<void> record =
-      write_record(task, start_ns, end_ns, counters_of(task.rig, done->reading.ingest), truncation);
+      write_record(task, start_ns, end_ns, session_counters(task.rig, done->reading.ingest), truncation);
   if (!record) return record.error();
   return ImportSummary{"bag", truncation.empty(), 0, stops.size(), done->reading.points.in_stops, images.images()};
 }

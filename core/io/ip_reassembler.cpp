@@ -106,4 +106,14 @@ void IpReassembler::finish() {
   while (!waiting_.empty()) give_up(waiting_.size() - 1);
 }
 
+FragmentCounters& FragmentCounters::operator+=(const FragmentCounters& more) {
+  fragments += more.fragments;
+  duplicates += more.duplicates;
+  whole += more.whole;
+  incomplete += more.incomplete;
+  contradictory += more.contradictory;
+  crowded_out += more.crowded_out;
+  return *this;
+}
+
 }  // namespace rigcal

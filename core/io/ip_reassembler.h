@@ -18,6 +18,7 @@ struct FragmentCounters {
   std::uint64_t crowded_out = 0;    ///< Given up for newer ones, because too many were waiting.
 
   [[nodiscard]] std::uint64_t lost() const { return incomplete + contradictory + crowded_out; }
+  FragmentCounters& operator+=(const FragmentCounters& more);
 };
 
 /// Puts fragmented IPv4 packets together again (RFC 791, section 3.2), whatever the order of their fragments. Where

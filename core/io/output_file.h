@@ -35,6 +35,8 @@ class OutputFile {
   [[nodiscard]] Expected<void> status() const;
   /// Hands everything to the system.
   Expected<void> flush();
+  /// The same, and asks the system to begin to bring it to the disk, without waiting: so a later `sync` is short.
+  Expected<void> begin_sync();
   /// The same, and waits until it is on the disk.
   Expected<void> sync();
   Expected<void> close();

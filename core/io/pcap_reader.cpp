@@ -127,6 +127,18 @@ bool PcapReader::truncated() const { return !state_->truncation.empty(); }
 const std::string& PcapReader::truncation() const { return state_->truncation; }
 const PcapCounters& PcapReader::counters() const { return state_->counters; }
 
+PcapCounters& PcapCounters::operator+=(const PcapCounters& more) {
+  frames += more.frames;
+  datagrams += more.datagrams;
+  ipv6 += more.ipv6;
+  not_udp += more.not_udp;
+  cut += more.cut;
+  other_link += more.other_link;
+  malformed += more.malformed;
+  parts += more.parts;
+  return *this;
+}
+
 std::vector<std::string> capture_findings(const PcapCounters& counters) {
   std::vector<std::string> findings;
   if (counters.cut > 0) {

@@ -21,6 +21,8 @@ struct PcapCounters {
   std::uint64_t other_link = 0;  ///< From an interface of a link type that is not read.
   std::uint64_t malformed = 0;   ///< Headers that contradict each other, or no stamp.
   FragmentCounters parts;        ///< Frames that were fragments of IP packets.
+
+  PcapCounters& operator+=(const PcapCounters& more);
 };
 
 /// What a user should know of these counts, in clauses: what is missing, and why.

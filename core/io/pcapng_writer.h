@@ -19,8 +19,9 @@ class PcapngWriter {
 
   /// Errors: the disk (kind system); a payload that fits into no UDP datagram or a stamp before 1970 (kind input).
   Expected<void> write(const Datagram& datagram);
-  /// Hands everything to the system; `sync` also waits for the disk.
+  /// Hands everything to the system; `begin_sync` also asks it to write it to the disk, `sync` waits for that.
   Expected<void> flush() { return file_.flush(); }
+  Expected<void> begin_sync() { return file_.begin_sync(); }
   Expected<void> sync() { return file_.sync(); }
   Expected<void> close() { return file_.close(); }
 

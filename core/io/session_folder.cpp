@@ -1,6 +1,9 @@
 #include "core/io/session_folder.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +17,7 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr int format_version = 1;
+constexpr const char* packets_name = "lidar.pcapng";
 /// Ten pairs a second, 60 bytes each: a day is 52 MB.
 constexpr std::size_t max_record_bytes = std::size_t{256} << 20;
 
@@ -36,6 +40,7 @@ json to_json(const SessionRecord& record) {
                {"clock_pairs_realtime_monotonic_ns", pairs},
                {"counters", record.counters},
                {"gaps", record.gaps}};
+  if (!record.events.empty()) text["events"] = record.events;
   if (record.end_ns) text["end_ns"] = *record.end_ns;
   return text;
 }
@@ -88,6 +93,15 @@ Expected<std::map<std::string, std::map<std::string, std::uint64_t>>> read_count
   return counters;
 }
 
+std::vector<std::string> read_sentences(const json& text, const char* key) {
+  std::vector<std::string> sentences;
+  if (!text.contains(key) || !text[key].is_array()) return sentences;
+  for (const json& sentence : text[key]) {
+    if (sentence.is_string()) sentences.push_back(sentence.get<std::string>());
+  }
+  return sentences;
+}
+
 Expected<SessionRecord> read_record(const std::string& path) {
   const Expected<std::string> content = read_text_file(path, max_record_bytes);
   if (!content) return content.error();
@@ -113,22 +127,44 @@ Expected<SessionRecord> read_record(const std::string& path) {
   auto counters = read_counters(text, path);
   if (!counters) return counters.error();
   record.counters = std::move(*counters);
-  if (text.contains("gaps") && text["gaps"].is_array()) {
-    for (const json& gap : text["gaps"]) {
-      if (gap.is_string()) record.gaps.push_back(gap.get<std::string>());
-    }
-  }
+  record.gaps = read_sentences(text, "gaps");
+  record.events = read_sentences(text, "events");
   return record;
 }
 
 }  // namespace
 
-std::string session_packets_path(const std::string& path) { return below(path, "lidar.pcapng"); }
+std::string session_packets_path(const std::string& path) { return below(path, packets_name); }
+
+std::string session_packets_part_path(const std::string& packets_path, int number) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "lidar.%06d.pcapng", number);
+  return (fs::path(packets_path).parent_path() / name.data()).string();
+}
+
+std::vector<std::string> session_packet_parts(const std::string& packets_path) {
+  std::vector<std::string> parts;
+  if (fs::path(packets_path).filename() != packets_name) return {packets_path};
+  fs::path folder = fs::path(packets_path).parent_path();
+  if (folder.empty()) folder = ".";
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    constexpr std::size_t length = 19;  // lidar.000001.pcapng
+    if (name.size() == length && name.starts_with("lidar.") && name.ends_with(".pcapng") &&
+        name.find_first_not_of("0123456789", 6) == 12)
+      parts.push_back(entry->path().string());
+  }
+  std::sort(parts.begin(), parts.end());
+  // A power cut may come between one part and the next.
+  if (parts.empty() || fs::exists(packets_path, error)) parts.push_back(packets_path);
+  return parts;
+}
 
 bool is_session_folder(const std::string& path) {
   if (existing(path, "rig.yaml").empty()) return false;
   // A patch folder may bring its rig file along.
-  return !existing(path, "session.json").empty() || !existing(path, "lidar.pcapng").empty() ||
+  return !existing(path, "session.json").empty() || !existing(path, packets_name).empty() ||
          !existing(path, "patches").empty();
 }
 
@@ -152,7 +188,9 @@ Expected<SessionFolder> open_session(const std::string& path) {
     if (!record) return record.error();
     session.record = std::move(*record);
   }
-  session.packets = existing(path, "lidar.pcapng");
+  session.packets = existing(path, packets_name);
+  if (session.packets.empty() && session_packet_parts(session_packets_path(path)).front() != session_packets_path(path))
+    session.packets = session_packets_path(path);
   session.patches = existing(path, "patches");
   session.trajectory = existing(path, "trajectory.tum");
   session.images = existing(path, "images");

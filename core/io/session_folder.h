@@ -25,7 +25,8 @@ struct SessionRecord {
   std::vector<ClockPair> clock_pairs;
   /// By device, then by the counter's name ("packets", "lost" and so on).
   std::map<std::string, std::map<std::string, std::uint64_t>> counters;
-  std::vector<std::string> gaps;  ///< Why something is missing, one sentence each.
+  std::vector<std::string> gaps;    ///< Why something is missing, one sentence each.
+  std::vector<std::string> events;  ///< What happened, one sentence each, with its time.
 };
 
 /// A session folder (contract section 5) and what is in it. Paths are empty where the file or folder is not there.
@@ -33,7 +34,7 @@ struct SessionFolder {
   std::string path;
   Rig rig;
   std::optional<SessionRecord> record;  ///< Nothing where the recording was cut short before it was written.
-  std::string packets;                  ///< lidar.pcapng
+  std::string packets;                  ///< lidar.pcapng; see `session_packet_parts`.
   std::string patches;                  ///< patches/
   std::string trajectory;               ///< trajectory.tum
   std::string images;                   ///< images/
@@ -55,5 +56,12 @@ Expected<void> write_session_record(const std::string& path, const SessionRecord
 
 /// Where the packets of a session lie.
 [[nodiscard]] std::string session_packets_path(const std::string& path);
+
+/// A recording of which only the newest part is kept lies in several files: the one at `packets_path` is the newest,
+/// and this is the name of the part `number` before it (lidar.000001.pcapng).
+[[nodiscard]] std::string session_packets_part_path(const std::string& packets_path, int number);
+/// All files of such a recording in the order of time, that of `packets_path` last; only that one where it is of any
+/// other kind.
+[[nodiscard]] std::vector<std::string> session_packet_parts(const std::string& packets_path);
 
 }  // namespace rigcal

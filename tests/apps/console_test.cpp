@@ -39,6 +39,26 @@ TEST_F(Console, DrawsABarOverItselfOnATerminalAndTakesItAwayBeforeAWarning) {
   EXPECT_EQ(out.str(), "\r" + std::string(45, ' ') + "\rrigcal: warning: a packet is damaged\n");
 }
 
+TEST_F(Console, DrawsABlockOverItselfOnATerminal) {
+  reporter.configure({.terminal = true});
+  reporter.block({"captured 1 s", std::string(100, 'x')});
+  EXPECT_EQ(out.str(), "captured 1 s\n" + std::string(79, 'x') + "\n");
+  out.str("");
+  reporter.block({"captured 2 s"});
+  EXPECT_EQ(out.str(), "\x1b[2A\x1b[Jcaptured 2 s\n");
+  out.str("");
+  reporter.warn("w");
+  EXPECT_EQ(out.str(), "\x1b[1A\x1b[Jrigcal: warning: w\n");
+}
+
+TEST_F(Console, PrintsABlockSeldomWhereThereIsNoTerminal) {
+  for (int i = 1; i <= 11; ++i) {
+    pass(1000);
+    reporter.block({"captured " + std::to_string(i) + " s", "avia"});
+  }
+  EXPECT_EQ(out.str(), "rigcal: captured 5 s\nrigcal: avia\nrigcal: captured 10 s\nrigcal: avia\n");
+}
+
 TEST_F(Console, SaysNothingOfProgressWhenQuietButStillWarns) {
   reporter.configure({.quiet = true});
   pass(10000);

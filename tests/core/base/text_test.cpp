@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <limits>
 
+#include "core/base/utc_text.h"
+
 namespace rigcal {
 namespace {
 
@@ -39,6 +41,12 @@ TEST(KeyText, QuotesWhatAReaderWouldTakeForSomethingElse) {
   EXPECT_EQ(key_text("1e3"), "\"1e3\"");
   EXPECT_EQ(key_text("a: b"), "\"a: b\"");
   EXPECT_EQ(key_text("a\n\"b"), "\"a\\x0a\\\"b\"");
+}
+
+TEST(UtcText, IsADateWithMilliseconds) {
+  EXPECT_EQ(utc_text(1'790'000'000'512'999'999), "2026-09-21 14:13:20.512");
+  EXPECT_EQ(utc_text(0), "1970-01-01 00:00:00.000");
+  EXPECT_EQ(utc_text(-1), "1969-12-31 23:59:59.999");
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ TEST(SessionFolder, HoldsWhatWasWrittenIntoIt) {
   record.clock_pairs = {{5, 6}, {7, 8}};
   record.counters["a"]["packets"] = 18'446'744'073'709'551'615U;
   record.gaps = {"b: 3 packets were lost"};
+  record.events = {"b: connected"};
   ASSERT_TRUE(write_session_record(path, record));
 
   const Expected<SessionFolder> session = open_session(path);
@@ -49,6 +50,7 @@ TEST(SessionFolder, HoldsWhatWasWrittenIntoIt) {
   EXPECT_EQ(session->record->clock_pairs[1].monotonic_ns, 8);
   EXPECT_EQ(session->record->counters, record.counters);
   EXPECT_EQ(session->record->gaps, record.gaps);
+  EXPECT_EQ(session->record->events, record.events);
   EXPECT_EQ(session->packets, session_packets_path(path));
   EXPECT_EQ(session->ground_truth, path + "/ground_truth.yaml");
   EXPECT_EQ(session->patches, "");

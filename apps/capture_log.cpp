@@ -1,0 +1,79 @@
+#include "apps/capture_log.h"
+
+#include <utility>
+
+#include "apps/doctor.h"
+#include "core/base/utc_text.h"
+
+namespace rigcal {
+namespace {
+
+bool is_gap(const livox::EventContent& content) {
+  if (std::holds_alternative<livox::Lost>(content) || std::holds_alternative<livox::AddressConflict>(content))
+    return true;
+  const auto* sampling = std::get_if<livox::SamplingChanged>(&content);
+  return sampling != nullptr && !sampling->on;
+}
+
+// Settings that were taken are no news.
+bool is_news(const livox::EventContent& content) {
+  const auto* ended = std::get_if<livox::RequestEnded>(&content);
+  return ended == nullptr || ended->outcome != livox::Outcome::done;
+}
+
+std::string sentence(const livox::EventContent& content) {
+  std::string text = livox::event_text(content);
+  const auto* status = std::get_if<livox::StatusChanged>(&content);
+  if (status == nullptr) return text;
+  for (const std::string& word : status_words(status->now)) text += ", " + word;
+  return text;
+}
+
+}  // namespace
+
+void CaptureLog::add(const livox::Event& event) {
+  if (!is_news(event.content)) return;
+  const bool known = event.device < sensors_.size();
+  add(event.stamp_ns, known ? sensors_[event.device] : "other devices", sentence(event.content),
+      known && !is_over_ && is_gap(event.content));
+}
+
+void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::InterfaceReport>& interfaces) {
+  for (const livox::InterfaceReport& report : interfaces) {
+    const std::string name = report.interface.name + " " + to_string(report.interface.ip);
+    livox::ReceiverCounters& last = last_counters_[name];
+    const livox::ReceiverCounters& now = report.counters;
+    const auto tell = [&](std::uint64_t more, const std::string& why) {
+      if (more > 0) add(now_ns, name, std::to_string(more) + " packets were lost, " + why, true);
+    };
+    tell(now.dropped_by_kernel - last.dropped_by_kernel,
+         "because the socket's buffer of " + std::to_string(report.receive_bytes / 1024) + " KiB was full");
+    tell(now.dropped_by_queue - last.dropped_by_queue, "because this program or its disk was too slow");
+    if (now.errors > last.errors && last.errors == 0) add(now_ns, name, "the system could not receive", false);
+    last = now;
+  }
+}
+
+void CaptureLog::add(std::int64_t stamp_ns, const std::string& about, const std::string& what, bool is_gap) {
+  const std::string text = about + ": " + what;
+  std::string& last = last_[about];
+  if (last == what && !is_gap) return;
+  last = what;
+  const std::string dated = utc_text(stamp_ns) + " " + text;
+  const auto keep = [&dated](std::vector<std::string>& list, std::uint64_t& left_out) {
+    if (list.size() < kMost) {
+      list.push_back(dated);
+    } else {
+      ++left_out;
+    }
+  };
+  keep(events_, left_out_events_);
+  if (is_gap) keep(gaps_, left_out_gaps_);
+}
+
+std::vector<std::string> CaptureLog::closed(std::vector<std::string> sentences, std::uint64_t left_out) {
+  if (left_out > 0) sentences.push_back("and " + std::to_string(left_out) + " more");
+  return sentences;
+}
+
+}  // namespace rigcal

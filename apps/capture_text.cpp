@@ -1,0 +1,149 @@
+#include "apps/capture_text.h"
+
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/doctor.h"
+#include "core/base/utc_text.h"
+#include "core/base/version.h"
+#include "drivers/livox_codec/status.h"
+
+namespace rigcal {
+namespace {
+
+const char* temperature_text(const livox::Status& status) {
+  switch (status.temperature) {
+    case livox::Level::normal:
+      return "ok";
+    case livox::Level::warning:
+      return "high or low";
+    case livox::Level::error:
+      return "extreme";
+  }
+  return "?";
+}
+
+const char* sync_text(const livox::Status& status) {
+  switch (status.time_sync) {
+    case livox::TimeSync::not_started:
+      return "none";
+    case livox::TimeSync::ptp:
+      return "PTP";
+    case livox::TimeSync::gps:
+      return "GPS";
+    case livox::TimeSync::pps:
+      return "PPS";
+    case livox::TimeSync::abnormal:
+      return "failed";
+  }
+  return "?";
+}
+
+double lost_share(const CaptureDevice& device) {
+  return device.expected == 0 ? 0.0 : static_cast<double>(device.lost) / static_cast<double>(device.expected);
+}
+
+std::string state_text(const livox::LinkInfo& link) {
+  const bool spins_up = link.state == livox::LinkState::preparing && link.work_state == livox::WorkState::initialising;
+  return spins_up ? "starts " + std::to_string(link.progress_percent) + " %" : livox::to_string(link.state);
+}
+
+std::string device_line(const CaptureDevice& device) {
+  const livox::LinkInfo& link = device.report.link;
+  const livox::Status status = livox::decode_status(link.status);
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), "%-15.15s %-12.12s %9.0f %8.2f  %-11s %-6s %9.1f", device.sensor.c_str(),
+                state_text(link).c_str(), device.packets_per_s, 100.0 * lost_share(device), temperature_text(status),
+                sync_text(status), device.drift_ppm);
+  return line.data();
+}
+
+nlohmann::ordered_json device_json(const CaptureDevice& device) {
+  const livox::LinkInfo& link = device.report.link;
+  return {{"sensor", device.sensor},
+          {"broadcast_code", link.broadcast.broadcast_code},
+          {"ip", to_string(link.ip)},
+          {"packets", device.report.packets},
+          {"bytes", device.report.bytes},
+          {"expected", device.expected},
+          {"lost", device.lost},
+          {"drift_ppm", device.drift_ppm},
+          {"connection_losses", link.counters.losses},
+          {"status", link.status},
+          {"says", status_words(link.status)}};
+}
+
+nlohmann::ordered_json interface_json(const livox::InterfaceReport& report) {
+  return {{"name", report.interface.name},
+          {"ip", to_string(report.interface.ip)},
+          {"receive_buffer", report.receive_bytes},
+          {"received", report.counters.received},
+          {"dropped_by_kernel", report.counters.dropped_by_kernel},
+          {"dropped_by_queue", report.counters.dropped_by_queue},
+          {"strangers", report.counters.strangers},
+          {"errors", report.counters.errors},
+          {"queue_high_water", report.queue_high_water},
+          {"queue_capacity", report.queue_capacity}};
+}
+
+}  // namespace
+
+std::vector<std::string> capture_lines(const CaptureStatus& status) {
+  std::array<char, 96> head{};
+  std::snprintf(head.data(), head.size(), "captured %.0f s, %.1f MB", status.seconds,
+                1e-6 * static_cast<double>(status.bytes));
+  std::vector<std::string> lines{head.data(),
+                                 "LiDAR           state        packets/s   lost %  temperature sync   clock ppm"};
+  for (const CaptureDevice& device : status.devices) lines.push_back(device_line(device));
+  for (const CaptureDevice& device : status.devices) {
+    for (const std::string& word : status_words(device.report.link.status))
+      lines.push_back(device.sensor + " says: " + word);
+  }
+  return lines;
+}
+
+std::string capture_text(const CaptureSummary& summary) {
+  std::array<char, 160> head{};
+  std::snprintf(head.data(), head.size(), ": %.1f s, %llu datagrams, %.1f MB%s\n", summary.status.seconds,
+                static_cast<unsigned long long>(summary.recorded), 1e-6 * static_cast<double>(summary.status.bytes),
+                summary.is_complete() ? "" : ", incomplete");
+  std::string text = summary.session + head.data();
+  for (const CaptureDevice& device : summary.status.devices) {
+    std::array<char, 160> line{};
+    std::snprintf(line.data(), line.size(), "  %s: %llu packets, %llu lost%s\n", device.sensor.c_str(),
+                  static_cast<unsigned long long>(device.report.packets), static_cast<unsigned long long>(device.lost),
+                  device.report.packets == 0 ? ": it never sent anything" : "");
+    text += line.data();
+  }
+  if (summary.forgotten_until_ns)
+    text += "  everything before " + utc_text(*summary.forgotten_until_ns) + " UTC was thrown away (--keep)\n";
+  constexpr std::size_t most_gaps = 20;
+  for (std::size_t i = 0; i < summary.gaps.size() && i < most_gaps; ++i) text += "  " + summary.gaps[i] + "\n";
+  if (summary.gaps.size() > most_gaps)
+    text += "  and " + std::to_string(summary.gaps.size() - most_gaps) + " more in session.json\n";
+  return text;
+}
+
+std::string capture_json(const CaptureSummary& summary) {
+  nlohmann::ordered_json json{{"rigcal", format_version},
+                              {"command", "capture"},
+                              {"session", summary.session},
+                              {"complete", summary.is_complete()},
+                              {"seconds", summary.status.seconds},
+                              {"datagrams", summary.recorded},
+                              {"control_datagrams", summary.control_datagrams},
+                              {"dropped_control", summary.dropped_control},
+                              {"bytes", summary.status.bytes}};
+  json["forgotten_until_ns"] = nullptr;
+  if (summary.forgotten_until_ns) json["forgotten_until_ns"] = *summary.forgotten_until_ns;
+  json["sensors"] = nlohmann::ordered_json::array();
+  for (const CaptureDevice& device : summary.status.devices) json["sensors"].push_back(device_json(device));
+  json["interfaces"] = nlohmann::ordered_json::array();
+  for (const livox::InterfaceReport& report : summary.interfaces) json["interfaces"].push_back(interface_json(report));
+  json["gaps"] = summary.gaps;
+  json["notes"] = summary.notes;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace rigcal

@@ -1,0 +1,142 @@
+#include "apps/capture_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/capture_log.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr std::int64_t noon_ns = 1'790'000'000'000'000'000;  // 2026-09-21 14:13:20 UTC
+
+CaptureSummary two_lidars() {
+  CaptureSummary summary;
+  summary.session = "session";
+  summary.status.seconds = 12.4;
+  summary.status.bytes = 45'000'000;
+  summary.status.devices.resize(2);
+  CaptureDevice& avia = summary.status.devices[0];
+  avia.sensor = "avia";
+  avia.report.packets = 30'000;
+  avia.report.link.state = livox::LinkState::sampling;
+  avia.report.link.work_state = livox::WorkState::normal;
+  avia.report.link.status = 0x40006840;  // A real Tele-15: dirty, fan warning, synchronised by PTP.
+  avia.packets_per_s = 2700.0;
+  avia.expected = 30'300;
+  avia.lost = 303;
+  avia.drift_ppm = -3.14;
+  CaptureDevice& left = summary.status.devices[1];
+  left.sensor = "mid100_left";
+  left.report.packets = 5;
+  left.report.link.state = livox::LinkState::preparing;
+  left.report.link.progress_percent = 40;
+  livox::InterfaceReport& eth = summary.interfaces.emplace_back();
+  eth.interface.name = "eth0";
+  eth.interface.ip = {192, 168, 1, 5};
+  eth.receive_bytes = 212'992;
+  return summary;
+}
+
+TEST(CaptureLines, FitATerminalAndSayHowEachLidarDoes) {
+  const auto lines = capture_lines(two_lidars().status);
+  EXPECT_THAT(lines, ElementsAre("captured 12 s, 45.0 MB",
+                                 "LiDAR           state        packets/s   lost %  temperature sync   clock ppm",
+                                 "avia            sampling          2700     1.00  ok          PTP         -3.1",
+                                 "mid100_left     starts 40 %          0     0.00  ok          none         0.0",
+                                 "avia says: window dirty or blocked", "avia says: fan warning"));
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 79U);
+}
+
+TEST(CaptureSummary, IsCompleteWhereAllStayedAndNothingWasLostHere) {
+  CaptureSummary summary = two_lidars();
+  EXPECT_TRUE(summary.is_complete());
+  summary.status.devices[1].report.link.counters.losses = 1;
+  EXPECT_FALSE(summary.is_complete());
+  summary = two_lidars();
+  summary.status.devices[1].report.packets = 0;
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("it never sent anything"));
+  summary = two_lidars();
+  summary.interfaces[0].counters.dropped_by_kernel = 1;
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("incomplete"));
+}
+
+TEST(CaptureSummary, IsAsItsSchemaSays) {
+  CaptureSummary summary = two_lidars();
+  summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
+  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  summary.forgotten_until_ns = noon_ns;
+  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  EXPECT_THAT(capture_text(summary), HasSubstr("everything before 2026-09-21 14:13:20.000 UTC was thrown away"));
+}
+
+class Log : public testing::Test {
+ protected:
+  void tell(livox::EventContent content, std::size_t device = 0) {
+    log.add(livox::Event{noon_ns, device, std::move(content)});
+  }
+  CaptureLog log{{"avia", "left"}};
+};
+
+TEST_F(Log, SaysWhatHappenedAndWhen) {
+  tell(livox::Lost{livox::LossCause::silence});
+  tell(livox::StatusChanged{0, 0x40006840}, 1);
+  tell(livox::RequestEnded{livox::Command::coordinates, livox::Outcome::done, livox::RawControl{}});
+  EXPECT_THAT(log.events(),
+              ElementsAre("2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s",
+                          "2026-09-21 14:13:20.000 left: status word 0x40006840 (was 0x00000000), window dirty or "
+                          "blocked, fan warning"));
+  EXPECT_THAT(log.gaps(), SizeIs(1));
+}
+
+TEST_F(Log, DoesNotSayTheSameAgainAndAgain) {
+  for (int i = 0; i < 100; ++i) tell(livox::HandshakeRefused{});
+  tell(livox::HandshakeUnanswered{});
+  tell(livox::HandshakeRefused{});
+  EXPECT_THAT(log.events(), SizeIs(3));
+  EXPECT_THAT(log.gaps(), IsEmpty());
+}
+
+TEST_F(Log, IsBounded) {
+  for (std::size_t i = 0; i < CaptureLog::kMost + 7; ++i) tell(livox::Lost{});
+  EXPECT_THAT(log.gaps(), SizeIs(CaptureLog::kMost + 1));
+  EXPECT_EQ(log.gaps().back(), "and 7 more");
+}
+
+TEST_F(Log, KnowsThatTheEndIsNoGap) {
+  tell(livox::SamplingChanged{false});
+  log.end();
+  tell(livox::SamplingChanged{false});
+  EXPECT_THAT(log.gaps(), SizeIs(1));
+}
+
+TEST_F(Log, TellsOfLossesInThisMachineAsTheyGrow) {
+  auto interfaces = two_lidars().interfaces;
+  log.compare(noon_ns, interfaces);
+  interfaces[0].counters.dropped_by_kernel = 40;
+  log.compare(noon_ns, interfaces);
+  log.compare(noon_ns, interfaces);
+  interfaces[0].counters.dropped_by_kernel = 42;
+  interfaces[0].counters.dropped_by_queue = 3;
+  log.compare(noon_ns, interfaces);
+  EXPECT_THAT(log.gaps(),
+              ElementsAre("2026-09-21 14:13:20.000 eth0 192.168.1.5: 40 packets were lost, because the socket's buffer "
+                          "of 208 KiB was full",
+                          "2026-09-21 14:13:20.000 eth0 192.168.1.5: 2 packets were lost, because the socket's buffer "
+                          "of 208 KiB was full",
+                          "2026-09-21 14:13:20.000 eth0 192.168.1.5: 3 packets were lost, because this program or its "
+                          "disk was too slow"));
+}
+
+}  // namespace
+}  // namespace rigcal
