@@ -68,7 +68,7 @@ void PacketRecorder::remember_broadcast(const Datagram& datagram) {
 }
 
 Expected<void> PacketRecorder::close() {
-  if (const auto synced = writer_.sync(); !synced) return synced;
+  if (const auto begun = writer_.begin_sync(); !begun) return begun;
   return writer_.close();
 }
 

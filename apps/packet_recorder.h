@@ -28,7 +28,8 @@ class PacketRecorder {
   Expected<void> write(const Datagram& datagram);
   /// Hands everything to the system, which begins to write it, so that little is left to do at the end.
   Expected<void> flush() { return writer_.begin_sync(); }
-  /// Waits until all is on the disk.
+  /// Hands everything to the system, which brings it to the disk within seconds: a disk that others keep busy must not
+  /// keep a capture from ending.
   Expected<void> close();
 
   [[nodiscard]] std::uint64_t datagrams() const { return datagrams_; }  ///< Also those thrown away since.

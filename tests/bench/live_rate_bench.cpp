@@ -101,7 +101,8 @@ class Taker {
  public:
   explicit Taker(const std::string& way) : decodes_(way == "decode") {
     if (way != "record") return;
-    path_ = std::filesystem::temp_directory_path() / ("live_rate_bench_" + std::to_string(getpid()) + ".pcapng");
+    path_ =
+        (std::filesystem::temp_directory_path() / ("live_rate_bench_" + std::to_string(getpid()) + ".pcapng")).string();
     auto writer = PcapngWriter::create(path_);
     if (!writer) std::exit(4);
     writer_ = *std::move(writer);

@@ -57,9 +57,10 @@ TEST(OddDevice, SendsAFrameOfNoLengthThatJamsTheVendorsParser) {
 
 TEST(OddDevice, ClaimsMoreBytesThanItSendsOrGluesTwoFramesTogether) {
   Desk desk;
-  std::vector<std::uint8_t> glued = make_broadcast(desk.broadcast, 1);
-  desk.hear(ByteView(glued).first(glued.size() - 1));
-  glued.insert(glued.end(), glued.begin(), glued.end());
+  const std::vector<std::uint8_t> whole = make_broadcast(desk.broadcast, 1);
+  desk.hear(ByteView(whole).first(whole.size() - 1));
+  std::vector<std::uint8_t> glued = whole;
+  glued.insert(glued.end(), whole.begin(), whole.end());
   desk.hear(glued);
   EXPECT_EQ(desk.protocol.counters().malformed, 2U);
   EXPECT_TRUE(desk.out.frames.empty());  // Nothing is kept of them that would spoil what follows.
