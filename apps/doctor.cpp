@@ -98,15 +98,17 @@ void add_clock(const std::string& sensor, const DeviceIngest& device, std::uint3
   const double drift = device.clock.drift_ppm;
   const std::string runs = "its clock runs " + one_decimal(std::abs(drift)) + " ppm " + (drift < 0.0 ? "slow" : "fast");
   const livox::Status decoded = livox::decode_status(status);
-  const bool claims_sync = decoded.time_sync == livox::TimeSync::ptp || decoded.time_sync == livox::TimeSync::gps;
+  const bool claims_sync = decoded.time_sync == livox::TimeSync::ptp || decoded.time_sync == livox::TimeSync::gps ||
+                           decoded.time_sync == livox::TimeSync::pps;
+  const std::string sync = livox::sync_text(decoded);
   if (std::abs(drift) > free_running_ppm) {
     checks.push_back({CheckLevel::warning, sensor, runs, "restart the device; is the load of this machine too high?"});
   } else if (claims_sync && std::abs(drift) > synchronised_ppm) {
-    checks.push_back({CheckLevel::warning, sensor, runs + ", although it says that it is synchronised",
+    checks.push_back({CheckLevel::warning, sensor, runs + ", although it says that it is " + sync,
                       "synchronise this machine's clock with the same master"});
   } else {
     checks.push_back(
-        {CheckLevel::good, sensor, runs + (claims_sync ? ", synchronised" : ", which is accounted for"), {}});
+        {CheckLevel::good, sensor, runs + "; " + sync + (claims_sync ? "" : ", which is accounted for"), {}});
   }
   const std::uint64_t lost = device.point_stream.lost + device.imu_stream.lost;
   if (lost > 0)

@@ -42,6 +42,7 @@ Expected<livox::DriverOptions> driver_options(const Rig& rig) {
   livox::DriverOptions options;
   options.interface = rig.network.interface;
   options.host_ip = rig.network.host_ip;
+  options.send_utc = rig.network.send_utc;
   for (const Sensor& sensor : rig.sensors) {
     if (!sensor.is_lidar() || sensor.lidar->model == LidarModel::other) continue;
     if (sensor.lidar->broadcast_code.empty() && !sensor.lidar->ip)

@@ -2,68 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <sstream>
 #include <vector>
 
 #include "core/base/version.h"
 
 namespace rigcal {
-namespace {
-
-constexpr const char* incident_forms =
-    "write SENSOR,SECONDS,reboot or SENSOR,SECONDS,silence,SECONDS or SENSOR,SECONDS,taken,SECONDS or "
-    "SENSOR,SECONDS,status,HEX";
-
-std::optional<double> parse_seconds(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.0) || value > 1e6) return std::nullopt;
-  return value;
-}
-
-std::optional<std::uint32_t> parse_hex(const std::string& text) {
-  const std::size_t start = text.rfind("0x", 0) == 0 ? 2 : 0;
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data() + start, text.data() + text.size(), value, 16);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-Error incident_error(const std::string& text) {
-  return input_error("'" + text + "' is no incident", "--incident", incident_forms);
-}
-
-}  // namespace
-
-Expected<sim::Incident> parse_incident(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
-  if (parts.size() < 3 || parts.size() > 4 || parts[0].empty()) return incident_error(text);
-  const auto time_s = parse_seconds(parts[1]);
-  if (!time_s) return incident_error(text);
-  sim::Incident incident;
-  incident.sensor = parts[0];
-  incident.time_s = *time_s;
-  if (parts[2] == "reboot" && parts.size() == 3) return incident;
-  if (parts.size() != 4) return incident_error(text);
-  if (parts[2] == "status") {
-    const auto status = parse_hex(parts[3]);
-    if (!status) return incident_error(text);
-    incident.kind = sim::Incident::Kind::status;
-    incident.status = *status;
-    return incident;
-  }
-  const auto length_s = parse_seconds(parts[3]);
-  if (!length_s || (parts[2] != "silence" && parts[2] != "taken")) return incident_error(text);
-  incident.kind = parts[2] == "silence" ? sim::Incident::Kind::silence : sim::Incident::Kind::owned_by_other;
-  incident.length_s = *length_s;
-  return incident;
-}
 
 void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& options) {
   command.add_option("--speed", options.speed, "With --live: so many times faster than real time (default 1)")
@@ -77,12 +22,26 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
       ->check(CLI::Range(0.0, 600.0))
       ->needs(&live)
       ->option_text("SECONDS");
+  command
+      .add_option_function<std::string>(
+          "--time-source",
+          [&options](const std::string& source) {
+            options.time_source = source == "pps"   ? sim::TimeSource::pps
+                                  : source == "ptp" ? sim::TimeSource::ptp
+                                                    : sim::TimeSource::none;
+          },
+          "With --live: what the devices' clocks follow: none (default), pps (pulses at full seconds of UTC; with the "
+          "time of day from the host they are as with GPS) or ptp")
+      ->check(CLI::IsMember({"none", "pps", "ptp"}))
+      ->needs(&live)
+      ->option_text("SOURCE");
   const auto add_share = [&](const char* name, double& share, const char* text) {
     command.add_option(name, share, text)->check(CLI::Range(0.0, 0.9))->needs(&live)->option_text("SHARE");
   };
   add_share("--control-loss", options.control.drop, "With --live: share of the devices' answers that get lost");
   add_share("--control-duplicate", options.control.duplicate, "With --live: share of answers that come twice");
   add_share("--control-delay", options.control.delay, "With --live: share of answers up to 0.3 s late");
+  add_share("--control-stray", options.control.wrong_number, "With --live: share of answers to another request");
   add_share("--control-damage", options.control.wrong_checksum, "With --live: share of answers with a wrong bit");
   add_share("--frame-loss", options.cameras.faults.loss,
             "With --live: share of the cameras' stream packets that get lost");
@@ -115,13 +74,14 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
       .add_option_function<std::vector<std::string>>(
           "--incident",
           [&options](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) options.incidents.push_back(*parse_incident(text));
+            for (const std::string& text : texts) options.incidents.push_back(*sim::parse_incident(text));
           },
           "With --live: what happens to a device, for example avia,10,reboot or avia,10,silence,5 or avia,10,taken,5 "
-          "(another host has it) or avia,10,status,0x40000001; may be given several times")
+          "(another host has it) or avia,10,status,0x40000001 or avia,10,clock,-2 (it jumps) or "
+          "avia,10,refuse,coordinates; may be given several times")
       ->check(CLI::Validator(
           [](const std::string& text) {
-            const auto incident = parse_incident(text);
+            const auto incident = sim::parse_incident(text);
             return incident ? std::string() : incident.error().message();
           },
           ""))

@@ -15,10 +15,6 @@ namespace rigcal {
 /// What `simulate` takes besides `--live` itself: pace and troubles. `options` must live as long as the command.
 void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& options);
 
-/// "SENSOR,SECONDS,reboot", "SENSOR,SECONDS,silence,SECONDS", "SENSOR,SECONDS,taken,SECONDS" or
-/// "SENSOR,SECONDS,status,HEX". Errors name what is wrong.
-[[nodiscard]] Expected<sim::Incident> parse_incident(const std::string& text);
-
 [[nodiscard]] std::string live_summary_text(const sim::LiveSummary& summary);
 /// As docs/schema/simulate_live.json has it.
 [[nodiscard]] std::string live_summary_json(const std::string& scene, std::uint64_t seed,

@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "simdata/live_cameras.h"
-#include "simdata/live_incident.h"
 #include "simdata/run_stream.h"
-#include "simdata/virtual_livox.h"
+#include "simdata/virtual_rack.h"
 
 namespace rigcal::sim {
 
@@ -18,7 +17,8 @@ struct LiveOptions {
   ControlFaults control;
   std::vector<Incident> incidents;
   std::uint16_t discovery_port = livox::kDiscoveryPort;
-  VirtualLivoxOptions device;  ///< Times of all of them; who they are comes from the rig.
+  TimeSource time_source = TimeSource::none;  ///< Of all of them: pulses at the full seconds of this machine's UTC.
+  VirtualLivoxOptions device;                 ///< Times of all of them; who they are comes from the rig.
   LiveCameraOptions cameras;
 };
 

@@ -7,7 +7,6 @@ namespace rigcal::sim {
 namespace {
 
 // Offsets in a sample packet.
-constexpr std::size_t status_at = 4;
 constexpr std::size_t stamp_at = 10;
 constexpr std::size_t gyro_at = livox::kSampleHeaderBytes;
 
@@ -19,17 +18,17 @@ std::int64_t LiveTime::stamp_ns(const DeviceClock& clock, std::int64_t rendered_
   return clock.stamp_at_zero_ns + std::llround(since_zero / speed) - boot_stamp_ns;
 }
 
-void make_live(const LiveTime& time, const DeviceClock& clock, std::uint32_t status, bool imu,
-               std::span<std::uint8_t> packet) {
+std::int64_t rendered_stamp_ns(std::span<const std::uint8_t> packet) {
   std::int64_t stamp = 0;
   std::memcpy(&stamp, packet.data() + stamp_at, sizeof stamp);
-  stamp = time.stamp_ns(clock, stamp);
-  std::memcpy(packet.data() + stamp_at, &stamp, sizeof stamp);
-  std::memcpy(packet.data() + status_at, &status, sizeof status);
-  if (!imu || time.speed == 1.0) return;
+  return stamp;
+}
+
+void speed_up_gyro(double speed, std::span<std::uint8_t> packet) {
+  if (speed == 1.0) return;
   float rates[3];
   std::memcpy(rates, packet.data() + gyro_at, sizeof rates);
-  for (float& rate : rates) rate *= static_cast<float>(time.speed);
+  for (float& rate : rates) rate *= static_cast<float>(speed);
   std::memcpy(packet.data() + gyro_at, rates, sizeof rates);
 }
 

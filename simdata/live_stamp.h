@@ -16,8 +16,10 @@ struct LiveTime {
   [[nodiscard]] std::int64_t stamp_ns(const DeviceClock& clock, std::int64_t rendered_ns) const;
 };
 
-/// Writes status and stamp into a sample packet as it was rendered, and the gyro's rates into one of the IMU.
-void make_live(const LiveTime& time, const DeviceClock& clock, std::uint32_t status, bool imu,
-               std::span<std::uint8_t> packet);
+/// The stamp of a sample packet of any bytes that is as long as its header, when it counts from the device's start.
+[[nodiscard]] std::int64_t rendered_stamp_ns(std::span<const std::uint8_t> packet);
+
+/// Makes the gyro of an IMU packet turn so many times faster.
+void speed_up_gyro(double speed, std::span<std::uint8_t> packet);
 
 }  // namespace rigcal::sim

@@ -96,9 +96,7 @@ void add_broadcasts(const RunTruth& truth, Merger& merger) {
   for (std::size_t i = 0; i < truth.devices.size(); ++i) {
     const SimDevice& device = truth.devices[i];
     const Endpoint from{device.point_source.ip, livox::kDevicePort};
-    const bool loopback = from.ip[0] == 127;
-    const Endpoint to{loopback ? device.data_sink.ip : std::array<std::uint8_t, 4>{255, 255, 255, 255},
-                      livox::kDiscoveryPort};
+    const Endpoint to = broadcast_address(device.data_sink.ip);
     for (int second = 0; second < static_cast<int>(broadcast_s); ++second) {
       const std::int64_t stamp =
           truth.start_ns + second * 1'000'000'000LL + static_cast<std::int64_t>(i) * 137'000'000LL % 1'000'000'000LL;

@@ -79,6 +79,10 @@ void set_data_type(SimDevice& device, livox::DataType type) {
       std::llround(livox::record_layout(type).slots / livox::shots_per_second(device.broadcast.type) * 1e9);
 }
 
+Endpoint broadcast_address(const livox::Ipv4& host, std::uint16_t port) {
+  return {host[0] == 127 ? host : livox::Ipv4{255, 255, 255, 255}, port};
+}
+
 Expected<std::array<std::uint8_t, 4>> host_address(const Rig& rig) {
   if (rig.network.host_ip != "auto") {
     const auto ip = parse_ip(rig.network.host_ip);

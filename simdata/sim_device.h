@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/rig/rig.h"
 #include "drivers/livox_codec/discovery.h"
+#include "drivers/livox_codec/general_commands.h"
 #include "drivers/livox_codec/sample_packet.h"
 
 namespace rigcal::sim {
@@ -57,6 +58,9 @@ constexpr double usual_clock_drift_ppm = 50.0;
 /// LiDAR that is none of Livox or has no `ip`, two with the same one, a return mode that the model does not have.
 [[nodiscard]] Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed,
                                                             double clock_drift_ppm = usual_clock_drift_ppm);
+
+/// Where devices beside that host broadcast to: the host itself on loopback, which has no broadcasts.
+[[nodiscard]] Endpoint broadcast_address(const livox::Ipv4& host, std::uint16_t port = livox::kDiscoveryPort);
 
 /// The address of the host for this rig: `lidar.host_ip`, or where that is `auto` 127.0.0.1 beside loopback devices and
 /// .5 in the first device's network.

@@ -39,6 +39,7 @@ bool is_error(std::uint32_t status) { return livox::decode_status(status).system
 VirtualLivox::VirtualLivox(VirtualLivoxOptions options, std::int64_t now_ns)
     : options_(std::move(options)),
       settings_(options_.identity, options_.ip, options_.firmware.value_or(late_firmware(options_.identity.type))),
+      time_(options_.time),
       random_(options_.seed) {
   start(now_ns);
   is_dark_ = false;
@@ -49,6 +50,7 @@ void VirtualLivox::start(std::int64_t now_ns) {
   owner_.reset();
   is_sampling_ = false;
   reboot_due_ns_.reset();
+  time_.restart();
   delayed_.clear();
   message_seq_ = 0;
   broadcast_due_ns_ = now_ns;
@@ -89,6 +91,7 @@ void VirtualLivox::tick(std::int64_t now_ns, std::vector<DeviceFrame>& out) {
   if (reboot_due_ns_ && now_ns >= *reboot_due_ns_) reboot(*reboot_due_ns_);
   if (is_dark_ && now_ns < dark_until_ns_) return;
   is_dark_ = false;
+  time_.tick(now_ns);
   if (work_state_ == WorkState::initialising && spun_up_ns_ == INT64_MIN) spin_up(now_ns);
   if (work_state_ == WorkState::initialising && now_ns >= spun_up_ns_) work_state_ = WorkState::normal;
   if (owner_ && now_ns - heartbeat_ns_ >= to_ns(options_.owner_timeout_s)) release(now_ns);
@@ -109,7 +112,7 @@ void VirtualLivox::tick(std::int64_t now_ns, std::vector<DeviceFrame>& out) {
   if (owner_ && abnormal && now_ns >= status_due_ns_) {
     status_due_ns_ = now_ns + status_period_ns;
     send(now_ns, {owner_->ip, owner_->command_port},
-         livox::encode_control(livox::AbnormalStatus{status_}, message_seq_++), out);
+         livox::encode_control(livox::AbnormalStatus{status()}, message_seq_++), out);
   }
 }
 
@@ -122,6 +125,7 @@ std::int64_t VirtualLivox::deadline_ns() const {
     return deadline;
   }
   if (work_state_ == WorkState::initialising) sooner(spun_up_ns_);
+  if (const auto lapse = time_.deadline_ns()) sooner(*lapse);
   if (owner_) sooner(heartbeat_ns_ + to_ns(options_.owner_timeout_s));
   const auto speaks_at = [&](std::int64_t time_ns) { sooner(std::max(time_ns, silent_until_ns_)); };
   if (!owner_ && !is_owned_by_other_) speaks_at(broadcast_due_ns_);
@@ -162,7 +166,7 @@ livox::HeartbeatAck VirtualLivox::heartbeat(std::int64_t now_ns) const {
   livox::HeartbeatAck ack;
   ack.state = work_state_;
   ack.features = settings_.suppresses_rain() ? 1 : 0;
-  ack.progress_or_status = status_;
+  ack.progress_or_status = status();
   if (work_state_ == WorkState::initialising) {
     const double left = static_cast<double>(spun_up_ns_ - now_ns) * 1e-9 / options_.spin_up_s;
     ack.progress_or_status = static_cast<std::uint32_t>(std::clamp(100.0 * (1.0 - left), 0.0, 100.0));
@@ -201,6 +205,10 @@ std::optional<livox::ControlPayload> VirtualLivox::answer(std::int64_t now_ns, c
   if (const auto* delay = std::get_if<livox::RebootRequest>(&request)) {
     reboot_due_ns_ = now_ns + std::int64_t{delay->value} * 1'000'000;
     return livox::RebootAck{};
+  }
+  if (const auto* utc = std::get_if<livox::SetUtcTimeRequest>(&request)) {
+    if (!time_.set_utc(now_ns, utc->value.unix_ns)) return std::nullopt;
+    return livox::SetUtcTimeAck{};
   }
   return settings_.answer(request);
 }

@@ -7,6 +7,7 @@
 
 #include "core/base/random.h"
 #include "core/records/records.h"
+#include "simdata/device_time.h"
 #include "simdata/virtual_settings.h"
 
 namespace rigcal::sim {
@@ -30,6 +31,7 @@ struct VirtualLivoxOptions {
   double owner_timeout_s = 5.0;  ///< Without a heartbeat.
   double spin_up_s = 2.0;        ///< From switching on to the first points.
   double boot_s = 1.0;           ///< Dark, before that.
+  TimeSourceOptions time;
   ControlFaults faults;
   std::uint64_t seed = 1;
 };
@@ -65,12 +67,16 @@ class VirtualLivox {
   [[nodiscard]] const std::optional<Owner>& owner() const { return owner_; }
   [[nodiscard]] const VirtualSettings& settings() const { return settings_; }
   [[nodiscard]] livox::WorkState work_state() const { return work_state_; }
-  [[nodiscard]] std::uint32_t status() const { return status_; }
+  [[nodiscard]] std::uint32_t status() const { return time_.with_sync_bits(status_); }
+  /// What its stamps follow.
+  [[nodiscard]] const DeviceTime& time() const { return time_; }
   /// When its clock started.
   [[nodiscard]] std::int64_t booted_ns() const { return booted_ns_; }
 
   /// How it was set up when it was switched on.
   void wake_with(livox::DataType points, bool nearest_only) { settings_.set(points, nearest_only); }
+  /// It refuses return modes with another number of echoes than it has: nothing else was recorded.
+  void keep_echoes() { settings_.keep_echoes(); }
 
   // Faults that are asked for.
   void reboot(std::int64_t now_ns);
@@ -79,6 +85,8 @@ class VirtualLivox {
   [[nodiscard]] bool is_silent(std::int64_t now_ns) const { return is_dark_ || now_ns < silent_until_ns_; }
   /// An error in the system bits also stops it from working.
   void set_status(std::uint32_t status);
+  /// The word alone, as a device was recorded to tell it while it went on working.
+  void report_status(std::uint32_t status) { status_ = status; }
   void refuse(livox::Command command) { refused_.insert(command); }
   /// Another host has it (or lets it go): it does not broadcast and takes nobody.
   void set_owned_by_other(bool owned) { is_owned_by_other_ = owned; }
@@ -102,6 +110,7 @@ class VirtualLivox {
 
   VirtualLivoxOptions options_;
   VirtualSettings settings_;
+  DeviceTime time_;
   Random random_;
   std::optional<Owner> owner_;
   bool is_owned_by_other_ = false;

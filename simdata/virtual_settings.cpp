@@ -30,6 +30,8 @@ bool is_in_share(const livox::Broadcast& identity, const livox::Ipv4& ip) {
   return ip[0] == 192 && ip[1] == 168 && ip[2] == 1 && ip[3] >= first && ip[3] < first + 70;
 }
 
+int echoes_of(livox::Echoes mode) { return mode == livox::Echoes::triple ? 3 : mode == livox::Echoes::dual ? 2 : 1; }
+
 }  // namespace
 
 VirtualSettings::VirtualSettings(const livox::Broadcast& identity, const livox::Ipv4& ip,
@@ -165,6 +167,7 @@ VirtualSettings::Answer VirtualSettings::on(const livox::GetFanRequest&) {
 VirtualSettings::Answer VirtualSettings::on(const livox::SetReturnModeRequest& request) {
   if (is_mid40()) return std::nullopt;
   if (request.value == livox::Echoes::triple && identity_.type != DeviceType::avia) return std::nullopt;
+  if (keeps_echoes_ && echoes_of(request.value) != echoes_of(echoes_)) return std::nullopt;
   echoes_ = request.value;
   return livox::SetReturnModeAck{};
 }
@@ -184,7 +187,5 @@ VirtualSettings::Answer VirtualSettings::on(const livox::GetImuRateRequest&) {
   if (!livox::has_imu(identity_.type)) return std::nullopt;
   return livox::GetImuRateAck{ReturnCode::success, imu_rate_};
 }
-
-VirtualSettings::Answer VirtualSettings::on(const livox::SetUtcTimeRequest&) { return livox::SetUtcTimeAck{}; }
 
 }  // namespace rigcal::sim

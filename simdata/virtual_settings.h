@@ -26,6 +26,8 @@ class VirtualSettings {
   [[nodiscard]] bool suppresses_rain() const { return rain_ == livox::Switch::on; }
   /// As it wakes up: set by the rig file of a simulation, by an earlier owner of a real one.
   void set(livox::DataType points, bool nearest_only);
+  /// From now on return modes with another number of echoes are refused.
+  void keep_echoes() { keeps_echoes_ = true; }
 
  private:
   using Answer = std::optional<livox::ControlPayload>;
@@ -45,7 +47,6 @@ class VirtualSettings {
   Answer on(const livox::GetReturnModeRequest& request);
   Answer on(const livox::SetImuRateRequest& request);
   Answer on(const livox::GetImuRateRequest& request);
-  Answer on(const livox::SetUtcTimeRequest& request);
   template <class Request>
   Answer on(const Request&) {
     return std::nullopt;
@@ -59,6 +60,7 @@ class VirtualSettings {
   livox::FirmwareVersion firmware_;
   livox::Coordinates coordinates_ = livox::Coordinates::cartesian;
   livox::Echoes echoes_ = livox::Echoes::strongest;
+  bool keeps_echoes_ = false;
   livox::ImuRate imu_rate_ = livox::ImuRate::hz_200;
   livox::Switch fan_ = livox::Switch::on;
   livox::Switch rain_ = livox::Switch::off;

@@ -138,10 +138,11 @@ void read_trigger_lines(const YamlMap& top, Rig& rig) {
 }
 
 void read_network(const YamlMap& top, Rig& rig) {
-  const std::optional<YamlMap> map = top.map("lidar", {"interface", "host_ip"});
+  const std::optional<YamlMap> map = top.map("lidar", {"interface", "host_ip", "send_utc"});
   if (!map) return;
   rig.network.interface = map->text("interface").value_or(rig.network.interface);
   rig.network.host_ip = map->text("host_ip").value_or(rig.network.host_ip);
+  rig.network.send_utc = map->flag("send_utc").value_or(rig.network.send_utc);
   if (rig.network.host_ip != "auto" && !parse_ip(rig.network.host_ip)) {
     map->fail("host_ip", "is no IPv4 address", "write auto or an address like 192.168.1.50");
   }

@@ -96,6 +96,7 @@ struct TriggerLineSettings {
 struct NetworkSettings {
   std::string interface = "auto";
   std::string host_ip = "auto";
+  bool send_utc = false;  ///< Tell LiDARs that have a PPS the time of day.
 };
 
 struct BoardSettings {

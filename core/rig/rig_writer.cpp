@@ -156,7 +156,7 @@ std::string write_rig(const Rig& rig) {
   write_initial_extrinsics(text, rig);
   write_table_and_trigger(text, rig);
   text += "lidar: {interface: " + quoted_text(rig.network.interface) +
-          ", host_ip: " + quoted_text(rig.network.host_ip) + "}\n";
+          ", host_ip: " + quoted_text(rig.network.host_ip) + (rig.network.send_utc ? ", send_utc: true}\n" : "}\n");
   if (rig.board) write_board(text, *rig.board);
   return text;
 }

@@ -53,6 +53,16 @@ std::string command_name(Command command) {
   return text.data();
 }
 
+std::optional<Command> find_command(const std::string& name) {
+  for (unsigned set = 0; set <= static_cast<unsigned>(CommandSet::hub); ++set) {
+    for (unsigned id = 0; id < kGeneral.size() + kHub.size(); ++id) {
+      const auto command = static_cast<Command>(set << 8U | id);
+      if (command_name(command) == name && name.find("_0x") == std::string::npos) return command;
+    }
+  }
+  return std::nullopt;
+}
+
 bool is_request(const ControlFrame& frame) { return frame.type == FrameType::command || is_handshake(frame); }
 
 std::string frame_name(const ControlFrame& frame) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "drivers/livox_codec/control_frame.h"
@@ -65,6 +66,9 @@ enum class Command : std::uint16_t {
 
 /// The enumerator's name; "general_0x1f", "lidar_0x..", "hub_0x.." for others.
 [[nodiscard]] std::string command_name(Command command);
+
+/// The command of that name.
+[[nodiscard]] std::optional<Command> find_command(const std::string& name);
 
 /// True for what the host asks of the device: commands, and the handshake that some hosts send as `FrameType::ack`.
 [[nodiscard]] bool is_request(const ControlFrame& frame);

@@ -11,6 +11,9 @@ namespace rigcal::livox {
 namespace {
 
 constexpr std::uint8_t kVersion = 5;
+// Offsets in the header.
+constexpr std::ptrdiff_t kStatusAt = 4;
+constexpr std::size_t kDataTypeAt = 9;
 
 // In the order of DataType.
 constexpr std::array<RecordLayout, 9> kLayouts{{
@@ -77,6 +80,10 @@ Expected<SamplePacket> parse_sample_packet(ByteView datagram) {
 void write_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& bytes) {
   bytes.clear();
   bytes.reserve(packet_bytes(header.data_type));
+  append_sample_header(header, bytes);
+}
+
+void append_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& bytes) {
   ByteWriter writer(bytes);
   writer.write(kVersion);
   writer.write(header.slot);
@@ -90,6 +97,21 @@ void write_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& 
   } else {
     writer.write(header.device_stamp_ns);
   }
+}
+
+void overwrite_stamp(std::uint32_t status, TimestampType type, std::int64_t device_stamp_ns,
+                     std::span<std::uint8_t> packet) {
+  RIGCAL_ASSERT(packet.size() >= kSampleHeaderBytes, "a packet without a header");
+  SampleHeader header;
+  header.status = status;
+  header.timestamp_type = type;
+  header.data_type = static_cast<DataType>(packet[kDataTypeAt]);
+  header.device_stamp_ns = device_stamp_ns;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(kSampleHeaderBytes);
+  append_sample_header(header, bytes);
+  // Version, slot, unit and the reserved byte before the status are not of the stamp.
+  std::copy(bytes.begin() + kStatusAt, bytes.end(), packet.begin() + kStatusAt);
 }
 
 Expected<ImuReading> decode_imu(const SamplePacket& packet) {

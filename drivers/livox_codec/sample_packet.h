@@ -90,4 +90,9 @@ void encode_points(const SampleHeader& header, std::span<const Point> points, st
 
 void encode_imu(const SampleHeader& header, const ImuReading& reading, std::vector<std::uint8_t>& bytes);
 
+/// Writes another status, time stamp and type of time stamp over those of a packet, which must hold a whole header;
+/// everything else stays as it is. A stamp of type `gps` is cut to microseconds.
+void overwrite_stamp(std::uint32_t status, TimestampType type, std::int64_t device_stamp_ns,
+                     std::span<std::uint8_t> packet);
+
 }  // namespace rigcal::livox

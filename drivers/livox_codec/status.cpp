@@ -21,6 +21,24 @@ struct WordBuilder {
 
 }  // namespace
 
+std::string sync_text(const Status& status) {
+  switch (status.time_sync) {
+    case TimeSync::not_started:
+      break;
+    case TimeSync::ptp:
+      return "synchronised by PTP";
+    case TimeSync::gps:
+      return "synchronised by pulses and the time of day (GPS)";
+    case TimeSync::pps:
+      return "synchronised by pulses (PPS), without the time of day";
+    case TimeSync::abnormal:
+      return "its synchronisation has failed";
+  }
+  if (status.ptp_ok) return "not synchronised, although it hears a PTP master";
+  if (status.pps_ok) return "not synchronised, although it has pulses (PPS)";
+  return "not synchronised";
+}
+
 Status decode_status(std::uint32_t word) {
   Status status;
   status.temperature = level(word, 0);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace rigcal::livox {
 
@@ -34,6 +35,9 @@ struct Status {
 
   bool operator==(const Status&) const = default;
 };
+
+/// What the device says its clock follows, in words: "synchronised by PTP".
+[[nodiscard]] std::string sync_text(const Status& status);
 
 /// Any word decodes, and encodes again to itself.
 [[nodiscard]] Status decode_status(std::uint32_t word);

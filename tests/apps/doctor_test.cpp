@@ -122,7 +122,7 @@ TEST_F(DoctorLidars, AreGood) {
   const auto checks = check_lidars(rig, findings);
   EXPECT_EQ(worst_of(checks), CheckLevel::good);
   EXPECT_THAT(checks_text(checks), HasSubstr("good: avia: Avia, firmware 11.09.00.00, at 192.168.1.179, normal"));
-  EXPECT_THAT(checks_text(checks), HasSubstr("its clock runs 12.3 ppm fast, which is accounted for"));
+  EXPECT_THAT(checks_text(checks), HasSubstr("its clock runs 12.3 ppm fast; not synchronised, which is accounted for"));
 }
 
 TEST_F(DoctorLidars, AreNotThere) {
@@ -160,7 +160,8 @@ TEST_F(DoctorLidars, HaveOtherAddresses) {
 
 TEST_F(DoctorLidars, AreJudgedByTheirDriftNotByTheirFlag) {
   findings.devices[0].link.status = 0x00006000;  // Synchronised by PTP, it says.
-  EXPECT_THAT(wrong(), ElementsAre("avia: its clock runs 12.3 ppm fast, although it says that it is synchronised"));
+  EXPECT_THAT(wrong(),
+              ElementsAre("avia: its clock runs 12.3 ppm fast, although it says that it is synchronised by PTP"));
   findings.ingest.devices[0].clock.drift_ppm = -0.4;
   EXPECT_THAT(wrong(), IsEmpty());
   findings.ingest.devices[1].clock.drift_ppm = -400.0;

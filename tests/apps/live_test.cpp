@@ -178,8 +178,9 @@ TEST_F(Live, TroubledDevicesAreTakenAgainAndTheRestIsNotDisturbed) {
   live.control.duplicate = 0.1;
   live.run.faults.loss = 0.05;
   live.device.boot_s = 0.2;
-  live.incidents = {{"mid100_left", 1.5, sim::Incident::Kind::reboot, 0.0, 0},
-                    {"avia", 2.5, sim::Incident::Kind::status, 0.0, 0x40000001}};
+  live.incidents = {*sim::parse_incident("mid100_left,1.5,reboot"), *sim::parse_incident("avia,2.5,status,0x40000001"),
+                    *sim::parse_incident("mid100_right,0.5,refuse,read_extrinsics"),
+                    *sim::parse_incident("mid100_middle,1.5,clock,-3.5")};
   std::stop_source stop;
   std::thread devices([&] {
     const auto scene = sim::load_scene("room");
@@ -254,8 +255,8 @@ TEST_F(Live, TheProgramRefusesWhatDoesNotFit) {
   EXPECT_EQ(simulate("--live --patches", scratch).code, 2);
   EXPECT_EQ(simulate("--live --out s", scratch).code, 2);
   EXPECT_EQ(simulate("--speed 2 --out s", scratch).code, 2);
-  for (const char* incident :
-       {"avia", "avia,1,jump", "avia,x,reboot", "avia,1,silence", "avia,1,status,xyz", "avia,1,reboot,2"}) {
+  for (const char* incident : {"avia", "avia,1,jump", "avia,x,reboot", "avia,1,silence", "avia,1,status,xyz",
+                               "avia,1,reboot,2", "avia,1,clock", "avia,1,clock,x", "avia,1,refuse,everything"}) {
     const ProgramRun run = simulate(std::string("--live --incident ") + incident, scratch);
     EXPECT_EQ(run.code, 2) << incident;
     EXPECT_THAT(run.err, HasSubstr("SENSOR,SECONDS,reboot"));

@@ -274,6 +274,78 @@ TEST_F(VirtualDevice, RefusesWhatItDoesNotKnowAndWhatItIsToldTo) {
   EXPECT_TRUE(sent.empty());
 }
 
+VirtualLivoxOptions with_pulses() {
+  VirtualLivoxOptions options = avia();
+  options.time.source = TimeSource::pps;
+  options.time.pulse_ns = 250 * ms;
+  return options;
+}
+
+TEST_F(VirtualDevice, WithPulsesTakesTheTimeOfDayAndStampsByIt) {
+  switch_on(with_pulses());
+  take();
+  EXPECT_EQ(device->time().type(), TimestampType::pps_only);
+  EXPECT_EQ(device->time().stamp_ns(now), 750 * ms);  // 1.0 s, and pulses at 0.25, 1.25 and so on.
+  EXPECT_EQ(device->time().stamp_ns(100 * ms), 850 * ms);
+  EXPECT_TRUE(decode_status(device->status()).pps_ok);
+  EXPECT_EQ(decode_status(device->status()).time_sync, TimeSync::pps);
+  constexpr std::int64_t noon = 1'600'000'000'000 * ms;
+  now = 5255 * ms;  // 5 ms after a pulse, and then 510.
+  EXPECT_EQ(answer<SetUtcTimeAck>(SetUtcTimeRequest{{noon}}).ret, ReturnCode::failure);
+  now = 5760 * ms;
+  EXPECT_EQ(answer<SetUtcTimeAck>(SetUtcTimeRequest{{noon}}).ret, ReturnCode::failure);
+  EXPECT_EQ(device->time().type(), TimestampType::pps_only);
+  answer<HeartbeatAck>(HeartbeatRequest{});
+  now = 6350 * ms;
+  EXPECT_EQ(answer<SetUtcTimeAck>(SetUtcTimeRequest{{noon}}).ret, ReturnCode::success);
+  EXPECT_EQ(device->time().type(), TimestampType::gps);
+  EXPECT_EQ(device->time().stamp_ns(6250 * ms), noon);
+  EXPECT_EQ(device->time().stamp_ns(7400 * ms), noon + 1150 * ms);
+  device->tick(now, sent);  // Spun up meanwhile.
+  EXPECT_EQ(decode_status(answer<HeartbeatAck>(HeartbeatRequest{}).progress_or_status).time_sync, TimeSync::gps);
+}
+
+TEST_F(VirtualDevice, ForgetsTheTimeOfDayThatNobodyTellsAgain) {
+  switch_on(with_pulses());
+  take();
+  pass(2500);
+  answer<HeartbeatAck>(HeartbeatRequest{});
+  now = 6350 * ms;
+  answer<SetUtcTimeAck>(SetUtcTimeRequest{{1'600'000'000'000 * ms}});
+  EXPECT_EQ(decode_status(device->status()).time_sync, TimeSync::gps);
+  EXPECT_LE(device->deadline_ns(), now + 3000 * ms);
+  pass(3000);
+  EXPECT_EQ(decode_status(device->status()).time_sync, TimeSync::abnormal);
+  EXPECT_EQ(device->time().type(), TimestampType::pps_only);
+  device->reboot(now);
+  pass(1500);
+  EXPECT_EQ(decode_status(device->status()).time_sync, TimeSync::pps);
+}
+
+TEST_F(VirtualDevice, FollowsAMasterOfPtp) {
+  VirtualLivoxOptions options = avia();
+  options.time.source = TimeSource::ptp;
+  options.time.utc_offset_ns = 1'600'000'000'000 * ms;
+  switch_on(options);
+  EXPECT_EQ(device->time().type(), TimestampType::ptp);
+  EXPECT_EQ(device->time().stamp_ns(7 * ms), 1'600'000'000'007 * ms);
+  device->set_status(0x40);
+  EXPECT_EQ(decode_status(device->status()).time_sync, TimeSync::ptp);
+  EXPECT_TRUE(decode_status(device->status()).ptp_ok);
+  EXPECT_EQ(decode_status(device->status()).dirty, 1);
+}
+
+TEST_F(VirtualDevice, KeepsTheEchoesOfARecording) {
+  switch_on(avia());
+  take();
+  device->wake_with(DataType::dual_cartesian, false);
+  device->keep_echoes();
+  EXPECT_EQ(answer<SetReturnModeAck>(SetReturnModeRequest{Echoes::triple}).ret, ReturnCode::failure);
+  EXPECT_EQ(answer<SetReturnModeAck>(SetReturnModeRequest{Echoes::dual}).ret, ReturnCode::success);
+  EXPECT_EQ(answer<CoordinatesAck>(CoordinatesRequest{Coordinates::spherical}).ret, ReturnCode::success);
+  EXPECT_EQ(device->settings().point_type(), DataType::dual_spherical);
+}
+
 TEST_F(VirtualDevice, FallsSilentAndComesBack) {
   switch_on(avia());
   take();

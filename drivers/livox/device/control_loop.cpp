@@ -10,7 +10,11 @@ namespace {
 
 constexpr std::size_t control_queue = 4096;
 constexpr std::size_t control_batch = 32;
-constexpr std::int64_t longest_wait_ns = 1'000'000'000;
+constexpr std::int64_t longest_wait_ns = 100'000'000;
+constexpr std::int64_t second_ns = 1'000'000'000;
+// Devices take a time 10 to 500 ms after its pulse; with some room for the way.
+constexpr std::int64_t soonest_utc_ns = 50'000'000;
+constexpr std::int64_t latest_utc_ns = 400'000'000;
 
 }  // namespace
 
@@ -71,8 +75,19 @@ void ControlLoop::run() {
     for (std::size_t i = 0; i < commands_.size(); ++i)
       if (waiter_.is_ready(i + 1)) hear(commands_[i], i);
     protocol_.tick(now.monotonic_ns, output_);
+    if (wiring_.send_utc) tell_utc(now);
     hand_out();
   }
+}
+
+// Pulses of GPS receivers and masters of time come with the full seconds of UTC, and so do those of a host that makes
+// them itself by its clock.
+void ControlLoop::tell_utc(const net::ClockReading& now) {
+  const std::int64_t second = now.realtime_ns / second_ns;
+  const std::int64_t since_pulse_ns = now.realtime_ns % second_ns;
+  if (second == utc_told_s_ || since_pulse_ns < soonest_utc_ns || since_pulse_ns > latest_utc_ns) return;
+  utc_told_s_ = second;
+  protocol_.tell_utc(second * second_ns, output_);
 }
 
 void ControlLoop::hear(net::UdpSocket& socket, std::optional<std::size_t> host) {

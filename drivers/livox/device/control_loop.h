@@ -26,6 +26,7 @@ class ControlLoop {
     std::uint16_t discovery_port = kDiscoveryPort;
     bool bind_to_interface = false;
     net::ClockReading session_start;
+    bool send_utc = false;
   };
 
   /// Errors: a port that is taken, what HostProtocol::create refuses.
@@ -57,6 +58,7 @@ class ControlLoop {
   auto with_protocol(const Call& call);
   void hear(net::UdpSocket& socket, std::optional<std::size_t> host);
   void hand_out();
+  void tell_utc(const net::ClockReading& now);
 
   Wiring wiring_;
   Senders& senders_;
@@ -68,7 +70,8 @@ class ControlLoop {
   net::SessionClock clock_;
   DatagramRing ring_;
   ProtocolOutput output_;
-  mutable std::mutex mutex_;  ///< Of the protocol, its output, the ring's writing end and the events.
+  mutable std::mutex mutex_;     ///< Of the protocol, its output, the ring's writing end and the events.
+  std::int64_t utc_told_s_ = 0;  ///< The second of the last time of day that was sent.
   std::deque<Event> events_;
   std::uint64_t lost_events_ = 0;
 };

@@ -42,7 +42,7 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
     driver->receivers_.push_back(*std::move(receiver));
   }
   auto control = ControlLoop::open({driver->hosts_, std::move(data_ports), options.devices, options.discovery_port,
-                                    options.bind_to_interface, driver->session_start_},
+                                    options.bind_to_interface, driver->session_start_, options.send_utc},
                                    driver->senders_);
   if (!control) return control.error();
   driver->control_ = *std::move(control);

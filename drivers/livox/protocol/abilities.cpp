@@ -87,9 +87,10 @@ bool can_do(DeviceType type, const FirmwareVersion& firmware, const ControlPaylo
       return is_listed(kReboot, type, firmware);
     case Command::set_utc_time:
       return type != DeviceType::mid40 || is_listed(kReboot, type, firmware);
+    case Command::reset_parameters:
+      return type != DeviceType::horizon && is_listed(kParameters, type, firmware);
     case Command::write_parameters:
     case Command::read_parameters:
-    case Command::reset_parameters:
       return is_listed(kParameters, type, firmware) && has_parameters_of(type, request);
     case Command::set_fan:
     case Command::get_fan:

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/livox/protocol/abilities.h"
+#include "drivers/livox_codec/status.h"
 
 namespace rigcal::livox {
 
@@ -105,7 +106,8 @@ void DeviceLink::take_ack(std::int64_t now_ns, const ControlFrame& frame, Protoc
       info_.state == LinkState::handshaking && command == Command::handshake && frame.seq == handshake_seq_;
   const bool heartbeat = is_connected() && command == Command::heartbeat && is_own_heartbeat(frame.seq);
   const bool answer = exchange_ && command == exchange_->command && frame.seq == exchange_->seq;
-  if (!handshake && !heartbeat && !answer) {
+  const bool utc = command == Command::set_utc_time && utc_seq_ == frame.seq;
+  if (!handshake && !heartbeat && !answer && !utc) {
     ++info_.counters.stray_acks;
     return;
   }
@@ -115,6 +117,12 @@ void DeviceLink::take_ack(std::int64_t now_ns, const ControlFrame& frame, Protoc
     return;
   }
   if (handshake) return take_handshake_ack(now_ns, *payload, out);
+  if (utc) {
+    utc_seq_.reset();
+    const auto* ack = std::get_if<SetUtcTimeAck>(&*payload);
+    ++(ack != nullptr && ack->ret == ReturnCode::success ? info_.counters.utc_taken : info_.counters.utc_refused);
+    return;
+  }
   if (const auto* ack = std::get_if<HeartbeatAck>(&*payload)) return take_heartbeat_ack(now_ns, *ack, out);
   const auto ret = std::visit(
       [](const auto& content) {
@@ -147,6 +155,7 @@ void DeviceLink::take_handshake_ack(std::int64_t now_ns, const ControlPayload& p
   life_ns_ = now_ns;
   heartbeat_due_ns_ = now_ns;
   heartbeats_.fill({});
+  utc_seq_.reset();
   sampling_due_ns_ = now_ns;
   power_due_ns_ = now_ns;
   tick(now_ns, out);
@@ -171,6 +180,15 @@ void DeviceLink::take_heartbeat_ack(std::int64_t now_ns, const HeartbeatAck& ack
                       info_.state == LinkState::idle || info_.state == LinkState::sampling;
   if (set_up && !is_wanted_work_state()) prepare(now_ns, out);
   advance(now_ns, out);
+}
+
+void DeviceLink::tell_utc(std::int64_t unix_ns, ProtocolOutput& out) {
+  const SetUtcTimeRequest request{{unix_ns}};
+  const bool is_known = is_connected() && info_.state != LinkState::identifying && info_.state != LinkState::leaving;
+  if (!is_known || !decode_status(info_.status).pps_ok) return;
+  if (!can_do(info_.broadcast.type, info_.firmware, request) || !can_send(request)) return;
+  utc_seq_ = next_seq();
+  send({info_.ip, kDevicePort}, encode_control(request, *utc_seq_), out);
 }
 
 void DeviceLink::note_status(std::int64_t now_ns, std::uint32_t word, ProtocolOutput& out) {

@@ -67,6 +67,8 @@ struct LinkCounters {
   std::uint64_t stray_acks = 0;  ///< That answer nothing: late, twice, or with a wrong number.
   std::uint64_t unreadable = 0;  ///< Acks and messages whose payload makes no sense.
   std::uint64_t refused_heartbeats = 0;
+  std::uint64_t utc_taken = 0;    ///< Times of day that the device took,
+  std::uint64_t utc_refused = 0;  ///< and that it did not.
 };
 
 /// What is known of a device.
@@ -101,6 +103,9 @@ class DeviceLink {
   /// When `tick` has something to do; nothing while only the device can go on.
   [[nodiscard]] std::optional<std::int64_t> deadline_ns() const;
 
+  /// Tells a device that has a pulse a second (PPS) what time it was at the last one; the others nothing. One that is
+  /// lost is not repeated: the next second has its own.
+  void tell_utc(std::int64_t unix_ns, ProtocolOutput& out);
   /// Errors: no device, not its kind of request, too many waiting.
   Expected<void> request(std::int64_t now_ns, ControlPayload request, ProtocolOutput& out);
   void set_sampling(std::int64_t now_ns, bool on, ProtocolOutput& out);
@@ -155,6 +160,7 @@ class DeviceLink {
   std::int64_t heartbeat_due_ns_ = 0;
   std::array<std::optional<std::uint16_t>, 4> heartbeats_{};  ///< Numbers not answered yet, newest first.
 
+  std::optional<std::uint16_t> utc_seq_;  ///< Of the last time of day, until it is answered.
   std::optional<Exchange> exchange_;
   std::vector<ControlPayload> setup_;
   std::size_t setup_step_ = 0;

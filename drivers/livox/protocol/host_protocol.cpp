@@ -148,6 +148,10 @@ Expected<void> HostProtocol::request(std::int64_t now_ns, std::size_t device, Co
   return links_[device].request(forward(now_ns), std::move(request), out);
 }
 
+void HostProtocol::tell_utc(std::int64_t unix_ns, ProtocolOutput& out) {
+  for (DeviceLink& link : links_) link.tell_utc(unix_ns, out);
+}
+
 void HostProtocol::set_sampling(std::int64_t now_ns, std::size_t device, bool on, ProtocolOutput& out) {
   if (device < links_.size()) links_[device].set_sampling(forward(now_ns), on, out);
 }

@@ -51,6 +51,8 @@ class HostProtocol {
   /// Asks a device for something; the answer comes as RequestEnded. Sampling, power modes and heartbeats have their own
   /// ways. Errors: no such device, or it is not connected; its model does not know this; too many requests wait.
   Expected<void> request(std::int64_t now_ns, std::size_t device, ControlPayload request, ProtocolOutput& out);
+  /// To be called 10 to 500 ms after each pulse: tells the devices that have one (PPS) what time it was then.
+  void tell_utc(std::int64_t unix_ns, ProtocolOutput& out);
   void set_sampling(std::int64_t now_ns, std::size_t device, bool on, ProtocolOutput& out);
   void set_power(std::int64_t now_ns, std::size_t device, PowerMode mode, ProtocolOutput& out);
   /// Stops sampling and frees all devices; over when `is_closed`, after `kLeaveNs` at the latest.

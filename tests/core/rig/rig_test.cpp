@@ -37,7 +37,7 @@ initial_extrinsics:
   mid100_left: {translation: [0.0, 0.10, -0.05], rotation_xyzw: [0, 0, 0.2588, 0.9659]}
 turntable: {driver: serial, axis: [0, 0, 2], port: /dev/ttyUSB0, baud: 9600, protocol: g}
 trigger:   {gpiochip: gpiochip0, line: 17, pulse_us: 500, strobe_line: 18, pps: /dev/pps0}
-lidar:     {interface: eth0, host_ip: 192.168.1.50}
+lidar:     {interface: eth0, host_ip: 192.168.1.50, send_utc: true}
 board:     {type: checkerboard, inner_corners: [10, 8], square: 0.07, size: [0.77, 0.63], offset: [0, 0.01]}
 )";
 

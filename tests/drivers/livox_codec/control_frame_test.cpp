@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
+
 #include "core/base/random.h"
+#include "drivers/livox_codec/commands.h"
 #include "tests/drivers/livox_codec/worked_examples.h"
 #include "tests/support/hex.h"
 
@@ -89,6 +93,18 @@ TEST(ControlFrame, ComesBackFromARoundTripOfRandomPayloads) {
     EXPECT_EQ(back->id, frame.id);
     EXPECT_EQ(std::vector<std::uint8_t>(back->payload.begin(), back->payload.end()), payload);
   }
+}
+
+TEST(CommandName, IsFoundAgain) {
+  for (unsigned set = 0; set < 3; ++set) {
+    for (unsigned id = 0; id < 0x40; ++id) {
+      const auto command = static_cast<Command>(set << 8U | id);
+      const std::string name = command_name(command);
+      const bool is_known = name.find("_0x") == std::string::npos;
+      EXPECT_EQ(find_command(name), is_known ? std::optional(command) : std::nullopt) << name;
+    }
+  }
+  EXPECT_FALSE(find_command("").has_value());
 }
 
 }  // namespace

@@ -353,5 +353,29 @@ TEST(SamplePacket, AzimuthJustBelowAFullTurnIsWrittenAsAnAngleOfThePage) {
   expect_point(decoded.points[0], 10.0, 0.0, 0.0, 1e-5);
 }
 
+TEST(OverwriteStamp, ChangesStatusAndStampAlone) {
+  for (const TimestampType type :
+       {TimestampType::since_start, TimestampType::ptp, TimestampType::gps, TimestampType::pps_only}) {
+    SampleHeader header;
+    header.slot = 3;
+    header.lidar_id = 2;
+    header.data_type = DataType::spherical;
+    std::vector<std::uint8_t> packet;
+    const std::vector<Point> points{{1.0F, 2.0F, 3.0F, 40, 0, 7}};
+    encode_points(header, points, packet);
+    const std::vector<std::uint8_t> before = packet;
+    overwrite_stamp(0x40006840, type, 1'600'000'000'123'456'000, packet);
+    const auto after = parse_sample_packet(packet);
+    ASSERT_TRUE(after.has_value());
+    EXPECT_EQ(after->header.slot, 3);
+    EXPECT_EQ(after->header.lidar_id, 2);
+    EXPECT_EQ(after->header.status, 0x40006840U);
+    EXPECT_EQ(after->header.timestamp_type, type);
+    EXPECT_EQ(after->header.data_type, DataType::spherical);
+    EXPECT_EQ(after->header.device_stamp_ns, 1'600'000'000'123'456'000);
+    EXPECT_TRUE(std::equal(packet.begin() + 18, packet.end(), before.begin() + 18, before.end()));
+  }
+}
+
 }  // namespace
 }  // namespace rigcal::livox

@@ -57,6 +57,23 @@ TEST(HubStatus, PutsEachFieldIntoItsOwnBits) {
   EXPECT_EQ(encode_hub_status({.system = Level::warning}), 0x40000000U);
 }
 
+TEST(Status, SaysWhatTheClockFollows) {
+  Status status;
+  EXPECT_EQ(sync_text(status), "not synchronised");
+  status.pps_ok = true;
+  EXPECT_EQ(sync_text(status), "not synchronised, although it has pulses (PPS)");
+  status.ptp_ok = true;
+  EXPECT_EQ(sync_text(status), "not synchronised, although it hears a PTP master");
+  status.time_sync = TimeSync::ptp;
+  EXPECT_EQ(sync_text(status), "synchronised by PTP");
+  status.time_sync = TimeSync::gps;
+  EXPECT_NE(sync_text(status).find("GPS"), std::string::npos);
+  status.time_sync = TimeSync::pps;
+  EXPECT_NE(sync_text(status).find("without the time of day"), std::string::npos);
+  status.time_sync = TimeSync::abnormal;
+  EXPECT_EQ(sync_text(status), "its synchronisation has failed");
+}
+
 TEST(HubStatus, EveryWordComesBackFromARoundTrip) {
   Random random(4);
   for (int i = 0; i < 10000; ++i) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/random.h"
+#include "drivers/livox/protocol/abilities.h"
 #include "drivers/livox/protocol/host_protocol.h"
 #include "simdata/virtual_livox.h"
 
@@ -32,6 +33,23 @@ const std::vector<Model> models{
     {"0TFDG3B00600552", DeviceType::mid40, 91},   {"0TFDG3B00600553", DeviceType::mid40, 161},
     {"1HDDG3B00600551", DeviceType::horizon, 30}, {"1PQDL5H001UL991", DeviceType::tele15, 31},
     {"3GGDJ9600100401", DeviceType::mid70, 140}};
+
+constexpr std::size_t rebooting = 19;
+constexpr std::size_t disconnecting = 12;
+static_assert(std::is_same_v<std::variant_alternative_t<rebooting, ControlPayload>, RebootRequest>);
+static_assert(std::is_same_v<std::variant_alternative_t<disconnecting, ControlPayload>, DisconnectRequest>);
+
+// A request that no device has a reason to refuse for what it says.
+template <class Request>
+Request sensible() {
+  Request request{};
+  if constexpr (std::is_same_v<Request, SetIpModeRequest>) request.mode = IpMode::dynamic;
+  if constexpr (std::is_same_v<Request, SetPowerModeRequest>) request.value = PowerMode::normal;
+  if constexpr (std::is_same_v<Request, RebootRequest>) request.value = 1000;
+  if constexpr (std::is_same_v<Request, WriteParametersRequest>) request.parameters = {Parameter{1, {1}}};
+  if constexpr (std::is_same_v<Request, SetUtcTimeRequest>) request.value.unix_ns = 1'600'000'000'000 * ms;
+  return request;
+}
 
 class Lab {
  public:
@@ -140,6 +158,49 @@ TEST(AgainstVirtual, EveryModelIsTakenSetUpAndFreed) {
   EXPECT_TRUE(lab.protocol.is_closed());
   lab.pass(5000);
   for (const VirtualLivox& device : lab.devices) EXPECT_FALSE(device.owner().has_value());
+}
+
+// What the host's tables say that a model can do is what the device of that model does, and every request gets an
+// answer of its own command with its own number.
+template <std::size_t index>
+void ask_for(VirtualLivox& device, const Model& model, std::int64_t now) {
+  using Request = std::variant_alternative_t<index, ControlPayload>;
+  if constexpr (requires { Request::command; }) {
+    if constexpr (Request::type == FrameType::command) {
+      const Request request = sensible<Request>();
+      std::vector<DeviceFrame> answers;
+      device.receive(now, {host_ip, 55501}, encode_control(request, 777), answers);
+      ASSERT_EQ(answers.size(), 1U) << command_name(Request::command);
+      const auto frame = parse_control_frame(answers[0].bytes);
+      ASSERT_TRUE(frame.has_value());
+      EXPECT_EQ(frame->seq, 777);
+      EXPECT_EQ(command_of(*frame), Request::command);
+      EXPECT_TRUE(decode_control(*frame).has_value());
+      const bool can = can_do(model.type, {99, 0, 0, 0}, request);
+      EXPECT_EQ(frame->payload[0], can ? 0 : 1) << model.code << ": " << command_name(Request::command);
+    }
+  }
+}
+
+template <std::size_t... index>
+void ask_for_all(VirtualLivox& device, const Model& model, std::int64_t now, std::index_sequence<index...>) {
+  // Going away comes last.
+  ((index != disconnecting && index != rebooting ? ask_for<index>(device, model, now) : void()), ...);
+  ask_for<rebooting>(device, model, now);
+  ask_for<disconnecting>(device, model, now);
+}
+
+TEST(AgainstVirtual, EveryCommandIsAnsweredAsTheModelCan) {
+  for (const Model& model : models) {
+    VirtualLivoxOptions options;
+    options.identity = {model.code, model.type, kDevicePort};
+    options.ip = {192, 168, 1, model.last};
+    options.spin_up_s = 0.0;
+    VirtualLivox device(options, 1000 * ms);
+    std::vector<DeviceFrame> frames;
+    device.receive(1000 * ms, {host_ip, 55501}, make_handshake({host_ip, 56001, 55501, {}}, 1), frames);
+    ask_for_all(device, model, 1001 * ms, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+  }
 }
 
 TEST(AgainstVirtual, TenMinutesWithoutTroubleLoseNothing) {

@@ -254,6 +254,34 @@ TEST(Requests, RefuseWhatIsNoRequestOrWhatTheModelCannotDo) {
               HasSubstr("there is no device 5"));
 }
 
+TEST(TimeOfDay, IsToldToDevicesWithPulsesOnlyAndItsAnswerCounted) {
+  Desk desk;
+  desk.sample();
+  desk.out.clear();
+  constexpr std::int64_t noon = 1'600'000'000'000 * kMs;
+  desk.protocol.tell_utc(noon, desk.out);
+  EXPECT_FALSE(desk.sent(Command::set_utc_time).has_value());  // No pulses.
+  desk.hear(encode_control(AbnormalStatus{1U << 9U}, 1));
+  desk.out.clear();
+  desk.protocol.tell_utc(noon, desk.out);
+  const auto first = desk.sent(Command::set_utc_time);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(std::get<SetUtcTimeRequest>(*decode_control(*first)).value.unix_ns, noon);
+  desk.answer(SetUtcTimeAck{});
+  desk.answer(SetUtcTimeAck{});  // Once more: it answers nothing.
+  desk.protocol.tell_utc(noon + 1000 * kMs, desk.out);
+  desk.answer(SetUtcTimeAck{ReturnCode::failure});
+  EXPECT_EQ(desk.info().counters.utc_taken, 1U);
+  EXPECT_EQ(desk.info().counters.utc_refused, 1U);
+  EXPECT_EQ(desk.info().counters.stray_acks, 1U);
+  EXPECT_EQ(desk.state(), LinkState::sampling);
+  EXPECT_TRUE(desk.told<RequestEnded>().empty());
+  // A time that no frame can say is not sent.
+  desk.out.clear();
+  desk.protocol.tell_utc(0, desk.out);
+  EXPECT_FALSE(desk.sent(Command::set_utc_time).has_value());
+}
+
 TEST(Requests, ARebootIsALossThatIsKnownAndTheTimeIsToldOnce) {
   Desk desk;
   desk.sample();

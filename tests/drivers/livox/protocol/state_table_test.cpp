@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <set>
 #include <string>
 
 #include "tests/drivers/livox/protocol/desk.h"
@@ -13,6 +14,8 @@ namespace {
 constexpr std::array<LinkState, 10> all_states{
     LinkState::waiting, LinkState::handshaking, LinkState::identifying, LinkState::preparing, LinkState::configuring,
     LinkState::resting, LinkState::idle,        LinkState::sampling,    LinkState::leaving,   LinkState::closed};
+
+static_assert(all_states.size() == static_cast<std::size_t>(LinkState::closed) + 1, "a state without a column");
 
 // w(aiting) h(andshaking) i(dentifying) p(reparing) c(onfiguring) r(esting) d (idle) s(ampling) l(eaving) x (closed)
 char letter(LinkState state) { return std::string("whipcrdslx")[static_cast<std::size_t>(state)]; }
@@ -82,6 +85,20 @@ void beat_with(Desk& desk, WorkState state, ReturnCode ret = ReturnCode::success
   desk.hear(encode_control(HeartbeatAck{ret, state, 0, 0}, 7));
 }
 
+constexpr std::int64_t kNoon = 1'600'000'000'000'000'000;
+constexpr std::uint32_t kPulses = 1U << 9U;
+constexpr std::array<std::uint8_t, 1> success{0};
+
+// Calls it with an empty one of every payload.
+template <class Call, std::size_t... index>
+void for_each_payload(const Call& call, std::index_sequence<index...>) {
+  (call(ControlPayload(std::in_place_index<index>)), ...);
+}
+template <class Call>
+void for_each_payload(const Call& call) {
+  for_each_payload(call, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+}
+
 struct Row {
   const char* event;
   const char* after;  // A letter for each of `all_states`.
@@ -119,6 +136,24 @@ const std::vector<Row>& table() {
       {"the answer: done", "wippdrdslx", [](Desk& d) { answer_last(d, ReturnCode::success); }},
       {"the answer: refused", "wwipdrdslx", [](Desk& d) { answer_last(d, ReturnCode::failure); }},
       {"the answer: switching", "wwipdrdslx", [](Desk& d) { answer_last(d, ReturnCode::switching); }},
+      {"the answer: done, twice", "wippdrdslx",
+       [](Desk& d) {
+         const auto asked = d.asked();
+         answer_last(d, ReturnCode::success);
+         if (asked) d.hear(make_control_frame({FrameType::ack, asked->seq, asked->set, asked->id, success}));
+       }},
+      {"an answer that nobody can read", "whipcrdslx",
+       [](Desk& d) {
+         const std::vector<std::uint8_t> payload(200, 0xFF);
+         if (const auto asked = d.asked())
+           d.hear(make_control_frame({FrameType::ack, asked->seq, asked->set, asked->id, payload}));
+       }},
+      {"a stray answer to every command", "whipcrdslx",
+       [](Desk& d) {
+         for (unsigned set = 0; set < 3; ++set)
+           for (unsigned id = 0; id < 16; ++id)
+             d.hear(make_control_frame(frame_of(static_cast<Command>(set << 8U | id), FrameType::ack, 54321, success)));
+       }},
       {"an answer with a wrong number", "whipcrdslx", [](Desk& d) { answer_last(d, ReturnCode::success, 1); }},
       {"an answer to another command", "whipcrdslx", [](Desk& d) { answer_last(d, ReturnCode::success, 0, true); }},
       {"heartbeat: initialising", "whipppppLX", [](Desk& d) { beat_with(d, WorkState::initialising); }},
@@ -127,6 +162,12 @@ const std::vector<Row>& table() {
       {"heartbeat: standby", "whipprppLX", [](Desk& d) { beat_with(d, WorkState::standby); }},
       {"heartbeat: error", "whipppppLX", [](Desk& d) { beat_with(d, WorkState::error); }},
       {"heartbeat: a state nobody knows", "whipppppLX", [](Desk& d) { beat_with(d, static_cast<WorkState>(99)); }},
+      {"heartbeat: normal, twice", "whiccpdslx",
+       [](Desk& d) {
+         beat_with(d, WorkState::normal);
+         if (const auto beat = d.sent(Command::heartbeat))
+           d.hear(encode_control(HeartbeatAck{ReturnCode::success, WorkState::standby, 0, 0}, beat->seq));
+       }},
       {"heartbeat refused", "whipcrdslx", [](Desk& d) { beat_with(d, WorkState::initialising, ReturnCode::failure); }},
       {"abnormal status", "whipcrdslx", [](Desk& d) { d.hear(encode_control(AbnormalStatus{0x40006840}, 9)); }},
       {"a damaged abnormal status", "whipcrdslx",
@@ -145,6 +186,40 @@ const std::vector<Row>& table() {
       {"half a second", "wwipcrdslx", [](Desk& d) { d.pass(500); }},
       {"three seconds of silence", "wwwwwwwwxx", [](Desk& d) { d.pass(3000); }},
       {"three seconds in one step", "wwwwwwwwxx", [](Desk& d) { d.protocol.tick(d.now_ns + 3000 * kMs, d.out); }},
+      {"the time of day", "whipcrdslx", [](Desk& d) { d.protocol.tell_utc(kNoon, d.out); }},
+      {"the time of day, with pulses", "whipcrdslx",
+       [](Desk& d) {
+         d.hear(encode_control(AbnormalStatus{kPulses}, 9));
+         d.protocol.tell_utc(kNoon, d.out);
+         if (d.sent(Command::set_utc_time)) d.answer(SetUtcTimeAck{});
+       }},
+      {"another device at its address", "whipcrdslx",
+       [](Desk& d) {
+         d.hear(make_broadcast({"3JEDK380010Z999", DeviceType::avia, 0}, 1));
+       }},
+      {"a broadcast from another subnet", "whipcrdslx",
+       [](Desk& d) {
+         d.hear({{10, 0, 0, 139}, kDevicePort}, make_broadcast(d.broadcast, 1));
+       }},
+      {"a user's requests of every kind, not answered", "whipcrdslx",
+       [](Desk& d) {
+         for_each_payload([&d](const ControlPayload& payload) {
+           static_cast<void>(d.protocol.request(d.now_ns, 0, payload, d.out));
+         });
+       }},
+      {"a reboot that the device takes", "whiwcwwwlx",
+       [](Desk& d) {
+         static_cast<void>(d.protocol.request(d.now_ns, 0, RebootRequest{100}, d.out));
+         const auto asked = d.asked();
+         if (asked && command_of(*asked) == Command::reboot) d.answer(RebootAck{});
+       }},
+      {"a disconnection that the device takes", "whiwcwwwlx",
+       [](Desk& d) {
+         static_cast<void>(d.protocol.request(d.now_ns, 0, DisconnectRequest{}, d.out));
+         const auto asked = d.asked();
+         if (asked && command_of(*asked) == Command::disconnect && d.state() != LinkState::leaving)
+           d.answer(DisconnectAck{});
+       }},
       {"a user's request", "whipcrdslx",
        [](Desk& d) { static_cast<void>(d.protocol.request(d.now_ns, 0, GetIpModeRequest{}, d.out)); }},
       {"sampling is not wanted", "whipcrdslx", [](Desk& d) { d.protocol.set_sampling(d.now_ns, 0, false, d.out); }},
@@ -159,6 +234,7 @@ const std::vector<Row>& table() {
 }
 
 TEST(StateTable, EveryEventInEveryState) {
+  std::set<std::size_t> told;  // Kinds of events, over the whole table.
   for (const Row& row : table()) {
     ASSERT_EQ(std::string(row.after).size(), all_states.size()) << row.event;
     for (std::size_t i = 0; i < all_states.size(); ++i) {
@@ -168,8 +244,10 @@ TEST(StateTable, EveryEventInEveryState) {
       desk.out.events.clear();
       row.happen(desk);
       EXPECT_EQ(letter(desk.state()), std::tolower(row.after[i])) << row.event << ", " << to_string(all_states[i]);
+      for (const Event& event : desk.out.events) told.insert(event.content.index());
     }
   }
+  EXPECT_EQ(told.size(), std::variant_size_v<EventContent>) << "a kind of event that no row brings about";
 }
 
 TEST(StateTable, TellsAndCountsInEveryState) {
@@ -194,6 +272,15 @@ TEST(StateTable, TellsAndCountsInEveryState) {
     EXPECT_EQ(silent.told<Lost>().size(), connected && state != LinkState::leaving ? 1U : 0U) << to_string(state);
     EXPECT_EQ(silent.told<Closed>().size(), state == LinkState::leaving ? 1U : 0U);
     EXPECT_EQ(silent.told<HandshakeUnanswered>().size(), state == LinkState::handshaking ? 1U : 0U);
+    const std::uint64_t repeated = desk_after([](Desk& d) { d.pass(600); }).info().counters.repeated;
+    const bool has_asked = state == LinkState::identifying || state == LinkState::configuring;
+    EXPECT_EQ(repeated, has_asked ? 1U : 0U) << to_string(state);
+    const Desk pulses = desk_after([](Desk& d) {
+      d.hear(encode_control(AbnormalStatus{kPulses}, 9));
+      d.protocol.tell_utc(kNoon, d.out);
+    });
+    const bool takes_time = connected && state != LinkState::identifying && state != LinkState::leaving;
+    EXPECT_EQ(pulses.count_sent(Command::set_utc_time), takes_time ? 1U : 0U) << to_string(state);
     const bool takes_requests = connected && state != LinkState::identifying && state != LinkState::leaving;
     Desk asking = desk_after([](Desk&) {});
     EXPECT_EQ(asking.protocol.request(asking.now_ns, 0, GetIpModeRequest{}, asking.out).has_value(), takes_requests)
