@@ -24,7 +24,8 @@ const char* temperature_text(const livox::Status& status) {
   return "?";
 }
 
-const char* sync_text(const livox::Status& status) {
+// A column is narrower than the words that `livox::sync_text` has.
+const char* sync_word(const livox::Status& status) {
   switch (status.time_sync) {
     case livox::TimeSync::not_started:
       return "none";
@@ -55,7 +56,7 @@ std::string device_line(const CaptureDevice& device) {
   std::array<char, 160> line{};
   std::snprintf(line.data(), line.size(), "%-15.15s %-12.12s %9.0f %8.2f  %-11s %-6s %9.1f", device.sensor.c_str(),
                 state_text(link).c_str(), device.packets_per_s, 100.0 * lost_share(device), temperature_text(status),
-                sync_text(status), device.drift_ppm);
+                sync_word(status), device.drift_ppm);
   return line.data();
 }
 

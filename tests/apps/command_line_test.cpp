@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr std::array commands{"simulate", "calibrate", "inspect", "export", "evaluate", "doctor"};
+constexpr std::array commands{"simulate", "calibrate", "inspect", "export", "evaluate", "replay", "doctor"};
 
 class CommandLine : public testing::Test {
  protected:
