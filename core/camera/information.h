@@ -28,7 +28,8 @@ struct InformationSearch {
                                                                   const RunContext& context);
 
 /// The optimum near `start_T_base_camera` at full sharpness, with its covariance (its ripples included). Nothing where
-/// it runs away or too little is seen. `model` may have other intrinsics than the camera's.
+/// it runs away, too little is seen, or what is seen tells nothing of the grey values. `model` may have other
+/// intrinsics than the camera's.
 [[nodiscard]] std::optional<PoseEstimate> refine_information(const CameraScene& scene, const CameraTask& camera,
                                                              const CameraIntrinsics& intrinsics,
                                                              const SE3& start_T_base_camera, const RunContext& context);

@@ -24,6 +24,9 @@ constexpr double lost_rad = to_rad(4.0);
 constexpr double lost_m = 0.6;
 constexpr double min_seen = 1000.0;
 
+// Where the two tell less of each other, nothing is known of the pose either, however still the cost lies.
+constexpr double least_information = 0.004;
+
 // Differences for the curvature, in units of the root mean square change of the grey value: wide enough to look over
 // the ripples that pixels and samples make.
 constexpr double curvature_step = 0.7;
@@ -92,7 +95,9 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
     const std::vector<SmoothImage> images =
         information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
     const InformationCost cost(model, sightings, images);
-    T = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); }).T;
+    const PoseMinimum minimum = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); });
+    T = minimum.T;
+    if (minimum.value > 1.0 - least_information) return std::nullopt;
     if (has_moved(start_T_base_camera, T, lost_rad, lost_m)) return std::nullopt;
     if (halvings == 0) estimate.covariance = covariance_at(cost, T);
   }

@@ -105,6 +105,7 @@ TEST_F(InformationTest, ShadingAloneShowsTheWayWhereThereIsNoReflectivity) {
   EXPECT_LT(rad_off(found->best.T_base_camera), to_rad(2.5));
   for (MapSample& sample : plain.scene.samples) sample.normal_G.setZero();
   EXPECT_FALSE(search(plain, room().truth));
+  EXPECT_FALSE(refine(plain, room().truth)) << "a still cost is no certainty";
 }
 
 TEST_F(InformationTest, SaysNothingWhereThereIsNothing) {
