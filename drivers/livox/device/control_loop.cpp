@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t control_queue = 4096;
 constexpr std::size_t control_batch = 32;
 constexpr std::int64_t longest_wait_ns = 100'000'000;
+constexpr std::int64_t utc_wait_ns = 100'000'000;  // Where the time of day is to be told: no second may be missed.
 constexpr std::int64_t second_ns = 1'000'000'000;
 // Devices take a time 10 to 500 ms after its pulse; with some room for the way.
 constexpr std::int64_t soonest_utc_ns = 50'000'000;
@@ -67,7 +68,7 @@ void ControlLoop::run() {
       if (const auto deadline = protocol_.deadline_ns())
         wait_ns = std::clamp<std::int64_t>(*deadline - net::read_clocks().monotonic_ns, 0, longest_wait_ns);
     }
-    waiter_.wait(wait_ns);
+    waiter_.wait(wiring_.send_utc ? std::min(wait_ns, utc_wait_ns) : wait_ns);
     const std::lock_guard lock(mutex_);
     const net::ClockReading now = net::read_clocks();
     clock_.update(now);
