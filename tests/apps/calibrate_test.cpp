@@ -17,7 +17,7 @@
 #include "core/io/pcap_reader.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
-#include "tests/support/make_lvx.h"
+#include "tests/apps/lvx_recording.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 
@@ -180,31 +180,16 @@ TEST_F(Calibrate, FindsTheStopsFromThePointsWhereThereIsNoGyro) {
   EXPECT_THAT(rigcal("inspect session").out, HasSubstr("stops found from the gyro, the points watch for creep"));
 }
 
-/// The packets of a dump as a recorder of the vendor keeps them: without addresses and receive stamps, in frames.
-void save_as_lvx(const fs::path& dump, const fs::path& lvx) {
-  std::array<LvxDevice, 2> devices;
-  devices[0].broadcast_code = "3JEDHC900100791";
-  devices[0].type = 7;
-  devices[1].broadcast_code = "0TFDG3B00600551";
-  devices[1].index = 1;
-  devices[1].type = 1;
-  devices[1].roll_pitch_yaw_deg = {1.0F, 2.0F, 3.0F};
-  LvxBuilder file(1, {devices.begin(), devices.end()});
-  Expected<PcapReader> reader = PcapReader::open(dump.string());
-  ASSERT_TRUE(reader);
-  std::int64_t frame_end_ns = 0;
-  for (Datagram datagram; *reader->next(datagram);) {
-    if (datagram.from.port != 60001 && datagram.from.port != 60003) continue;
-    if (frame_end_ns == 0) frame_end_ns = datagram.stamp_ns + 50'000'000;
-    for (; datagram.stamp_ns >= frame_end_ns; frame_end_ns += 50'000'000) file.end_frame();
-    file.add_package(datagram.from.ip[3] == 179 ? 0 : 1, datagram.bytes);
-  }
-  file.end_frame();
-  file.save(lvx.string());
-}
-
 TEST_F(Calibrate, GivesTheSameFromAnLvxRecording) {
-  save_as_lvx(scratch / "session/lidar.pcapng", scratch / "run.lvx");
+  LvxDevice avia;
+  avia.broadcast_code = "3JEDHC900100791";
+  avia.type = 7;
+  LvxDevice mid40;
+  mid40.broadcast_code = "0TFDG3B00600551";
+  mid40.index = 1;
+  mid40.type = 1;
+  mid40.roll_pitch_yaw_deg = {1.0F, 2.0F, 3.0F};
+  save_as_lvx((scratch / "session/lidar.pcapng").string(), avia, mid40, (scratch / "run.lvx").string());
   const ProgramRun run = rigcal("calibrate run.lvx --rig rig.yaml --out from_lvx");
   EXPECT_EQ(run.code, 0) << run.err;
   // The same points; the edges of the stops differ by what the paths of the packets are known to.
