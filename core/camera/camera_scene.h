@@ -15,12 +15,21 @@ struct MapSample {
   std::uint8_t lidar = 0;  ///< Who saw it.
 };
 
+/// Samples of the map that lie together, one after the other.
+struct SampleBlock {
+  Eigen::Vector3f middle = Eigen::Vector3f::Zero();  ///< Of the ball that holds them, in the world,
+  float radius_m = 0.0F;                             ///< and its radius.
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+};
+
 /// What the LiDAR calibration leaves for the cameras: poses and map stand, only cameras move.
 struct CameraScene {
   std::vector<SE3> T_G_base;     ///< Pose of the rig at each stop.
   std::vector<char> stop_known;  ///< One for each stop; images of others are not used.
   std::vector<LidarEdge> edges;
   std::vector<MapSample> samples;
+  std::vector<SampleBlock> blocks;  ///< Of the samples; empty: they are not sorted, and each is looked at.
 };
 
 }  // namespace rigcal

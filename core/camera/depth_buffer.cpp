@@ -1,7 +1,12 @@
 #include "core/camera/depth_buffer.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
+
+#include "core/camera/sample_blocks.h"
 
 namespace rigcal {
 namespace {
@@ -9,44 +14,140 @@ namespace {
 // A surface that fills the view would be splatted over everything; beyond this it is near enough to be dense anyway.
 constexpr int max_splat_cells = 12;
 
+constexpr std::uint64_t nothing = ~std::uint64_t{0};
+
 }  // namespace
 
+DepthBuffer::Entry DepthBuffer::entry_of(float range_m, std::size_t sample) {
+  // Floats that are not negative are in the order of their bits.
+  return std::uint64_t{std::bit_cast<std::uint32_t>(range_m)} << 32 | static_cast<std::uint32_t>(sample);
+}
+
+float DepthBuffer::range_of(Entry entry) { return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32)); }
+
+// A sample covers a square of cells that grows with its nearness. Not every sample is written to all cells of its own:
+// those of the widest squares go into a grid, which then is widened by a cell all around, and so on down to those that
+// cover one cell.
+class DepthBuffer::Filling {
+ public:
+  Filling(const CameraModel& model, const DepthBufferOptions& options, int columns, int rows)
+      : model_(model),
+        columns_(columns + 2 * max_splat_cells),
+        rows_(rows + 2 * max_splat_cells),
+        cells_per_px_(1.0 / options.cell_px),
+        half_cells_m_(0.5 * 0.5 * (model.intrinsics().fx + model.intrinsics().fy) * options.sample_m *
+                      std::sqrt(static_cast<double>(options.stride)) / options.cell_px) {}
+
+  void add(const Vector3d& p_C, float range_m, std::size_t sample) {
+    const auto pixel = model_.project(p_C);
+    if (!pixel) return;
+    // Half of a sample's width as the camera sees it, without the half cell that it covers anyway.
+    const double half = std::min<double>(max_splat_cells, half_cells_m_ / std::max(range_m, 1e-3F) - 0.5);
+    const int whole = static_cast<int>(std::max(0.0, half));
+    const int reach = half > whole ? whole + 1 : whole;
+    // In cells of the grid, which begins that far outside of the image.
+    const double x = (pixel->x() + 0.5) * cells_per_px_ + max_splat_cells;
+    const double y = (pixel->y() + 0.5) * cells_per_px_ + max_splat_cells;
+    if (!(x >= max_splat_cells - reach) || !(y >= max_splat_cells - reach) ||
+        !(x < columns_ - max_splat_cells + reach) || !(y < rows_ - max_splat_cells + reach)) {
+      return;
+    }
+    of_reach_[static_cast<std::size_t>(reach)].push_back(
+        {static_cast<std::uint32_t>(static_cast<int>(y) * columns_ + static_cast<int>(x)), entry_of(range_m, sample)});
+  }
+
+  // The cells of the image alone.
+  [[nodiscard]] std::vector<Entry> take() {
+    grid_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), nothing);
+    std::size_t reach = of_reach_.size() - 1;
+    while (reach > 0 && of_reach_[reach].empty()) --reach;
+    for (; reach > 0; --reach) {
+      write(reach);
+      widen();
+    }
+    write(0);
+    std::vector<Entry> inside;
+    for (int r = max_splat_cells; r < rows_ - max_splat_cells; ++r) {
+      const auto row = grid_.begin() + static_cast<std::ptrdiff_t>(r) * columns_;
+      inside.insert(inside.end(), row + max_splat_cells, row + columns_ - max_splat_cells);
+    }
+    return inside;
+  }
+
+ private:
+  struct Splat {
+    std::uint32_t cell;
+    Entry entry;
+  };
+
+  void write(std::size_t reach) {
+    for (const Splat& splat : of_reach_[reach]) grid_[splat.cell] = std::min(grid_[splat.cell], splat.entry);
+  }
+
+  // Each cell gets the least of the 3 x 3 around it. The grid's own border has nothing to give but to the image.
+  void widen() {
+    const auto width = static_cast<std::size_t>(columns_);
+    across_.resize(grid_.size());
+    for (std::size_t i = 1; i + 1 < grid_.size(); ++i)
+      across_[i] = std::min(grid_[i], std::min(grid_[i - 1], grid_[i + 1]));
+    across_.front() = grid_.front();
+    across_.back() = grid_.back();
+    for (std::size_t i = width; i + width < grid_.size(); ++i)
+      grid_[i] = std::min(across_[i], std::min(across_[i - width], across_[i + width]));
+  }
+
+  const CameraModel& model_;
+  int columns_;
+  int rows_;
+  double cells_per_px_;
+  double half_cells_m_;
+  std::array<std::vector<Splat>, max_splat_cells + 1> of_reach_;
+  std::vector<Entry> grid_;
+  std::vector<Entry> across_;
+};
+
 DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
-                         const DepthBufferOptions& options)
+                         std::span<const SampleBlock> blocks, const DepthBufferOptions& options)
     : samples_(samples),
       options_(options),
       columns_((model.intrinsics().width + options.cell_px - 1) / options.cell_px),
-      rows_((model.intrinsics().height + options.cell_px - 1) / options.cell_px),
-      entries_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {
-  const double focal_px = 0.5 * (model.intrinsics().fx + model.intrinsics().fy);
+      rows_((model.intrinsics().height + options.cell_px - 1) / options.cell_px) {
   const Eigen::Matrix3f R = T_C_G.R.cast<float>();
   const Eigen::Vector3f t = T_C_G.t.cast<float>();
-  const auto least_cos = static_cast<float>(model.widest_cos());
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    // Most of a map lies beside or behind: told quickly.
-    const Eigen::Vector3f near = R * samples[k].p_G + t;
-    if (near.z() < least_cos * near.norm()) continue;
-    const Vector3d p_C = near.cast<double>();
-    const auto pixel = model.project(p_C);
-    if (!pixel) continue;
-    const double range_m = p_C.norm();
-    // Half of a sample's width as the camera sees it, without the half cell that it covers anyway.
-    const double half_px = 0.5 * focal_px * options.sample_m / std::max(range_m, 1e-3) - 0.5 * options.cell_px;
-    const int reach = std::clamp(static_cast<int>(std::ceil(half_px / options.cell_px)), 0, max_splat_cells);
-    const double margin = (reach + 1.0) * options.cell_px;
-    if (pixel->x() < -margin || pixel->y() < -margin || pixel->x() > model.intrinsics().width + margin ||
-        pixel->y() > model.intrinsics().height + margin) {
-      continue;
+  const ViewCone cone(T_C_G, model);
+  Filling filling(model, options, columns_, rows_);
+  for_each_run(samples.size(), blocks, cone, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = first_from(begin, options.stride); k < end; k += options.stride) {
+      if (!cone.holds(samples[k].p_G)) continue;
+      const Eigen::Vector3f p_C = R * samples[k].p_G + t;
+      filling.add(p_C.cast<double>(), p_C.norm(), k);
     }
-    const int c = column(pixel->x());
-    const int r = row(pixel->y());
-    for (int y = std::max(0, r - reach); y <= std::min(rows_ - 1, r + reach); ++y) {
-      for (int x = std::max(0, c - reach); x <= std::min(columns_ - 1, c + reach); ++x) {
-        Entry& e =
-            entries_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)];
-        if (e.range_m != 0.0F && e.range_m <= static_cast<float>(range_m)) continue;
-        e = {static_cast<float>(range_m), static_cast<std::uint32_t>(k)};
-      }
+  });
+  entries_ = filling.take();
+  find_nearest_around();
+}
+
+void DepthBuffer::find_nearest_around() {
+  constexpr float far = std::numeric_limits<float>::infinity();
+  nearest_around_.assign(entries_.size(), far);
+  std::vector<float> across(entries_.size());
+  for (int r = 0; r < rows_; ++r) {
+    float before = far;
+    for (int c = 0; c < columns_; ++c) {
+      const auto range = [&](int at) {
+        return at < columns_ && entries_[index(at, r)] != nothing ? range_of(entries_[index(at, r)]) : far;
+      };
+      const float here = range(c);
+      across[index(c, r)] = std::min(before, std::min(here, range(c + 1)));
+      before = here;
+    }
+  }
+  for (int r = 0; r < rows_; ++r) {
+    for (int c = 0; c < columns_; ++c) {
+      float nearest = across[index(c, r)];
+      if (r > 0) nearest = std::min(nearest, across[index(c, r - 1)]);
+      if (r + 1 < rows_) nearest = std::min(nearest, across[index(c, r + 1)]);
+      nearest_around_[index(c, r)] = nearest;
     }
   }
 }
@@ -59,10 +160,12 @@ bool DepthBuffer::unhidden(const Eigen::Vector2d& pixel, double range_m, const A
   const double limit_m = range_m - options_.tolerance_m - options_.tolerance_per_m * range_m;
   const int c = column(pixel.x());
   const int r = row(pixel.y());
+  const bool inside = c >= 0 && r >= 0 && c < columns_ && r < rows_;
+  if (inside && nearest_around_[index(c, r)] >= limit_m) return true;
   for (int y = std::max(0, r - 1); y <= std::min(rows_ - 1, r + 1); ++y) {
     for (int x = std::max(0, c - 1); x <= std::min(columns_ - 1, c + 1); ++x) {
-      const Entry& e = entry(x, y);
-      if (e.range_m != 0.0F && e.range_m < limit_m && hides(samples_[e.sample])) return false;
+      const Entry entry = entries_[index(x, y)];
+      if (range_of(entry) < limit_m && hides(samples_[sample_of(entry)])) return false;
     }
   }
   return true;
@@ -95,9 +198,9 @@ bool DepthBuffer::near_silhouette(const Eigen::Vector2d& pixel, double range_m, 
   const int r = row(pixel.y());
   for (int y = std::max(0, r - cells); y <= std::min(rows_ - 1, r + cells); ++y) {
     for (int x = std::max(0, c - cells); x <= std::min(columns_ - 1, c + cells); ++x) {
-      const Entry& e = entry(x, y);
-      if (e.range_m == 0.0F) return true;
-      if (std::abs(e.range_m - range_m) > step_m && !on_plane_of(own, samples_[e.sample])) return true;
+      const Entry entry = entries_[index(x, y)];
+      if (entry == nothing) return true;
+      if (std::abs(range_of(entry) - range_m) > step_m && !on_plane_of(own, samples_[sample_of(entry)])) return true;
     }
   }
   return false;
@@ -106,12 +209,13 @@ bool DepthBuffer::near_silhouette(const Eigen::Vector2d& pixel, double range_m, 
 double DepthBuffer::range_at(const Eigen::Vector2d& pixel) const {
   const int c = column(pixel.x());
   const int r = row(pixel.y());
-  return c < 0 || r < 0 || c >= columns_ || r >= rows_ ? 0.0 : static_cast<double>(entry(c, r).range_m);
+  if (c < 0 || r < 0 || c >= columns_ || r >= rows_ || entries_[index(c, r)] == nothing) return 0.0;
+  return static_cast<double>(range_of(entries_[index(c, r)]));
 }
 
 double DepthBuffer::filled_share() const {
-  const auto filled = std::count_if(entries_.begin(), entries_.end(), [](const Entry& e) { return e.range_m > 0.0F; });
-  return entries_.empty() ? 0.0 : static_cast<double>(filled) / static_cast<double>(entries_.size());
+  const auto empty = std::count(entries_.begin(), entries_.end(), nothing);
+  return entries_.empty() ? 0.0 : 1.0 - static_cast<double>(empty) / static_cast<double>(entries_.size());
 }
 
 }  // namespace rigcal

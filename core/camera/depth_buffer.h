@@ -12,6 +12,7 @@ namespace rigcal {
 struct DepthBufferOptions {
   int cell_px = 4;                ///< Edge of a cell of the buffer.
   double sample_m = 0.05;         ///< Width of a sample of the map.
+  std::size_t stride = 1;         ///< Every so many samples one takes part, so much wider: quicker, and coarser.
   double tolerance_m = 0.12;      ///< What lies so far behind the nearest surface is still seen,
   double tolerance_per_m = 0.01;  ///< and so much more for each metre of its range.
   double own_plane_m = 0.08;      ///< What lies so near to a point's own faces does not hide it.
@@ -21,9 +22,10 @@ struct DepthBufferOptions {
 /// hides from it.
 class DepthBuffer {
  public:
-  /// `T_C_G` maps the world into the camera's optical frame. `samples` must outlive the buffer.
+  /// `T_C_G` maps the world into the camera's optical frame. `samples` must outlive the buffer; `blocks` are theirs, as
+  /// CameraScene has them.
   DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
-              const DepthBufferOptions& options = {});
+              std::span<const SampleBlock> blocks = {}, const DepthBufferOptions& options = {});
 
   /// Whether a surface point at `pixel`, `range_m` from the camera, is seen: nothing in the 3 x 3 cells around it is
   /// nearer by more than the tolerance.
@@ -42,16 +44,20 @@ class DepthBuffer {
   [[nodiscard]] double filled_share() const;
 
  private:
-  struct Entry {
-    float range_m = 0.0F;  ///< 0: empty.
-    std::uint32_t sample = 0;
-  };
+  /// Range and index of a sample in one number, so that the nearer is the smaller.
+  using Entry = std::uint64_t;
+  class Filling;
+
+  static Entry entry_of(float range_m, std::size_t sample);
+  static float range_of(Entry entry);  ///< Not a number where there is nothing.
+  static std::uint32_t sample_of(Entry entry) { return static_cast<std::uint32_t>(entry); }
+
   [[nodiscard]] int column(double x) const;
   [[nodiscard]] int row(double y) const;
-  [[nodiscard]] const Entry& entry(int column, int row) const {
-    return entries_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                    static_cast<std::size_t>(column)];
+  [[nodiscard]] std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
   }
+  void find_nearest_around();
   [[nodiscard]] bool on_plane_of(const MapSample& own, const MapSample& other) const;
   template <class Accept>
   [[nodiscard]] bool unhidden(const Eigen::Vector2d& pixel, double range_m, const Accept& hides) const;
@@ -61,6 +67,7 @@ class DepthBuffer {
   int columns_ = 0;
   int rows_ = 0;
   std::vector<Entry> entries_;
+  std::vector<float> nearest_around_;  ///< In the 3 x 3 cells around each; infinite where there is nothing.
 };
 
 }  // namespace rigcal

@@ -10,35 +10,29 @@ namespace {
 
 constexpr int least_chain_px = 40;
 
-// Which of `count` sectors of half a turn a line's direction lies in.
-int sector(double x, double y, int count) {
-  const double turn = std::atan2(y, x) / pi * count + 0.5;
-  return (static_cast<int>(std::floor(turn)) % count + count) % count;
-}
+// In units of the scale: from there on nothing is left of the nearness.
+constexpr double far = 3.6;
 
-// Distances to the nearest zero in cells, by two passes of a 3-4 chamfer (Borgefors 1986).
+// Distances to the nearest zero in cells, by two passes of a 3-4 chamfer (Borgefors 1986). The grid has a border of one
+// cell all around, which is far from everything.
 void spread(int columns, int rows, std::vector<float>& distance) {
-  const auto at = [&](int x, int y) -> float& {
-    return distance[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)];
-  };
   constexpr float straight = 0.955F;
   constexpr float diagonal = 1.3693F;
-  const auto pass = [&](int y, int x, int dy, int dx) {
-    float& d = at(x, y);
-    const auto relax = [&](int ox, int oy, float step) {
-      if (x + ox < 0 || x + ox >= columns || y + oy < 0 || y + oy >= rows) return;
-      d = std::min(d, at(x + ox, y + oy) + step);
-    };
-    relax(dx, 0, straight);
-    relax(0, dy, straight);
-    relax(-1, dy, diagonal);
-    relax(1, dy, diagonal);
-  };
+  const std::ptrdiff_t width = columns + 2;
+  float* inside = distance.data() + width + 1;
   for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) pass(y, x, -1, -1);
+    float* d = inside + y * width;
+    for (int x = 0; x < columns; ++x, ++d) {
+      const float above = std::min(d[-width] + straight, std::min(d[-width - 1], d[-width + 1]) + diagonal);
+      *d = std::min(*d, std::min(above, d[-1] + straight));
+    }
   }
   for (int y = rows - 1; y >= 0; --y) {
-    for (int x = columns - 1; x >= 0; --x) pass(y, x, 1, 1);
+    float* d = inside + y * width + columns - 1;
+    for (int x = columns - 1; x >= 0; --x, --d) {
+      const float below = std::min(d[width] + straight, std::min(d[width - 1], d[width + 1]) + diagonal);
+      *d = std::min(*d, std::min(below, d[1] + straight));
+    }
   }
 }
 
@@ -46,9 +40,14 @@ void spread(int columns, int rows, std::vector<float>& distance) {
 
 EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, double scale_px)
     : columns_((width + cell_px - 1) / cell_px), rows_((height + cell_px - 1) / cell_px) {
-  const std::size_t cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  for (int k = 0; k < directions; ++k) {
+    const double angle = pi * (k + 0.5) / directions;
+    borders_[static_cast<std::size_t>(k)] = {std::cos(angle), std::sin(angle)};
+  }
+  const auto columns = static_cast<std::size_t>(columns_);
+  const auto rows = static_cast<std::size_t>(rows_);
   std::array<std::vector<float>, directions> distance;
-  distance.fill(std::vector<float>(cells, 1e6F));
+  distance.fill(std::vector<float>((columns + 2) * (rows + 2), 1e6F));
   std::vector<int> length;
   for (const ImageEdge& edge : index.edges()) {
     const auto chain = static_cast<std::size_t>(edge.chain);
@@ -59,28 +58,41 @@ EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, doub
     if (length[static_cast<std::size_t>(edge.chain)] < least_chain_px) continue;
     const int x = std::clamp(static_cast<int>((edge.position.x() + 0.5F) / cell_px), 0, columns_ - 1);
     const int y = std::clamp(static_cast<int>((edge.position.y() + 0.5F) / cell_px), 0, rows_ - 1);
-    const int s = sector(-static_cast<double>(edge.normal.y()), static_cast<double>(edge.normal.x()), directions);
+    const int s = sector({-edge.normal.y(), edge.normal.x()});
     // What lies at the border of a sector belongs to its neighbour as well.
     for (const int k : {s + directions - 1, s, s + 1}) {
       distance[static_cast<std::size_t>(k % directions)]
-              [static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)] = 0.0F;
+              [(static_cast<std::size_t>(y) + 1) * (columns + 2) + static_cast<std::size_t>(x) + 1] = 0.0F;
     }
   }
   for (std::size_t s = 0; s < distance.size(); ++s) {
     spread(columns_, rows_, distance[s]);
-    nearness_[s].resize(cells);
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double d = static_cast<double>(distance[s][i]) * cell_px / scale_px;
-      nearness_[s][i] = static_cast<std::uint8_t>(std::lround(255.0 * std::exp(-0.5 * d * d)));
+    nearness_[s].resize(columns * rows);
+    for (std::size_t y = 0; y < rows; ++y) {
+      const float* from = distance[s].data() + (y + 1) * (columns + 2) + 1;
+      for (std::size_t x = 0; x < columns; ++x) {
+        const double d = static_cast<double>(from[x]) * cell_px / scale_px;
+        if (d > far) continue;
+        nearness_[s][y * columns + x] = static_cast<std::uint8_t>(std::lround(255.0 * std::exp(-0.5 * d * d)));
+      }
     }
   }
+}
+
+// The first is around the x axis; what is turned by half a turn lies in the same.
+int EdgeProximity::sector(const Eigen::Vector2d& along) const {
+  const Eigen::Vector2d upwards = along.y() < 0.0 ? Eigen::Vector2d(-along) : along;
+  int passed = 0;
+  for (const Eigen::Vector2d& border : borders_)
+    passed += border.x() * upwards.y() - border.y() * upwards.x() >= 0.0 ? 1 : 0;
+  return passed % directions;
 }
 
 float EdgeProximity::at(const Eigen::Vector2d& pixel, const Eigen::Vector2d& along) const {
   const int x = static_cast<int>(std::floor((pixel.x() + 0.5) / cell_px));
   const int y = static_cast<int>(std::floor((pixel.y() + 0.5) / cell_px));
   if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return 0.0F;
-  const auto& map = nearness_[static_cast<std::size_t>(sector(along.x(), along.y(), directions))];
+  const auto& map = nearness_[static_cast<std::size_t>(sector(along))];
   return static_cast<float>(
              map[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)]) /
          255.0F;

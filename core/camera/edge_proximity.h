@@ -22,8 +22,11 @@ class EdgeProximity {
   static constexpr int cell_px = 4;
   static constexpr int directions = 8;  ///< Over half a turn.
 
+  [[nodiscard]] int sector(const Eigen::Vector2d& along) const;
+
   int columns_ = 0;
   int rows_ = 0;
+  std::array<Eigen::Vector2d, directions> borders_;  ///< Between the sectors, unit, going up.
   std::array<std::vector<std::uint8_t>, directions> nearness_;
 };
 

@@ -24,10 +24,19 @@ CameraIntrinsics widened(CameraIntrinsics intrinsics, double margin_px) {
 // At the border an image has no edges, and none that a fit holds.
 constexpr double border_px = 4.0;
 
+DepthBufferOptions with_stride(std::size_t stride) {
+  DepthBufferOptions options;
+  options.stride = stride;
+  return options;
+}
+
 class VisibleFinder {
  public:
-  VisibleFinder(const CameraScene& scene, const CameraAtStop& camera, double spacing_px)
-      : scene_(scene), camera_(camera), spacing_px_(spacing_px), depth_(camera.model, camera.T_C_G, scene.samples) {}
+  VisibleFinder(const CameraScene& scene, const CameraAtStop& camera, const VisibleOptions& options)
+      : scene_(scene),
+        camera_(camera),
+        spacing_px_(options.spacing_px),
+        depth_(camera.model, camera.T_C_G, scene.samples, scene.blocks, with_stride(options.stride)) {}
 
   void run(const std::vector<std::uint32_t>& by_line, EdgeView& view) const {
     view.samples.clear();
@@ -92,7 +101,7 @@ void find_visible(const CameraScene& scene, const CameraIntrinsics& intrinsics, 
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(views[k].stop)];
-      VisibleFinder(scene, camera_at(model, state, T_G_base), options.spacing_px).run(by_line, views[k]);
+      VisibleFinder(scene, camera_at(model, state, T_G_base), options).run(by_line, views[k]);
     }
   });
 }

@@ -34,6 +34,7 @@ struct EdgeView {
 struct VisibleOptions {
   double margin_px = 0.0;   ///< Beyond the image's border: where the pose is only roughly known.
   double spacing_px = 6.0;  ///< Samples that lie closer in the image say nothing new.
+  std::size_t stride = 1;   ///< As of a depth buffer.
 };
 
 /// Fills in what each view sees from `state`, by the depth of the map.

@@ -42,20 +42,20 @@ std::array<float, 256> spread_of(const GreyImage& image) {
   return scale;
 }
 
-// Less the mean over some 80 pixels around, middle grey where they are alike.
-GreyImage contrast_of(const GreyImage& image) {
+// Made smaller, and less the mean over some 80 pixels around; middle grey where they are alike.
+GreyImage contrast_of(const GreyImage& image, int halvings) {
   constexpr int surroundings_halvings = 7;
   constexpr int step = 8;  // between which the mean is as good as straight
   std::array<float, 256> same{};
   for (std::size_t v = 0; v < same.size(); ++v) same[v] = static_cast<float>(v);
-  const SmoothImage surroundings(image, surroundings_halvings, same);
-  GreyImage contrast = image;
-  for (int y = 0; y < image.height; ++y) {
-    float* row = contrast.values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
-    for (int x0 = 0; x0 < image.width; x0 += step) {
+  GreyImage contrast = halved(image, halvings);
+  const SmoothImage surroundings(contrast, std::max(0, surroundings_halvings - halvings), same);
+  for (int y = 0; y < contrast.height; ++y) {
+    float* row = contrast.values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(contrast.width);
+    for (int x0 = 0; x0 < contrast.width; x0 += step) {
       const float left = surroundings.value(Eigen::Vector2d(x0, y));
       const float rise = (surroundings.value(Eigen::Vector2d(x0 + step, y)) - left) / step;
-      for (int x = x0; x < std::min(x0 + step, image.width); ++x) {
+      for (int x = x0; x < std::min(x0 + step, contrast.width); ++x) {
         row[x] = std::clamp(128.0F + row[x] - left - rise * static_cast<float>(x - x0), 0.0F, 255.0F);
       }
     }
@@ -73,8 +73,12 @@ std::vector<SmoothImage> information_images(const CameraScene& scene, const Came
     for (std::size_t v = begin; v < end; ++v) {
       const CameraView& view = camera.views[v];
       if (!is_usable(scene, camera.intrinsics, view)) continue;
-      const GreyImage& grey = shown == Shown::contrast ? contrast_of(view.grey) : view.grey;
-      images[v] = SmoothImage(grey, halvings, spread_of(grey));
+      if (shown == Shown::contrast) {
+        const GreyImage contrast = contrast_of(view.grey, halvings);
+        images[v] = SmoothImage(contrast, halvings, spread_of(contrast), halvings);
+      } else {
+        images[v] = SmoothImage(view.grey, halvings, spread_of(view.grey));
+      }
     }
   });
   return images;

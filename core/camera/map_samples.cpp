@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/base/parallel.h"
+#include "core/camera/sample_blocks.h"
 #include "core/voxel/cube_index.h"
 #include "core/voxel/world_points.h"
 
@@ -19,27 +20,43 @@ constexpr float reach_per_size = 0.75F;
 // Of the cubes by which leaves are found.
 constexpr float leaf_cube_m = 0.5F;
 
-// Reflectivities of a cube that are kept: bounds the memory by the surface, and is plenty for a median.
-constexpr std::uint32_t max_values = 32;
+// Points are sorted into blocks of so many cubes each way, and each block is done by itself: it fits into a cache.
+constexpr int block_cubes = sample_block_cubes;
+
+// Of the edge of a cube, in which places are told: a block's fit into 16 bits, finer than any LiDAR measures.
+constexpr int cube_parts = 65535 / block_cubes;
+constexpr double block_parts = cube_parts * block_cubes;
+
+// A point in its block.
+struct Record {
+  std::array<std::uint16_t, 3> place;
+  std::uint8_t reflectivity;
+};
+
+// The points of a patch, block by block.
+struct PatchBlocks {
+  std::vector<std::uint64_t> keys;  // of the blocks, in the order in which they were met
+  std::vector<std::uint32_t> starts;
+  std::vector<Record> records;
+};
+
+// The part of a patch that lies in a block.
+struct Run {
+  std::uint32_t patch = 0;
+  std::uint32_t block = 0;  // of the patch
+};
 
 // What one point of a cube said.
 struct Value {
-  std::uint32_t cube;
   std::uint8_t lidar;
   std::uint8_t reflectivity;
 };
 
-// A sample while it grows. Sums are taken from the first point, so that floats do.
+// A sample while it grows; the sum is of places.
 struct Growing {
-  Eigen::Vector3f first;
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  std::array<std::uint64_t, 3> sum{};
   std::uint32_t count = 0;
   std::uint32_t patch = 0;  // who saw it first
-};
-
-struct Shard {
-  std::vector<Growing> cubes;
-  std::vector<Value> values;
 };
 
 // The plane leaves, found by place.
@@ -115,81 +132,167 @@ class LeafFinder {
   std::vector<std::uint32_t> members_;
 };
 
-// The LiDAR with most of the values, and their median.
-void set_reflectivity(std::span<const Value> values, MapSample& sample) {
+// The LiDAR with most of the values, and their median. Sorts them.
+void set_reflectivity(std::span<Value> values, MapSample& sample) {
   std::array<std::uint32_t, 256> count{};
   std::uint8_t most = values.front().lidar;
   for (const Value& v : values) {
     if (++count[v.lidar] > count[most]) most = v.lidar;
   }
-  std::array<std::uint8_t, max_values> of_most{};
-  std::size_t n = 0;
-  for (const Value& v : values) {
-    if (v.lidar == most) of_most[n++] = v.reflectivity;
-  }
-  const auto middle = of_most.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(of_most.begin(), middle, of_most.begin() + static_cast<std::ptrdiff_t>(n));
-  sample.reflectivity = *middle;
+  const auto of_most = std::partition(values.begin(), values.end(), [&](const Value& v) { return v.lidar == most; });
+  const auto middle = values.begin() + (of_most - values.begin()) / 2;
+  std::nth_element(values.begin(), middle, of_most,
+                   [](const Value& a, const Value& b) { return a.reflectivity < b.reflectivity; });
+  sample.reflectivity = middle->reflectivity;
   sample.lidar = most;
 }
 
-// The values sorted by their cubes, in their order within each; the starts of the cubes go to `starts`.
-std::vector<Value> by_cube(const Shard& shard, std::vector<std::uint32_t>& starts) {
-  starts.assign(shard.cubes.size() + 1, 0);
-  for (const Value& v : shard.values) ++starts[v.cube + 1];
-  for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
-  std::vector<std::uint32_t> next(starts.begin(), starts.end() - 1);
-  std::vector<Value> sorted(shard.values.size());
-  for (const Value& v : shard.values) sorted[next[v.cube]++] = v;
-  return sorted;
-}
-
-std::vector<MapSample> finished(const Shard& shard, const std::vector<Eigen::Vector3f>& seen_from,
-                                const LeafFinder& leaves) {
-  std::vector<std::uint32_t> starts;
-  const std::vector<Value> values = by_cube(shard, starts);
-  std::vector<MapSample> samples(shard.cubes.size());
-  for (std::size_t c = 0; c < shard.cubes.size(); ++c) {
-    const Growing& cube = shard.cubes[c];
-    MapSample& sample = samples[c];
-    sample.p_G = cube.first + cube.sum / static_cast<float>(cube.count);
-    sample.normal_G = leaves.normal_at(sample.p_G);
-    if (sample.normal_G.dot(seen_from[cube.patch] - sample.p_G) < 0.0F) sample.normal_G = -sample.normal_G;
-    set_reflectivity(std::span(values).subspan(starts[c], starts[c + 1] - starts[c]), sample);
+class MapSampler {
+ public:
+  MapSampler(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use, double size_m)
+      : patches_(patches), block_m_(block_cubes * size_m), of_patch_(patches.size()), seen_from_(patches.size()) {
+    parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        if (!use.empty() && !use[k]) continue;
+        seen_from_[k] = state.T_G_sensor(patches[k].stop, patches[k].lidar).t.cast<float>();
+        of_patch_[k] = sorted(patches[k], world_points(patches[k], state));
+      }
+    });
+    KeyNumbers numbers;
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      for (std::size_t b = 0; b < of_patch_[k].keys.size(); ++b) {
+        const KeyNumbers::Met met = numbers.meet(of_patch_[k].keys[b]);
+        if (met.first) of_block_.emplace_back();
+        of_block_[met.number].push_back({static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(b)});
+      }
+    }
   }
-  return samples;
-}
+
+  [[nodiscard]] std::size_t blocks() const { return of_block_.size(); }
+
+  // The samples of a block, in the order in which its cubes were first met. `cube_at` has a place for each cube, all
+  // unknown, and is left so.
+  [[nodiscard]] std::vector<MapSample> samples_of(std::size_t block, const LeafFinder& leaves,
+                                                  std::vector<std::uint32_t>& cube_at) const {
+    std::vector<Growing> cubes;
+    std::vector<std::uint32_t> cube_of;  // of each record
+    for_each_record(block, [&](std::uint32_t patch, const Record& record) {
+      std::uint32_t& cube = cube_at[place_of(record)];
+      if (cube == KeyNumbers::unknown) {
+        cube = static_cast<std::uint32_t>(cubes.size());
+        cubes.push_back({{}, 0, patch});
+      }
+      Growing& growing = cubes[cube];
+      for (std::size_t axis = 0; axis < 3; ++axis) growing.sum[axis] += record.place[axis];
+      ++growing.count;
+      cube_of.push_back(cube);
+    });
+    for_each_record(block, [&](std::uint32_t, const Record& r) { cube_at[place_of(r)] = KeyNumbers::unknown; });
+    std::vector<std::uint32_t> starts(cubes.size() + 1, 0);
+    for (std::size_t c = 0; c < cubes.size(); ++c) starts[c + 1] = starts[c] + cubes[c].count;
+    std::vector<Value> values = by_cube(block, cube_of, {starts.begin(), starts.end() - 1});
+    const Vector3d corner = corner_of(block);
+    std::vector<MapSample> samples(cubes.size());
+    for (std::size_t c = 0; c < cubes.size(); ++c) {
+      MapSample& sample = samples[c];
+      for (int axis = 0; axis < 3; ++axis) {
+        const double mean = static_cast<double>(cubes[c].sum[static_cast<std::size_t>(axis)]) / cubes[c].count + 0.5;
+        sample.p_G[axis] = static_cast<float>(corner[axis] + block_m_ / block_parts * mean);
+      }
+      sample.normal_G = leaves.normal_at(sample.p_G);
+      if (sample.normal_G.dot(seen_from_[cubes[c].patch] - sample.p_G) < 0.0F) sample.normal_G = -sample.normal_G;
+      set_reflectivity(std::span(values).subspan(starts[c], cubes[c].count), sample);
+    }
+    return samples;
+  }
+
+ private:
+  static std::size_t place_of(const Record& record) {
+    const auto cube = [&](std::size_t axis) { return static_cast<std::size_t>(record.place[axis] / cube_parts); };
+    return (cube(0) * block_cubes + cube(1)) * block_cubes + cube(2);
+  }
+
+  [[nodiscard]] PatchBlocks sorted(const PatchCells& patch, const std::vector<Eigen::Vector3f>& world) const {
+    const double per_m = 1.0 / block_m_;
+    PatchBlocks out;
+    KeyNumbers numbers;
+    std::vector<std::uint32_t> block_of(world.size());
+    for (std::size_t i = 0; i < world.size(); ++i) {
+      const std::uint64_t key = cube_key(world[i], per_m);
+      const KeyNumbers::Met met = numbers.meet(key);
+      if (met.first) out.keys.push_back(key);
+      block_of[i] = met.number;
+    }
+    out.starts.assign(out.keys.size() + 1, 0);
+    for (const std::uint32_t block : block_of) ++out.starts[block + 1];
+    for (std::size_t b = 1; b < out.starts.size(); ++b) out.starts[b] += out.starts[b - 1];
+    std::vector<std::uint32_t> next(out.starts.begin(), out.starts.end() - 1);
+    out.records.resize(world.size());
+    for (std::size_t i = 0; i < world.size(); ++i) {
+      Record& record = out.records[next[block_of[i]]++];
+      for (int axis = 0; axis < 3; ++axis) {
+        const double at = world[i][axis] * per_m;
+        record.place[static_cast<std::size_t>(axis)] =
+            static_cast<std::uint16_t>(std::min(block_parts - 1.0, block_parts * (at - std::floor(at))));
+      }
+      record.reflectivity = patch.thinned[i].reflectivity;
+    }
+    return out;
+  }
+
+  // In the order of the patches.
+  template <class Visit>
+  void for_each_record(std::size_t block, const Visit& visit) const {
+    for (const Run& run : of_block_[block]) {
+      const PatchBlocks& patch = of_patch_[run.patch];
+      for (std::uint32_t i = patch.starts[run.block]; i < patch.starts[run.block + 1]; ++i)
+        visit(run.patch, patch.records[i]);
+    }
+  }
+
+  // The values of a block's records sorted by their cubes, of which the first goes to `next`.
+  [[nodiscard]] std::vector<Value> by_cube(std::size_t block, const std::vector<std::uint32_t>& cube_of,
+                                           std::vector<std::uint32_t> next) const {
+    std::vector<Value> values(cube_of.size());
+    std::size_t i = 0;
+    for_each_record(block, [&](std::uint32_t patch, const Record& record) {
+      values[next[cube_of[i++]]++] = {static_cast<std::uint8_t>(patches_[patch].lidar), record.reflectivity};
+    });
+    return values;
+  }
+
+  [[nodiscard]] Vector3d corner_of(std::size_t block) const {
+    const Run& run = of_block_[block].front();
+    return block_m_ * cube_corner(of_patch_[run.patch].keys[run.block]);
+  }
+
+  const std::vector<PatchCells>& patches_;
+  double block_m_;
+  std::vector<PatchBlocks> of_patch_;
+  std::vector<Eigen::Vector3f> seen_from_;
+  std::vector<std::vector<Run>> of_block_;
+};
 
 }  // namespace
 
-// Patch by patch, so that the memory grows with the surface and not with the points.
 std::vector<MapSample> sample_map(const std::vector<PatchCells>& patches, const RigState& state,
                                   const std::vector<char>& use, const std::vector<PlaneFeature>& leaves,
                                   double size_m) {
-  std::vector<Shard> shards(CubeIndex::shards);
-  CubeIndex index(size_m);
-  std::vector<Eigen::Vector3f> seen_from(patches.size());
-  for (std::size_t k = 0; k < patches.size(); ++k) {
-    if (!use.empty() && !use[k]) continue;
-    const PatchCells& patch = patches[k];
-    seen_from[k] = state.T_G_sensor(patch.stop, patch.lidar).t.cast<float>();
-    const std::vector<Eigen::Vector3f> world = world_points(patch, state);
-    index.add(world, [&](std::size_t s, std::uint32_t cube, std::uint32_t i, bool first) {
-      Shard& shard = shards[s];
-      if (first) shard.cubes.push_back({world[i], Eigen::Vector3f::Zero(), 0, static_cast<std::uint32_t>(k)});
-      Growing& growing = shard.cubes[cube];
-      growing.sum += world[i] - growing.first;
-      if (growing.count++ >= max_values) return;
-      shard.values.push_back({cube, static_cast<std::uint8_t>(patch.lidar), patch.thinned[i].reflectivity});
-    });
-  }
+  const MapSampler sampler(patches, state, use, size_m);
   const LeafFinder finder(leaves);
-  std::vector<std::vector<MapSample>> parts(shards.size());
-  parallel_for(shards.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) parts[s] = finished(shards[s], seen_from, finder);
+  std::vector<std::vector<MapSample>> of_block(sampler.blocks());
+  parallel_for(of_block.size(), 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> cube_at(block_cubes * block_cubes * block_cubes, KeyNumbers::unknown);
+    for (std::size_t b = begin; b < end; ++b) of_block[b] = sampler.samples_of(b, finder, cube_at);
   });
+  std::size_t count = 0;
+  for (const std::vector<MapSample>& part : of_block) count += part.size();
   std::vector<MapSample> samples;
-  for (const std::vector<MapSample>& part : parts) samples.insert(samples.end(), part.begin(), part.end());
+  samples.reserve(count);
+  for (std::vector<MapSample>& part : of_block) {
+    samples.insert(samples.end(), part.begin(), part.end());
+    part = {};
+  }
   return samples;
 }
 

@@ -9,8 +9,9 @@ namespace rigcal {
 
 /// The map as samples, one for each cube of `size_m`: the mean of the thinned points of all patches with `use` (empty:
 /// all) in it, with the normal of the leaf that it lies on, and the LiDAR that has most of these points with the median
-/// of its reflectivities. `leaves` are features of the plane map (merged ones are left out). The order, which leaps
-/// through the map, depends on the patches only, not on the number of threads.
+/// of its reflectivities. `leaves` are features of the plane map (merged ones are left out). Those of a block of
+/// `sample_block_cubes` each way come one after the other, within it in the order in which points met their cubes; it
+/// depends on the patches only, not on the number of threads.
 [[nodiscard]] std::vector<MapSample> sample_map(const std::vector<PatchCells>& patches, const RigState& state,
                                                 const std::vector<char>& use, const std::vector<PlaneFeature>& leaves,
                                                 double size_m = 0.05);

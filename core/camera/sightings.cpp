@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
+#include "core/camera/sample_blocks.h"
 
 namespace rigcal {
 namespace {
+
+// Of the samples that may be in view more than a quarter are seen, mostly.
+constexpr std::size_t asked_per_sighting = 4;
 
 // Largest angle from the axis at which a pixel of the image sees.
 double half_view_rad(const CameraModel& model) {
@@ -23,26 +28,6 @@ double half_view_rad(const CameraModel& model) {
   return std::min(largest, model.max_angle_rad());
 }
 
-// The samples that lie in a cone, which is quicker asked than a lens.
-class Cone {
- public:
-  Cone(const SE3& T_C_G, double half_rad)
-      : apex_((T_C_G.R.transpose() * -T_C_G.t).cast<float>()),
-        axis_(T_C_G.R.row(2).transpose().cast<float>()),
-        cos_(static_cast<float>(std::cos(half_rad))) {}
-  [[nodiscard]] bool holds(const Eigen::Vector3f& p) const {
-    const Eigen::Vector3f d = p - apex_;
-    const float along = axis_.dot(d);
-    const float limit2 = cos_ * cos_ * d.squaredNorm();
-    return cos_ >= 0.0F ? along > 0.0F && along * along >= limit2 : along > 0.0F || along * along <= limit2;
-  }
-
- private:
-  Eigen::Vector3f apex_;
-  Eigen::Vector3f axis_;
-  float cos_;
-};
-
 struct ViewJob {
   const CameraScene& scene;
   const CameraModel& model;
@@ -50,24 +35,32 @@ struct ViewJob {
   const SightingOptions& options;
   double cone_rad;
   std::size_t stride;
+
+  // Calls `take(k)` for every sample that takes part and may be in the view.
+  template <class Take>
+  void for_each_near(const Take& take) const {
+    const ViewCone cone(T_C_G, cone_rad);
+    for_each_run(scene.samples.size(), scene.blocks, cone, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = first_from(begin, stride); k < end; k += stride) {
+        if (cone.holds(scene.samples[k].p_G)) take(k);
+      }
+    });
+  }
 };
 
-// The samples that one view sees, by their index.
-std::vector<std::uint32_t> seen(const ViewJob& job) {
-  const Cone cone(job.T_C_G, job.cone_rad);
+// The samples that one view sees, by their index; of those that may be in view every `asked_stride`-th is looked at.
+std::vector<std::uint32_t> seen(const ViewJob& job, std::size_t asked_stride) {
   std::vector<MapSample> near;
   std::vector<std::uint32_t> index;
-  for (std::size_t k = 0; k < job.scene.samples.size(); k += job.stride) {
-    const MapSample& sample = job.scene.samples[k];
-    if (!cone.holds(sample.p_G)) continue;
-    near.push_back(sample);
+  job.for_each_near([&](std::size_t k) {
+    near.push_back(job.scene.samples[k]);
     index.push_back(static_cast<std::uint32_t>(k));
-  }
+  });
   DepthBufferOptions depth;
   depth.sample_m *= std::sqrt(static_cast<double>(job.stride));
-  const DepthBuffer buffer(job.model, job.T_C_G, near, depth);
+  const DepthBuffer buffer(job.model, job.T_C_G, near, {}, depth);
   std::vector<std::uint32_t> visible;
-  for (std::size_t k = 0; k < near.size(); ++k) {
+  for (std::size_t k = 0; k < near.size(); k += asked_stride) {
     const Vector3d p_C = job.T_C_G * near[k].p_G.cast<double>();
     const auto pixel = job.model.project(p_C);
     if (!pixel || !job.model.contains(*pixel, job.options.margin_px)) continue;
@@ -99,13 +92,23 @@ std::vector<Sighting> find_sightings(const CameraScene& scene, const SurfaceCode
       std::max<std::size_t>(1, (scene.samples.size() + most - 1) / std::max<std::size_t>(1, most));
   const double cone_rad = std::min(pi, half_view_rad(model) + to_rad(1.0));
   std::vector<std::vector<std::uint32_t>> visible(views.size());
-  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (!is_usable(scene, camera.intrinsics, views[v])) continue;
-      const auto stop = static_cast<std::size_t>(views[v].stop);
-      visible[v] = seen({scene, model, (scene.T_G_base[stop] * T_base_camera).inverse(), options, cone_rad, stride});
-    }
-  });
+  const auto for_each_view = [&](const auto& look) {
+    parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        if (!is_usable(scene, camera.intrinsics, views[v])) continue;
+        const auto stop = static_cast<std::size_t>(views[v].stop);
+        look(v, ViewJob{scene, model, (scene.T_G_base[stop] * T_base_camera).inverse(), options, cone_rad, stride});
+      }
+    });
+  };
+  std::size_t asked_stride = 1;
+  if (options.max_sightings > 0) {
+    std::vector<std::size_t> near(views.size(), 0);
+    for_each_view([&](std::size_t v, const ViewJob& job) { job.for_each_near([&](std::size_t) { ++near[v]; }); });
+    const std::size_t all = std::accumulate(near.begin(), near.end(), std::size_t{0});
+    asked_stride = std::max<std::size_t>(1, all / (asked_per_sighting * options.max_sightings));
+  }
+  for_each_view([&](std::size_t v, const ViewJob& job) { visible[v] = seen(job, asked_stride); });
   std::size_t total = 0;
   for (const auto& part : visible) total += part.size();
   const std::size_t wanted = options.max_sightings > 0 ? options.max_sightings : total;

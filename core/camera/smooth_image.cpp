@@ -10,7 +10,7 @@ using Eigen::Array4f;
 
 constexpr int border = 2;
 
-GreyImage halved(const GreyImage& image) {
+GreyImage half_of(const GreyImage& image) {
   GreyImage half;
   half.width = std::max(1, image.width / 2);
   half.height = std::max(1, image.height / 2);
@@ -46,14 +46,17 @@ Array4f weight_slopes(float t) {
 
 }  // namespace
 
-SmoothImage::SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale)
+GreyImage halved(const GreyImage& image, int times) {
+  GreyImage small = times > 0 ? half_of(image) : image;
+  for (int k = 1; k < times; ++k) small = half_of(small);
+  return small;
+}
+
+SmoothImage::SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale, int done)
     : per_pixel_(std::pow(0.5, halvings)) {
   GreyImage small;
-  const GreyImage* from = &image;
-  for (int k = 0; k < halvings; ++k) {
-    small = halved(*from);
-    from = &small;
-  }
+  if (halvings > done) small = halved(image, halvings - done);
+  const GreyImage* from = halvings > done ? &small : &image;
   width_ = from->width;
   height_ = from->height;
   stride_ = static_cast<std::size_t>(width_ + 2 * border);

@@ -14,13 +14,16 @@ struct GreySample {
   Eigen::Vector2f slope = Eigen::Vector2f::Zero();
 };
 
+/// An image made smaller by halves, each pixel the mean of four, as often as said.
+[[nodiscard]] GreyImage halved(const GreyImage& image, int times);
+
 /// An image to be looked up between its pixels: made smaller by halves, then read through a cubic B-spline, which
 /// blurs by about 0.6 * 2^halvings pixels and is smooth to the second derivative.
 class SmoothImage {
  public:
   /// The values are looked up in `scale`, an entry for each grey value 0 .. 255 (between them linearly), after the
-  /// halving.
-  SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale);
+  /// halving. Of `halvings` the image has been made smaller by `done` already.
+  SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale, int done = 0);
 
   /// At a pixel of the full image; beyond its borders the image goes on as it ends.
   [[nodiscard]] float value(const Eigen::Vector2d& pixel) const;

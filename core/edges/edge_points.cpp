@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/parallel.h"
 
@@ -29,31 +28,28 @@ void for_each_cube(const Vector3d& p, double radius_m, const Visit& visit) {
   }
 }
 
-// A set of keys that is quick to ask: open addressing.
-class KeySet {
+// The number of a key in a list that is ascending; `missing` where it is none of them.
+class KeyTable {
  public:
-  explicit KeySet(const std::vector<std::uint64_t>& keys) {
+  static constexpr std::uint32_t missing = ~std::uint32_t{0};
+
+  explicit KeyTable(const std::vector<std::uint64_t>& keys) : keys_(keys) {
     std::size_t size = 64;
     while (size < 2 * keys.size()) size *= 2;
-    table_.assign(size, empty);
-    for (const std::uint64_t key : keys) {
-      std::size_t at = slot(key);
-      while (table_[at] != empty && table_[at] != key) at = (at + 1) & (table_.size() - 1);
-      table_[at] = key;
-    }
+    table_.assign(size, missing);
+    for (std::size_t k = 0; k < keys.size(); ++k) table_[slot(keys[k])] = static_cast<std::uint32_t>(k);
   }
-  [[nodiscard]] bool contains(std::uint64_t key) const {
-    std::size_t at = slot(key);
-    while (table_[at] != empty && table_[at] != key) at = (at + 1) & (table_.size() - 1);
-    return table_[at] == key;
-  }
+  [[nodiscard]] std::uint32_t find(std::uint64_t key) const { return table_[slot(key)]; }
 
  private:
-  static constexpr std::uint64_t empty = ~std::uint64_t{0};
+  // Where the key is, or would be: open addressing.
   [[nodiscard]] std::size_t slot(std::uint64_t key) const {
-    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 20) & (table_.size() - 1);
+    std::size_t at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 20) & (table_.size() - 1);
+    while (table_[at] != missing && keys_[table_[at]] != key) at = (at + 1) & (table_.size() - 1);
+    return at;
   }
-  std::vector<std::uint64_t> table_;
+  const std::vector<std::uint64_t>& keys_;
+  std::vector<std::uint32_t> table_;
 };
 
 std::vector<std::uint64_t> wanted_cubes(const std::vector<EdgePiece>& pieces, double reach_m) {
@@ -74,8 +70,9 @@ double EdgePoint::variance_along(const Vector3d& n, const NoiseModel& noise) con
 
 EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<PatchCells>& patches,
                        const RigState& state, const std::vector<char>& use, double reach_m) {
-  const KeySet wanted(wanted_cubes(pieces, reach_m));
-  std::vector<std::vector<std::pair<std::uint64_t, EdgePoint>>> of_patch(patches.size());
+  keys_ = wanted_cubes(pieces, reach_m);
+  const KeyTable cubes(keys_);
+  std::vector<std::vector<std::pair<std::uint32_t, EdgePoint>>> of_patch(patches.size());
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!use.empty() && !use[k]) continue;
@@ -83,33 +80,26 @@ EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<P
       for (const Point& point : patches[k].thinned) {
         const Vector3d p(point.x, point.y, point.z);
         const Vector3d g = T * p;
-        const std::uint64_t key = key_of(g);
-        if (!wanted.contains(key)) continue;
+        const std::uint32_t cube = cubes.find(key_of(g));
+        if (cube == KeyTable::missing) continue;
         const double range = p.norm();
-        of_patch[k].push_back({key,
+        of_patch[k].push_back({cube,
                                {g.cast<float>(), (T.R * p / range).cast<float>(), static_cast<float>(range),
                                 static_cast<std::uint16_t>(patches[k].lidar)}});
       }
     }
   });
-  std::vector<std::pair<std::uint64_t, EdgePoint>> all;
+  starts_.assign(keys_.size() + 1, 0);
+  for (const auto& part : of_patch) {
+    for (const auto& [cube, point] : part) ++starts_[cube + 1];
+  }
+  for (std::size_t c = 1; c < starts_.size(); ++c) starts_[c] += starts_[c - 1];
+  std::vector<std::size_t> next(starts_.begin(), starts_.end() - 1);
+  points_.resize(starts_.back());
   for (auto& part : of_patch) {
-    all.insert(all.end(), part.begin(), part.end());
+    for (const auto& [cube, point] : part) points_[next[cube]++] = point;
     part = {};
   }
-  std::vector<std::uint32_t> order(all.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return all[a].first < all[b].first; });
-  points_.reserve(all.size());
-  for (const std::uint32_t i : order) {
-    if (keys_.empty() || keys_.back() != all[i].first) {
-      keys_.push_back(all[i].first);
-      starts_.push_back(points_.size());
-    }
-    points_.push_back(all[i].second);
-  }
-  starts_.push_back(points_.size());
 }
 
 void EdgePoints::around(const Vector3d& p, double radius_m, std::vector<const EdgePoint*>& found) const {

@@ -29,7 +29,7 @@ class EdgePoints {
   [[nodiscard]] std::size_t size() const { return points_.size(); }
 
  private:
-  std::vector<std::uint64_t> keys_;  ///< Ascending, one an occupied cube.
+  std::vector<std::uint64_t> keys_;  ///< Of the cubes, ascending.
   std::vector<std::size_t> starts_;  ///< Of its points; one more than keys.
   std::vector<EdgePoint> points_;
 };

@@ -61,6 +61,43 @@ GreyImage filtered(const GreyImage& image, const std::vector<float>& kernel, boo
   return out;
 }
 
+// Sums over some points of a chain.
+struct ChainSums {
+  Vector2d p = Vector2d::Zero();
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+  double count = 0.0;
+
+  ChainSums() = default;
+  explicit ChainSums(const Vector2d& at)
+      : p(at), xx(at.x() * at.x()), xy(at.x() * at.y()), yy(at.y() * at.y()), count(1.0) {}
+  ChainSums operator+(const ChainSums& o) const { return ChainSums(*this, o, 1.0); }
+  ChainSums operator-(const ChainSums& o) const { return ChainSums(*this, o, -1.0); }
+
+  // The direction of least scatter: half the angle of (xx - yy, 2 xy), a quarter turn on.
+  [[nodiscard]] Vector2d normal(const Vector2d& mean) const {
+    const double twice_xy = 2.0 * (xy - count * mean.x() * mean.y());
+    const double difference = xx - yy - count * (mean.x() * mean.x() - mean.y() * mean.y());
+    const double length = std::sqrt(difference * difference + twice_xy * twice_xy);
+    if (!(length > 0.0)) return {0.0, 1.0};
+    if (difference >= 0.0) {
+      const double cosine = std::sqrt(0.5 * (1.0 + difference / length));
+      return {-0.5 * twice_xy / (length * cosine), cosine};
+    }
+    const double sine = std::copysign(std::sqrt(0.5 * (1.0 - difference / length)), twice_xy);
+    return {-sine, 0.5 * twice_xy / (length * sine)};
+  }
+
+ private:
+  ChainSums(const ChainSums& a, const ChainSums& b, double sign)
+      : p(a.p + sign * b.p),
+        xx(a.xx + sign * b.xx),
+        xy(a.xy + sign * b.xy),
+        yy(a.yy + sign * b.yy),
+        count(a.count + sign * b.count) {}
+};
+
 class EdgeFinder {
  public:
   EdgeFinder(const GreyImage& image, const ImageEdgeOptions& options) : options_(options) {
@@ -187,31 +224,29 @@ class EdgeFinder {
     return chain;
   }
 
-  void add_chain(const std::vector<int>& chain, int number, std::vector<ImageEdge>& out) const {
-    const int size = static_cast<int>(chain.size());
-    for (int i = 0; i < size; ++i) {
-      const Maximum& m = maxima_[static_cast<std::size_t>(chain[static_cast<std::size_t>(i)])];
-      const int first = std::max(0, i - options_.fit_px);
-      const int last = std::min(size - 1, i + options_.fit_px);
-      Vector2d mean = Vector2d::Zero();
-      for (int k = first; k <= last; ++k) mean += position(chain, k);
-      mean /= last - first + 1;
-      Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-      for (int k = first; k <= last; ++k) {
-        const Vector2d d = position(chain, k) - mean;
-        scatter += d * d.transpose();
-      }
-      // The direction of least scatter: half the angle of (xx - yy, 2 xy), a quarter turn on.
-      const double angle = 0.5 * std::atan2(2.0 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
-      Vector2d normal(-std::sin(angle), std::cos(angle));
+  void add_chain(const std::vector<int>& chain, int number, std::vector<ImageEdge>& out) {
+    // Sums from the chain's beginning on: those over any part of it are differences.
+    const Vector2d origin = position(chain.front());
+    sums_.assign(1, ChainSums{});
+    for (const int i : chain) sums_.push_back(sums_.back() + ChainSums(position(i) - origin));
+    const auto size = chain.size();
+    const auto reach = static_cast<std::size_t>(options_.fit_px);
+    for (std::size_t i = 0; i < size; ++i) {
+      const Maximum& m = maxima_[static_cast<std::size_t>(chain[i])];
+      const std::size_t first = i > reach ? i - reach : 0;
+      const std::size_t end = std::min(size, i + reach + 1);
+      const ChainSums part = sums_[end] - sums_[first];
+      const Vector2d mean = part.p / static_cast<double>(end - first);
+      Vector2d normal = part.normal(mean);
       if (normal.dot(m.normal.cast<double>()) < 0.0) normal = -normal;
       const Vector2d p = m.position.cast<double>();
-      out.push_back({(p - normal.dot(p - mean) * normal).cast<float>(), normal.cast<float>(), m.strength, number});
+      const double off = normal.dot(p - origin - mean);
+      out.push_back({(p - off * normal).cast<float>(), normal.cast<float>(), m.strength, number});
     }
   }
 
-  [[nodiscard]] Vector2d position(const std::vector<int>& chain, int k) const {
-    return maxima_[static_cast<std::size_t>(chain[static_cast<std::size_t>(k)])].position.cast<double>();
+  [[nodiscard]] Vector2d position(int maximum) const {
+    return maxima_[static_cast<std::size_t>(maximum)].position.cast<double>();
   }
 
   const ImageEdgeOptions& options_;
@@ -222,6 +257,7 @@ class EdgeFinder {
   float high_ = 0.0F;
   std::vector<Maximum> maxima_;
   std::vector<int> at_;  // of each pixel: its maximum, or -1
+  std::vector<ChainSums> sums_;
 };
 
 }  // namespace

@@ -52,12 +52,9 @@ class PieceFitter {
  private:
   [[nodiscard]] double reach() const { return std::hypot(0.5 * options_.piece_m, options_.reach_m); }
 
-  [[nodiscard]] double sigma(const EdgePoint& point, const Vector3d& n) const {
-    return std::sqrt(point.variance_along(n, noise_[point.lidar]));
-  }
-
   bool fit(Face& face, const WorldPlane& other, const Line3& line, double slack) const {
     face.points.clear();
+    std::vector<double> variances;  // of the face's points along n
     const Vector3d n = face.plane.n;
     for (const EdgePoint* point : around_) {
       const Vector3d d = point->p_G.cast<double>() - line.p;
@@ -68,26 +65,28 @@ class PieceFitter {
         return std::abs(third.distance(line.p + d)) < options_.footprint_m;
       };
       if (std::any_of(piece_.others.begin(), piece_.others.end(), holds)) continue;
-      if (std::abs(face.plane.distance(line.p + d)) > 2.5 * sigma(*point, n) + slack) continue;
+      const double variance = point->variance_along(n, noise_[point->lidar]);
+      if (std::abs(face.plane.distance(line.p + d)) > 2.5 * std::sqrt(variance) + slack) continue;
       face.points.push_back(point);
+      variances.push_back(variance);
     }
     if (static_cast<double>(face.points.size()) < options_.min_points) return false;
     double weight = 0.0;
     Vector3d q = Vector3d::Zero();
-    for (const EdgePoint* point : face.points) {
-      const double w = 1.0 / point->variance_along(n, noise_[point->lidar]);
+    for (std::size_t i = 0; i < face.points.size(); ++i) {
+      const double w = 1.0 / variances[i];
       weight += w;
-      q += w * point->p_G.cast<double>();
+      q += w * face.points[i]->p_G.cast<double>();
     }
     q /= weight;
     Matrix3d scatter = Matrix3d::Zero();
-    for (const EdgePoint* point : face.points) {
-      const NoiseModel& noise = noise_[point->lidar];
-      const double variance = point->variance_along(n, noise);
-      const Vector3d d = point->p_G.cast<double>() - q;
+    for (std::size_t i = 0; i < face.points.size(); ++i) {
+      const EdgePoint& point = *face.points[i];
+      const Vector3d d = point.p_G.cast<double>() - q;
       // The noise along the ray would turn the plane; its share goes out.
-      const Matrix3d S = noise.point_covariance(static_cast<double>(point->range_m) * point->ray_G.cast<double>());
-      scatter += (d * d.transpose() - S) / variance + Matrix3d::Identity();
+      const Matrix3d S =
+          noise_[point.lidar].point_covariance(static_cast<double>(point.range_m) * point.ray_G.cast<double>());
+      scatter += (d * d.transpose() - S) / variances[i] + Matrix3d::Identity();
     }
     const SymmetricEigen eigen = symmetric_eigen(scatter);
     Vector3d normal = eigen.vectors.col(0);

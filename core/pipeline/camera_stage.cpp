@@ -4,6 +4,7 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/map_samples.h"
+#include "core/camera/sample_blocks.h"
 #include "core/edges/grey_image.h"
 #include "core/edges/outlines.h"
 #include "core/pipeline/map_colours.h"
@@ -130,7 +131,7 @@ class CameraStage {
       StageReport& stage = clock_.begin("map colours");
       context_.reporter.progress("map colours", -1.0);
       stage.counts.emplace_back("images", static_cast<double>(colours_.size()));
-      result_.map_rgb = colour_map(result_.map, colours_, scene_.samples);
+      result_.map_rgb = colour_map(result_.map, colours_, scene_.samples, scene_.blocks);
     }
     result_.edges = std::move(scene_.edges);
     for (StageReport& stage : clock_.take()) result_.stages.push_back(std::move(stage));
@@ -227,6 +228,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
     scene.edges.push_back(edge);
   }
   scene.samples = sample_map(recording.patches, solution.state, solution.use, leaves);
+  scene.blocks = blocks_of(scene.samples);
   return scene;
 }
 

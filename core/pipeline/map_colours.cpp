@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
+#include "core/camera/sample_blocks.h"
 #include "core/edges/grey_image.h"
 #include "core/records/pixel_format.h"
 #include "core/voxel/cube_index.h"
@@ -34,8 +35,12 @@ class SeenFrom {
   SeenFrom(std::size_t samples, std::size_t cameras)
       : of_sample_(cameras * nearest_views), slots_(samples * of_sample_) {}
 
+  /// Whether a view from so far would be one of those.
+  [[nodiscard]] bool takes(std::size_t sample, std::size_t camera, float range_m) const {
+    return cm_of(range_m) < slots_[sample * of_sample_ + (camera + 1) * nearest_views - 1].range_cm;
+  }
   void add(std::size_t sample, std::size_t camera, float range_m, std::uint16_t view) {
-    Slot slot{static_cast<std::uint16_t>(std::min(100.0F * range_m, none - 1.0F)), view};
+    Slot slot{cm_of(range_m), view};
     Slot* const slots = &slots_[sample * of_sample_ + camera * nearest_views];
     for (std::size_t k = 0; k < nearest_views; ++k) {
       if (slot.range_cm < slots[k].range_cm) std::swap(slot, slots[k]);
@@ -46,35 +51,64 @@ class SeenFrom {
   }
 
  private:
+  static std::uint16_t cm_of(float range_m) {
+    return static_cast<std::uint16_t>(std::min(100.0F * range_m, none - 1.0F));
+  }
+
   std::size_t of_sample_;
   std::vector<Slot> slots_;
 };
 
-SeenFrom who_sees(std::span<const ColourView> views, std::span<const MapSample> samples) {
-  std::vector<std::unique_ptr<DepthBuffer>> buffers(views.size());
+// A view with what tells quickly that it does not see something.
+struct Eye {
+  Eye(const ColourView& from, std::span<const MapSample> samples, std::span<const SampleBlock> blocks)
+      : view(&from),
+        R(from.T_C_G.R.cast<float>()),
+        t(from.T_C_G.t.cast<float>()),
+        cone(from.T_C_G, from.model),
+        depth(from.model, from.T_C_G, samples, blocks) {}
+
+  const ColourView* view;
+  Eigen::Matrix3f R;
+  Eigen::Vector3f t;
+  ViewCone cone;
+  DepthBuffer depth;
+};
+
+// The eyes that may see a block, those nearest to it first: what they see need not be asked of the others.
+std::vector<std::uint16_t> eyes_of(const SampleBlock& block, const std::vector<std::unique_ptr<Eye>>& eyes) {
+  std::vector<std::pair<float, std::uint16_t>> near;
+  for (std::size_t v = 0; v < eyes.size(); ++v) {
+    if (!eyes[v]->cone.meets(block)) continue;
+    near.emplace_back(eyes[v]->cone.distance(block), static_cast<std::uint16_t>(v));
+  }
+  std::sort(near.begin(), near.end());
+  std::vector<std::uint16_t> out;
+  for (const auto& [distance, v] : near) out.push_back(v);
+  return out;
+}
+
+SeenFrom who_sees(std::span<const ColourView> views, std::span<const MapSample> samples,
+                  std::span<const SampleBlock> blocks) {
+  std::vector<std::unique_ptr<Eye>> eyes(views.size());
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      buffers[v] = std::make_unique<DepthBuffer>(views[v].model, views[v].T_C_G, samples);
-    }
+    for (std::size_t v = begin; v < end; ++v) eyes[v] = std::make_unique<Eye>(views[v], samples, blocks);
   });
-  std::vector<float> least_coses;
-  for (const ColourView& view : views) least_coses.push_back(static_cast<float>(view.model.widest_cos()));
   std::size_t cameras = 0;
   for (const ColourView& view : views) cameras = std::max(cameras, view.camera + 1);
   SeenFrom seen(samples.size(), cameras);
-  parallel_for(samples.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      const CameraModel& model = views[v].model;
-      const float least_cos = least_coses[v];
-      const Eigen::Matrix3f R = views[v].T_C_G.R.cast<float>();
-      const Eigen::Vector3f t = views[v].T_C_G.t.cast<float>();
-      for (std::size_t i = begin; i < end; ++i) {
-        const Eigen::Vector3f p = R * samples[i].p_G + t;
-        const float range = p.norm();
-        if (p.z() < least_cos * range) continue;  // most of a map lies beside or behind
-        const auto pixel = model.project(p.cast<double>());
-        if (!pixel || !model.contains(*pixel) || !buffers[v]->sees(*pixel, range)) continue;
-        seen.add(i, views[v].camera, range, static_cast<std::uint16_t>(v));
+  parallel_for(blocks.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      for (const std::uint16_t v : eyes_of(blocks[b], eyes)) {
+        const Eye& eye = *eyes[v];
+        for (std::uint32_t i = blocks[b].begin; i < blocks[b].end; ++i) {
+          const Eigen::Vector3f p = eye.R * samples[i].p_G + eye.t;
+          const float range = p.norm();
+          if (!seen.takes(i, eye.view->camera, range) || !eye.cone.holds(samples[i].p_G)) continue;
+          const auto pixel = eye.view->model.project(p.cast<double>());
+          if (!pixel || !eye.view->model.contains(*pixel) || !eye.depth.sees(*pixel, range)) continue;
+          seen.add(i, eye.view->camera, range, v);
+        }
       }
     }
   });
@@ -119,6 +153,41 @@ std::array<std::uint8_t, 3> colour_of(const MapPoint& point, std::span<const See
           static_cast<std::uint8_t>(mean.z())};
 }
 
+// Of a block of cubes, each way: so many fit into a cache.
+constexpr int block_cubes = sample_block_cubes;
+
+// The cube of a block that holds p, for `per_m` cubes a metre.
+std::size_t cube_in_block(const Eigen::Vector3f& p, double per_m) {
+  const auto part = [&](float x) {
+    const double cube = std::floor(x * per_m);
+    return static_cast<std::size_t>(cube - block_cubes * std::floor(cube / block_cubes));
+  };
+  return (part(p.x()) * block_cubes + part(p.y())) * block_cubes + part(p.z());
+}
+
+// What lies in each block, by its index, in order.
+struct Members {
+  std::vector<std::uint32_t> starts;
+  std::vector<std::uint32_t> of_block;
+
+  Members(const std::vector<std::uint32_t>& block_of, std::size_t blocks) : starts(blocks + 1, 0) {
+    for (const std::uint32_t block : block_of) {
+      if (block != KeyNumbers::unknown) ++starts[block + 1];
+    }
+    for (std::size_t b = 1; b < starts.size(); ++b) starts[b] += starts[b - 1];
+    of_block.resize(starts.back());
+    std::vector<std::uint32_t> next(starts.begin(), starts.end() - 1);
+    for (std::size_t i = 0; i < block_of.size(); ++i) {
+      if (block_of[i] != KeyNumbers::unknown) of_block[next[block_of[i]]++] = static_cast<std::uint32_t>(i);
+    }
+  }
+  [[nodiscard]] std::span<const std::uint32_t> of(std::size_t block) const {
+    return std::span(of_block).subspan(starts[block], starts[block + 1] - starts[block]);
+  }
+};
+
+Eigen::Vector3f place_of(const MapPoint& point) { return {point.x, point.y, point.z}; }
+
 }  // namespace
 
 ColourPicture colour_picture(const Image& image, int bits) {
@@ -157,20 +226,39 @@ ColourPicture colour_picture(const Image& image, int bits) {
 }
 
 std::vector<std::array<std::uint8_t, 3>> colour_map(std::span<const MapPoint> map, std::span<const ColourView> views,
-                                                    std::span<const MapSample> samples, double sample_m) {
+                                                    std::span<const MapSample> samples,
+                                                    std::span<const SampleBlock> blocks, double sample_m) {
   std::vector<std::array<std::uint8_t, 3>> out(map.size());
-  const SeenFrom seen = who_sees(views, samples);
+  const SeenFrom seen = who_sees(views, samples, blocks);
+  // Block by block: who asks for what lies together finds it in the caches.
   const double per_m = 1.0 / sample_m;
-  KeyNumbers cubes;
-  std::vector<std::uint32_t> sample_of;  // of each cube the first
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (cubes.meet(cube_key(samples[i].p_G, per_m)).first) sample_of.push_back(static_cast<std::uint32_t>(i));
-  }
+  KeyNumbers numbers;
+  std::vector<std::uint32_t> block_of(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    block_of[i] = numbers.meet(cube_key(samples[i].p_G, per_m / block_cubes)).number;
+  const Members samples_of(block_of, numbers.size());
+  block_of.resize(map.size());
   parallel_for(map.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t cube = cubes.find(cube_key({map[i].x, map[i].y, map[i].z}, per_m));
-      const auto from = cube == KeyNumbers::unknown ? std::span<const SeenFrom::Slot>() : seen.of(sample_of[cube]);
-      out[i] = colour_of(map[i], from, views);
+      block_of[i] = numbers.find(cube_key(place_of(map[i]), per_m / block_cubes));
+      if (block_of[i] == KeyNumbers::unknown) out[i] = colour_of(map[i], {}, views);
+    }
+  });
+  const Members points_of(block_of, numbers.size());
+  parallel_for(numbers.size(), 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> sample_of(block_cubes * block_cubes * block_cubes, KeyNumbers::unknown);
+    for (std::size_t b = begin; b < end; ++b) {
+      for (const std::uint32_t i : samples_of.of(b)) {
+        std::uint32_t& sample = sample_of[cube_in_block(samples[i].p_G, per_m)];
+        sample = std::min(sample, i);  // of each cube the first
+      }
+      for (const std::uint32_t i : points_of.of(b)) {
+        const std::uint32_t sample = sample_of[cube_in_block(place_of(map[i]), per_m)];
+        out[i] = colour_of(map[i], sample == KeyNumbers::unknown ? std::span<const SeenFrom::Slot>() : seen.of(sample),
+                           views);
+      }
+      for (const std::uint32_t i : samples_of.of(b))
+        sample_of[cube_in_block(samples[i].p_G, per_m)] = KeyNumbers::unknown;
     }
   });
   return out;

@@ -35,10 +35,11 @@ struct ColourView {
 /// A colour for each point of the map: the mean over all cameras that see it, of each the (at most three) views from
 /// nearest by, weighted by how well they are exposed there and by how near they are; points that no view sees have
 /// their reflectivity as grey. What hides what is told by `samples`, also the nearest of which stand for the points in
-/// their cubes of `sample_m`.
+/// their cubes of `sample_m`; `blocks` are those of all samples.
 [[nodiscard]] std::vector<std::array<std::uint8_t, 3>> colour_map(std::span<const MapPoint> map,
                                                                   std::span<const ColourView> views,
                                                                   std::span<const MapSample> samples,
+                                                                  std::span<const SampleBlock> blocks,
                                                                   double sample_m = 0.05);
 
 }  // namespace rigcal

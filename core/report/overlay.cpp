@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
+#include "core/camera/sample_blocks.h"
 #include "core/io/image_file.h"
 
 namespace rigcal {
@@ -14,8 +16,9 @@ namespace {
 constexpr double edge_stroke_m = 0.025;  // as far apart as samples of an edge lie
 constexpr double fine_px = 16.0;         // OpenCV draws at fractions of a pixel: four bits
 constexpr double font_scale = 0.45;
-constexpr double brightest = 165.0;  // of the image itself
-constexpr float min_spread = 8.0F;   // what varies less is shown as it is
+constexpr double brightest = 165.0;         // of the image itself
+constexpr float min_spread = 8.0F;          // what varies less is shown as it is
+constexpr std::size_t counting_stride = 8;  // of the samples that hide edges which are only counted
 
 cv::Scalar scalar(const Rgb& rgb) { return {double(rgb[0]), double(rgb[1]), double(rgb[2])}; }
 
@@ -123,8 +126,11 @@ class Canvas {
 
 // Calls `take(edge, pixel)` for every sample of an edge that is in the image and not hidden.
 template <class Take>
-void for_seen_edges(const CameraModel& model, const CameraScene& scene, const SE3& T_C_G, const Take& take) {
-  const DepthBuffer depth(model, T_C_G, scene.samples);
+void for_seen_edges(const CameraModel& model, const CameraScene& scene, const SE3& T_C_G, const Take& take,
+                    std::size_t stride = 1) {
+  DepthBufferOptions options;
+  options.stride = stride;
+  const DepthBuffer depth(model, T_C_G, scene.samples, scene.blocks, options);
   for (const LidarEdge& edge : scene.edges) {
     const Vector3d p_C = T_C_G * edge.p_G;
     const auto pixel = model.project(p_C);
@@ -196,16 +202,20 @@ Image draw_edges(const GreyImage& grey, const CameraModel& model, const CameraSc
 Image draw_map(const GreyImage& grey, const CameraModel& model, const CameraScene& scene, const SE3& T_C_G,
                MapColour colour, const std::string& title, const OverlayWindow& window) {
   Canvas canvas(grey, window);
-  const DepthBuffer depth(model, T_C_G, scene.samples);
+  const DepthBuffer depth(model, T_C_G, scene.samples, scene.blocks);
   std::vector<Dot> dots;
-  for (const MapSample& sample : scene.samples) {
-    const Vector3d p_C = T_C_G * sample.p_G.cast<double>();
-    const auto pixel = model.project(p_C);
-    if (!pixel || !canvas.shows(*pixel) || !depth.sees(*pixel, p_C.norm())) continue;
-    const double value =
-        colour == MapColour::range ? std::log(std::max(p_C.norm(), 1e-3)) : double(sample.reflectivity);
-    dots.push_back({*pixel, p_C.norm(), value});
-  }
+  const ViewCone cone(T_C_G, model);
+  for_each_run(scene.samples.size(), scene.blocks, cone, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const MapSample& sample = scene.samples[k];
+      const Vector3d p_C = T_C_G * sample.p_G.cast<double>();
+      const auto pixel = model.project(p_C);
+      if (!pixel || !canvas.shows(*pixel) || !depth.sees(*pixel, p_C.norm())) continue;
+      const double value =
+          colour == MapColour::range ? std::log(std::max(p_C.norm(), 1e-3)) : double(sample.reflectivity);
+      dots.push_back({*pixel, p_C.norm(), value});
+    }
+  });
   // Near ones lie on top.
   std::stable_sort(dots.begin(), dots.end(), [](const Dot& a, const Dot& b) { return a.range_m > b.range_m; });
   std::vector<float> values;
@@ -230,13 +240,19 @@ std::vector<std::size_t> choose_views(const CameraScene& scene, const CameraTask
   };
   std::vector<Candidate> candidates;
   for (std::size_t k = 0; k < camera.views.size(); ++k) {
-    const auto stop = static_cast<std::size_t>(camera.views[k].stop);
-    if (!scene.stop_known[stop]) continue;
-    const SE3 T_G_C = scene.T_G_base[stop] * T_base_camera;
-    Candidate candidate{k, 0, T_G_C.R.col(2)};
-    for_seen_edges(model, scene, T_G_C.inverse(), [&](const LidarEdge&, const Eigen::Vector2d&) { ++candidate.edges; });
-    candidates.push_back(candidate);
+    if (scene.stop_known[static_cast<std::size_t>(camera.views[k].stop)])
+      candidates.push_back({k, 0, Vector3d::UnitZ()});
   }
+  parallel_for(candidates.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      Candidate& candidate = candidates[k];
+      const SE3 T_G_C = scene.T_G_base[static_cast<std::size_t>(camera.views[candidate.view].stop)] * T_base_camera;
+      candidate.axis_G = T_G_C.R.col(2);
+      for_seen_edges(
+          model, scene, T_G_C.inverse(), [&](const LidarEdge&, const Eigen::Vector2d&) { ++candidate.edges; },
+          counting_stride);
+    }
+  });
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.edges > b.edges; });
   std::vector<Candidate> chosen;
@@ -260,23 +276,31 @@ std::vector<Overlay> draw_overlays(const CameraScene& scene, const CameraTask& c
   std::optional<SE3> T_base_camera = camera.guess_T_base_camera;
   if (estimate.found) T_base_camera = estimate.pose.T_base_camera;
   if (!T_base_camera) return {};
-  std::vector<Overlay> out;
   const std::vector<std::size_t> views = choose_views(scene, camera, model, *T_base_camera, budget.edge_views);
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    const CameraView& view = camera.views[views[k]];
-    const SE3 T_base_G = scene.T_G_base[static_cast<std::size_t>(view.stop)].inverse();
-    OverlayPoses poses;
-    if (camera.guess_T_base_camera) poses.guess_T_C_G = camera.guess_T_base_camera->inverse() * T_base_G;
-    if (estimate.found) poses.T_C_G = T_base_camera->inverse() * T_base_G;
-    OverlayWindow window;
-    window.scale = std::min(1.0, static_cast<double>(budget.max_width) / view.grey.width);
-    const auto keep = [&](OverlayKind kind, const Image& picture) {
+  // Of each view that of the edges, then that of the map.
+  std::vector<std::optional<Overlay>> drawn(2 * views.size());
+  parallel_for(drawn.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const bool of_map = k % 2 == 1;
+      if (of_map && (k / 2 >= budget.map_views || !estimate.found)) continue;
+      const CameraView& view = camera.views[views[k / 2]];
+      const SE3 T_base_G = scene.T_G_base[static_cast<std::size_t>(view.stop)].inverse();
+      OverlayPoses poses;
+      if (camera.guess_T_base_camera) poses.guess_T_C_G = camera.guess_T_base_camera->inverse() * T_base_G;
+      if (estimate.found) poses.T_C_G = T_base_camera->inverse() * T_base_G;
+      OverlayWindow window;
+      window.scale = std::min(1.0, static_cast<double>(budget.max_width) / view.grey.width);
+      const Image picture = of_map
+                                ? draw_map(view.grey, model, scene, *poses.T_C_G, MapColour::range, camera.name, window)
+                                : draw_edges(view.grey, model, scene, poses, camera.name, window);
       auto jpeg = encode_jpeg(picture, budget.jpeg_quality);
-      if (jpeg) out.push_back({camera.name, view.stop, kind, std::move(*jpeg)});
-    };
-    keep(OverlayKind::edges, draw_edges(view.grey, model, scene, poses, camera.name, window));
-    if (k < budget.map_views && poses.T_C_G)
-      keep(OverlayKind::map, draw_map(view.grey, model, scene, *poses.T_C_G, MapColour::range, camera.name, window));
+      if (jpeg)
+        drawn[k] = Overlay{camera.name, view.stop, of_map ? OverlayKind::map : OverlayKind::edges, std::move(*jpeg)};
+    }
+  });
+  std::vector<Overlay> out;
+  for (std::optional<Overlay>& overlay : drawn) {
+    if (overlay) out.push_back(std::move(*overlay));
   }
   return out;
 }

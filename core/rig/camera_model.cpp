@@ -58,6 +58,14 @@ struct Radtan {
   Matrix2d slope;
 };
 
+Vector2d distorted_radtan(const std::array<double, 5>& d, double x, double y, double s) {
+  const double p1 = d[2];
+  const double p2 = d[3];
+  const double radial = 1.0 + s * (d[0] + s * (d[1] + s * d[4]));
+  return {x * radial + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+          y * radial + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y};
+}
+
 Radtan distort_radtan(const std::array<double, 5>& d, const Vector2d& n) {
   const double x = n.x();
   const double y = n.y();
@@ -67,8 +75,7 @@ Radtan distort_radtan(const std::array<double, 5>& d, const Vector2d& n) {
   const double radial = 1.0 + s * (d[0] + s * (d[1] + s * d[4]));
   const double by_s = d[0] + s * (2.0 * d[1] + s * 3.0 * d[4]);
   Radtan out;
-  out.value = {x * radial + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
-               y * radial + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y};
+  out.value = distorted_radtan(d, x, y, s);
   const double mixed = 2.0 * x * y * by_s + 2.0 * p1 * x + 2.0 * p2 * y;
   out.slope << radial + 2.0 * x * x * by_s + 2.0 * p1 * y + 6.0 * p2 * x, mixed, mixed,
       radial + 2.0 * y * y * by_s + 6.0 * p1 * y + 2.0 * p2 * x;
@@ -104,9 +111,11 @@ bool CameraModel::distort(const Vector3d& p, Distorted& out) const {
   const double y = p.y() / p.z();
   const double s = x * x + y * y;
   if (!(s < max_tangent2_)) return false;
-  const Radtan radtan = distort_radtan(d_, {x, y});
-  out.value = radtan.value;
-  if constexpr (wanted != Wanted::value) {
+  if constexpr (wanted == Wanted::value) {
+    out.value = distorted_radtan(d_, x, y, s);
+  } else {
+    const Radtan radtan = distort_radtan(d_, {x, y});
+    out.value = radtan.value;
     Matrix23 normalised;
     normalised << 1.0, 0.0, -x, 0.0, 1.0, -y;
     out.by_point = radtan.slope * normalised / p.z();

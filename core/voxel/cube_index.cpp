@@ -7,13 +7,6 @@ namespace {
 
 constexpr std::size_t chunk = 16384;
 
-std::uint64_t mixed(std::uint64_t key) {
-  key *= 0x9E3779B97F4A7C15ULL;
-  return key ^ key >> 29;
-}
-
-std::size_t shard_of(std::uint64_t key) { return static_cast<std::size_t>(mixed(key) >> 58); }
-
 }  // namespace
 
 std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m) {
@@ -23,9 +16,16 @@ std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m) {
   return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
 }
 
+Eigen::Vector3d cube_corner(std::uint64_t key) {
+  const auto part = [&](int shift) {
+    return static_cast<double>(static_cast<std::int64_t>(key >> shift & 0x1FFFFF) - (1 << 20));
+  };
+  return {part(42), part(21), part(0)};
+}
+
 std::size_t KeyNumbers::slot(std::uint64_t key) const {
   const std::size_t mask = keys_.size() - 1;
-  std::size_t at = static_cast<std::size_t>(mixed(key) >> 8) & mask;
+  std::size_t at = first_slot(key);
   while (keys_[at] != none && keys_[at] != key) at = (at + 1) & mask;
   return at;
 }
@@ -68,7 +68,7 @@ void CubeIndex::deal_out(std::span<const Eigen::Vector3f> points) {
     std::array<std::uint32_t, shards> next{};
     for (std::size_t i = begin; i < end; ++i) {
       keys_[i] = cube_key(points[i], per_m_);
-      ++next[shard_of(keys_[i])];
+      ++next[KeyNumbers::shard(keys_[i])];
     }
     Starts& starts = starts_[begin / chunk];
     starts[0] = static_cast<std::uint32_t>(begin);
@@ -76,7 +76,8 @@ void CubeIndex::deal_out(std::span<const Eigen::Vector3f> points) {
       starts[s + 1] = starts[s] + next[s];
       next[s] = starts[s];
     }
-    for (std::size_t i = begin; i < end; ++i) order_[next[shard_of(keys_[i])]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = begin; i < end; ++i)
+      order_[next[KeyNumbers::shard(keys_[i])]++] = static_cast<std::uint32_t>(i);
   });
 }
 

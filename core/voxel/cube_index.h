@@ -13,6 +13,9 @@ namespace rigcal {
 /// The cube of edge 1 / `per_m` that holds p, as one number; cubes within 2^20 edges of the origin have different ones.
 [[nodiscard]] std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m);
 
+/// The corner of a key's cube at which all coordinates are least, in edges.
+[[nodiscard]] Eigen::Vector3d cube_corner(std::uint64_t key);
+
 /// Numbers keys 0, 1, 2 .. in the order in which they are first met: open addressing.
 class KeyNumbers {
  public:
@@ -26,8 +29,20 @@ class KeyNumbers {
   /// The number of a key, `unknown` where it was never met.
   [[nodiscard]] std::uint32_t find(std::uint64_t key) const;
   [[nodiscard]] std::uint32_t size() const { return used_; }
+  /// Which of 64 shards a key belongs to, by other bits than its place in a table.
+  static std::size_t shard(std::uint64_t key) { return static_cast<std::size_t>(mixed(key) >> 58); }
+  /// Says that a key will be asked for soon: tables are larger than caches.
+  void fetch(std::uint64_t key) const { __builtin_prefetch(&keys_[first_slot(key)]); }
 
  private:
+  /// Where a key is looked for first.
+  [[nodiscard]] std::size_t first_slot(std::uint64_t key) const {
+    return static_cast<std::size_t>(mixed(key) >> 8) & (keys_.size() - 1);
+  }
+  static std::uint64_t mixed(std::uint64_t key) {
+    key *= 0x9E3779B97F4A7C15ULL;
+    return key ^ key >> 29;
+  }
   [[nodiscard]] std::size_t slot(std::uint64_t key) const;
   void grow();
 
@@ -55,6 +70,7 @@ class CubeIndex {
       for (std::size_t s = begin; s < end; ++s) {
         for (const Starts& starts : starts_) {
           for (std::uint32_t k = starts[s]; k < starts[s + 1]; ++k) {
+            if (k + ahead < starts[s + 1]) cubes_[s].fetch(keys_[order_[k + ahead]]);
             const KeyNumbers::Met cube = cubes_[s].meet(keys_[order_[k]]);
             visit(s, cube.number, order_[k], cube.first);
           }
@@ -64,6 +80,7 @@ class CubeIndex {
   }
 
  private:
+  static constexpr std::uint32_t ahead = 8;  // of the point at hand
   using Starts = std::array<std::uint32_t, shards + 1>;
   void deal_out(std::span<const Eigen::Vector3f> points);
 

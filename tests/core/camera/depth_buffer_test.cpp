@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 
+#include "core/base/random.h"
+#include "core/camera/sample_blocks.h"
 #include "tests/support/pinhole.h"
 
 namespace rigcal {
@@ -74,6 +78,46 @@ TEST_F(DepthBufferTest, EmptyWithoutAMapAndBehindTheCamera) {
   SE3 turned;
   turned.R = exp_so3(Vector3d(0.0, to_rad(180.0), 0.0));
   EXPECT_EQ(DepthBuffer(model_, turned, samples_).filled_share(), 0.0);
+}
+
+// What a sample covers, written cell by cell.
+TEST_F(DepthBufferTest, CoversTheSameCellsAsSampleBySample) {
+  const CameraModel model(pinhole(160, 120, 100.0));
+  Random random(3);
+  std::vector<MapSample> samples;
+  for (int i = 0; i < 3000; ++i) {
+    const double range = random.uniform(0.05, 8.0);
+    const Vector3d ray(random.uniform(-0.85, 0.85), random.uniform(-0.65, 0.65), 1.0);
+    MapSample sample;
+    sample.p_G = (range * ray).cast<float>();
+    samples.push_back(sample);
+  }
+  constexpr int cell = 4;
+  std::vector<double> nearest(40 * 30, 0.0);
+  for (const MapSample& sample : samples) {
+    const Vector3d p = sample.p_G.cast<double>();
+    const Eigen::Vector2d at = *model.project(p);
+    const int reach =
+        std::clamp(static_cast<int>(std::ceil((0.5 * 100.0 * 0.05 / p.norm() - 0.5 * cell) / cell)), 0, 12);
+    const int c = static_cast<int>(std::floor((at.x() + 0.5) / cell));
+    const int r = static_cast<int>(std::floor((at.y() + 0.5) / cell));
+    for (int y = std::max(0, r - reach); y <= std::min(29, r + reach); ++y) {
+      for (int x = std::max(0, c - reach); x <= std::min(39, c + reach); ++x) {
+        double& e = nearest[static_cast<std::size_t>(40 * y + x)];
+        if (e == 0.0 || p.norm() < e) e = p.norm();
+      }
+    }
+  }
+  const DepthBuffer all(model, SE3{}, samples);
+  const std::vector<SampleBlock> blocks = blocks_of(samples, 0.5);
+  const DepthBuffer in_blocks(model, SE3{}, samples, blocks);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const Eigen::Vector2d at(cell * x + 1.5, cell * y + 1.5);
+      EXPECT_NEAR(all.range_at(at), nearest[static_cast<std::size_t>(40 * y + x)], 1e-5);
+      EXPECT_EQ(all.range_at(at), in_blocks.range_at(at));
+    }
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/camera/sample_blocks.h"
 #include "core/records/pixel_format.h"
 #include "tests/support/pinhole.h"
 
@@ -50,6 +51,7 @@ class ColourMap : public testing::Test {
         if (x > 0.0F && x < 1.0F) samples_.push_back({{x, y, 2.025F}, {0.0F, 0.0F, -1.0F}, 9, 0});
       }
     }
+    blocks_ = blocks_of(samples_, 0.5);
   }
 
   static CameraModel model() { return CameraModel(pinhole(200, 100, 150.0)); }
@@ -58,6 +60,7 @@ class ColourMap : public testing::Test {
   }
 
   std::vector<MapSample> samples_;
+  std::vector<SampleBlock> blocks_;
 };
 
 TEST_F(ColourMap, ColoursWhatAViewSeesAndLeavesTheRestGrey) {
@@ -66,7 +69,7 @@ TEST_F(ColourMap, ColoursWhatAViewSeesAndLeavesTheRestGrey) {
                                   {1.01F, 0.02F, 5.01F, 78, 0},    // behind the board
                                   {0.51F, 0.02F, 2.01F, 79, 0},    // the board
                                   {-1.01F, 0.02F, -5.0F, 80, 0}};  // behind the camera
-  const auto rgb = colour_map(map, views, samples_);
+  const auto rgb = colour_map(map, views, samples_, blocks_);
   EXPECT_EQ(rgb[0], (Rgb8{200, 100, 40}));
   EXPECT_EQ(rgb[1], (Rgb8{78, 78, 78}));
   EXPECT_EQ(rgb[2], (Rgb8{200, 100, 40}));
@@ -77,9 +80,9 @@ TEST_F(ColourMap, TakesTheMeanOfViewsButNotOfSaturatedOnes) {
   const std::vector<MapPoint> map{{-1.01F, 0.02F, 5.01F, 77, 0}};
   const Vector3d at(-1.0, 0.0, 0.0);
   const std::vector<ColourView> two{view({100, 50, 20}, at), view({200, 50, 40}, at)};
-  EXPECT_EQ(colour_map(map, two, samples_)[0], (Rgb8{150, 50, 30}));
+  EXPECT_EQ(colour_map(map, two, samples_, blocks_)[0], (Rgb8{150, 50, 30}));
   const std::vector<ColourView> glare{view({100, 50, 20}, at), view({255, 255, 255}, at)};
-  EXPECT_NEAR(colour_map(map, glare, samples_)[0][0], 103, 1);
+  EXPECT_NEAR(colour_map(map, glare, samples_, blocks_)[0][0], 103, 1);
 }
 
 TEST_F(ColourMap, TakesTheNearestThreeOfManyViews) {
@@ -91,23 +94,23 @@ TEST_F(ColourMap, TakesTheNearestThreeOfManyViews) {
   }
   // z = 3, 2, 1 at ranges 2, 3, 4.
   const double mean = (110.0 / 2.0 + 90.0 / 3.0 + 70.0 / 4.0) / (1.0 / 2.0 + 1.0 / 3.0 + 1.0 / 4.0);
-  EXPECT_NEAR(colour_map(map, views, samples_)[0][0], mean, 1.0);
+  EXPECT_NEAR(colour_map(map, views, samples_, blocks_)[0][0], mean, 1.0);
 }
 
 TEST_F(ColourMap, TakesEveryCameraThatSeesAPointHoweverManyViewsANearerOneHas) {
   const std::vector<MapPoint> map{{-1.01F, 0.02F, 5.01F, 77, 0}};
   std::vector<ColourView> views(5, view({100, 60, 40}, {-1.0, 0.0, 3.0}));
   views.push_back(view({200, 160, 140}, {-1.0, 0.0, 1.0}));
-  EXPECT_EQ(colour_map(map, views, samples_)[0], (Rgb8{100, 60, 40}));
+  EXPECT_EQ(colour_map(map, views, samples_, blocks_)[0], (Rgb8{100, 60, 40}));
   views.back().camera = 1;
   // Three at 2 m and one at 4 m.
   const double mean = (3 * 100.0 / 2.0 + 200.0 / 4.0) / (3 / 2.0 + 1 / 4.0);
-  EXPECT_NEAR(colour_map(map, views, samples_)[0][0], mean, 1.0);
+  EXPECT_NEAR(colour_map(map, views, samples_, blocks_)[0][0], mean, 1.0);
   // Behind the board only the camera beside it sees the wall.
   const std::vector<MapPoint> hidden{{0.51F, 0.02F, 5.01F, 77, 0}};
   std::vector<ColourView> apart{view({100, 60, 40}, {0.5, 0.0, 0.0}), view({200, 160, 140}, {0.5, 0.0, 2.5})};
   apart.back().camera = 1;
-  EXPECT_EQ(colour_map(hidden, apart, samples_)[0], (Rgb8{200, 160, 140}));
+  EXPECT_EQ(colour_map(hidden, apart, samples_, blocks_)[0], (Rgb8{200, 160, 140}));
 }
 
 TEST_F(ColourMap, WeighsAViewTheLessTheWorseItIsExposed) {
@@ -115,7 +118,7 @@ TEST_F(ColourMap, WeighsAViewTheLessTheWorseItIsExposed) {
   const Vector3d at(-1.0, 0.0, 0.0);
   const auto with = [&](std::uint8_t other) {
     return int{colour_map(map, std::vector<ColourView>{view({100, 100, 100}, at), view({other, other, other}, at)},
-                          samples_)[0][0]};
+                          samples_, blocks_)[0][0]};
   };
   EXPECT_EQ(with(200), 150);
   EXPECT_EQ(with(40), 70);
