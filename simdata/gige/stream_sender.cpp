@@ -7,8 +7,8 @@
 namespace rigcal::sim {
 namespace {
 
-constexpr std::size_t ethernet_bytes = 38;            // Preamble, header, checksum and gap of each packet.
-constexpr std::int64_t longest_burst_ns = 4'000'000;  // Of link time that was slept through.
+constexpr std::size_t ethernet_bytes = 38;             // Preamble, header, checksum and gap of each packet.
+constexpr std::int64_t longest_burst_ns = 10'000'000;  // Of link time that was slept through.
 constexpr std::size_t most_again = 1U << 16U;
 constexpr std::uint64_t most_overtakers = 8;
 

@@ -83,8 +83,8 @@ struct Frame {
 struct HostOptions {
   bool resend = true;
   unsigned packet_timeout_us = 20'000;
-  unsigned frame_retention_us = 200'000;
-  std::size_t buffers = 10;
+  unsigned frame_retention_us = 1'000'000;  ///< Long: the tests' machine may be busy with something else.
+  std::size_t buffers = 30;
 };
 
 /// A running acquisition.
