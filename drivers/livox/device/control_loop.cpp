@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t control_queue = 4096;
 constexpr std::size_t control_batch = 32;
-constexpr std::int64_t longest_wait_ns = 100'000'000;
+constexpr std::int64_t longest_wait_ns = 1'000'000'000;
 constexpr std::int64_t utc_wait_ns = 100'000'000;  // Where the time of day is to be told: no second may be missed.
 constexpr std::int64_t second_ns = 1'000'000'000;
 // Devices take a time 10 to 500 ms after its pulse; with some room for the way.
