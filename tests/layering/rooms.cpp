@@ -88,6 +88,8 @@ const Table& rooms() {
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
         {"drivers/gige_codec", {"core/records"}},
+        {"drivers/camera", {"core/records"}},
+        {"drivers/camera/images", {"drivers/camera", "core/io"}},
         {"drivers/livox_codec", {"core/records"}},
         {"drivers/livox/protocol", {"drivers/livox_codec"}},
         {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},

@@ -10,7 +10,7 @@
 
 #include "drivers/livox_codec/sample_packet.h"
 #include "simdata/virtual_livox.h"
-#include "tests/drivers/livox/device/allocation_counter.h"
+#include "tests/support/allocation_counter.h"
 
 namespace rigcal::livox {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/io/pcapng_writer.h"
-#include "tests/drivers/livox/device/allocation_counter.h"
+#include "tests/support/allocation_counter.h"
 
 namespace rigcal::livox {
 namespace {

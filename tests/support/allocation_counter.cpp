@@ -1,4 +1,4 @@
-#include "tests/drivers/livox/device/allocation_counter.h"
+#include "tests/support/allocation_counter.h"
 
 #include <pthread.h>
 

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace rigcal::camera {
+
+/// A camera that was found.
+struct CameraIdentity {
+  std::string id;       ///< One word that names it, for example "Hikrobot-MV-CA013-21UC-00F12345678".
+  std::string address;  ///< Where it is: an IP address, a device file, a folder, a place on the USB.
+  std::string serial;   ///< May be empty.
+  std::string vendor;
+  std::string model;
+  std::string link;  ///< "GigE Vision", "USB3 Vision", "V4L2" or "images".
+};
+
+struct TriggerConfig {
+  std::string source;  ///< "Software", or a line in the camera's own words ("Line0").
+  bool on_falling_edge = false;
+  double delay_us = 0.0;  ///< From the edge to the exposure.
+};
+
+/// A part of the sensor; offsets are from its top left.
+struct Region {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// What is wanted of a camera. What is not said stays as the camera has it, except the trigger: without one it runs
+/// free. What a camera cannot do is an error where it would change the images or their times, a note otherwise.
+struct CameraConfig {
+  std::string pixel_format;  ///< A name of the GenICam convention, "BayerRG8"; empty: as it is.
+  std::optional<Region> region;
+  std::optional<double> exposure_us;
+  std::optional<double> gain;  ///< In the camera's own unit, mostly dB.
+  std::optional<double> frame_rate;
+  std::optional<TriggerConfig> trigger;
+  std::optional<int> packet_bytes;              ///< GigE, with all headers; not said: the largest that comes through.
+  std::optional<std::int64_t> packet_delay_ns;  ///< GigE.
+  bool ptp = false;
+  std::string strobe;        ///< An output line that shows the exposure.
+  std::size_t buffers = 16;  ///< Frames that may wait or be lent; 2 to 256.
+};
+constexpr std::size_t kFewestBuffers = 2;
+constexpr std::size_t kMostBuffers = 256;
+
+/// How a camera was set up, as it says itself.
+struct CameraSetup {
+  std::string pixel_format;
+  int width = 0;
+  int height = 0;
+  std::size_t image_bytes = 0;
+  std::optional<double> exposure_us;
+  std::optional<double> gain;
+  std::optional<double> frame_rate;
+  std::optional<int> packet_bytes;
+  bool has_device_stamps = false;
+  bool stamps_end = false;         ///< The host's stamp is of the frame's end on its way, not of its beginning.
+  std::vector<std::string> notes;  ///< What is otherwise than wanted, or was mended; sentences.
+};
+
+}  // namespace rigcal::camera
