@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/clocks/stamps.h"
+
 namespace rigcal {
 namespace {
 
@@ -22,14 +24,6 @@ constexpr double kSteerTime = 0.1 * kSecond;
 constexpr double kSteerRate = 0.2;
 constexpr double kSteerLimit = 100.0 * kMillisecond;
 
-// Stamps come from the wire: their differences must not overflow.
-std::int64_t difference(std::int64_t a, std::int64_t b) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
-}
-std::int64_t sum(std::int64_t a, std::int64_t b) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
 }  // namespace
 
 double DeviceClock::Course::at(double time) const {
@@ -40,7 +34,7 @@ void DeviceClock::start(std::int64_t device_ns, std::int64_t received_ns) {
   started_ = true;
   strays_in_row_ = 0;
   origin_device_ns_ = device_ns;
-  origin_offset_ns_ = difference(received_ns, device_ns);
+  origin_offset_ns_ = stamp_difference(received_ns, device_ns);
   latest_ = 0.0;
   line_.restart(0.0, 0.0);
   course_ = {0.0, 0.0, line_.slope(), 0.0, line_.slope()};
@@ -75,8 +69,9 @@ SessionStamp DeviceClock::add(std::int64_t device_ns, std::int64_t received_ns) 
     start(device_ns, received_ns);
     return {received_ns, false, false};
   }
-  const auto time = static_cast<double>(difference(device_ns, origin_device_ns_));
-  const auto offset = static_cast<double>(difference(difference(received_ns, device_ns), origin_offset_ns_));
+  const auto time = static_cast<double>(stamp_difference(device_ns, origin_device_ns_));
+  const auto offset =
+      static_cast<double>(stamp_difference(stamp_difference(received_ns, device_ns), origin_offset_ns_));
   if (is_stray(time, offset)) return add_stray(offset, device_ns, received_ns);
   strays_in_row_ = 0;
   const bool moved = line_.add(time, offset);
@@ -87,8 +82,8 @@ SessionStamp DeviceClock::add(std::int64_t device_ns, std::int64_t received_ns) 
   }
   const double used = course_.at(time);
   count_delay(offset - used);
-  const std::int64_t offset_ns = sum(origin_offset_ns_, std::llround(used));
-  return {sum(device_ns, offset_ns), false, false};
+  const std::int64_t offset_ns = stamp_sum(origin_offset_ns_, std::llround(used));
+  return {stamp_sum(device_ns, offset_ns), false, false};
 }
 
 void DeviceClock::mend_late_shift() {

@@ -77,6 +77,7 @@ const Table& rooms() {
         {"core/records", {"core/geometry"}},
         {"core/rig", {"core/records"}},
         {"core/clocks", {"core/records"}},
+        {"core/frames", {"core/clocks"}},
         {"core/io", {"core/rig"}},
         {"core/stops", {"core/clocks"}},
         {"core/voxel", {"core/records"}},
