@@ -1,6 +1,5 @@
 // ROS 1 bags as a user gives them to rigcal: one simulated run of an AVIA and a MID-40, as packets and as a bag.
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -8,12 +7,12 @@
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/pcd_file.h"
-#include "simdata/scene_file.h"
-#include "simdata/session_writer.h"
 #include "tests/apps/bag_recording.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/se3_matchers.h"
+#include "tests/support/small_run.h"
 
 namespace rigcal {
 namespace {
@@ -22,34 +21,14 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr const char* rig_yaml = R"(rigcal: 1
-name: test
-base: avia
-sensors:
-  avia: {type: livox_avia, ip: 192.168.1.179, topic: /livox/lidar_179, imu_topic: /livox/imu_179}
-  mid40: {type: livox_mid40, ip: 192.168.1.21, topic: livox/lidar_21}
-initial_extrinsics:
-  mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-)";
+const std::string rig_yaml = small_rig();
 
 class Bag : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_bag_" + std::to_string(getpid()));
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("bag");
     std::ofstream(scratch / "rig.yaml") << rig_yaml;
-    const auto rig = parse_rig(rig_yaml, "rig.yaml");
-    const auto scene = sim::load_scene("courtyard");
-    ASSERT_TRUE(rig.has_value() && scene.has_value());
-    sim::RunOptions run;
-    run.turntable.stops = 8;
-    run.turntable.dwell_s = 1.1;
-    run.turntable.turn_s = 0.5;
-    run.turntable.swing_rad = 2e-4;
-    run.turntable.initial_still_s = 1.0;
-    SilentReporter silent;
-    ASSERT_TRUE(sim::simulate_session(*scene, *rig, run, (scratch / "session").string(), {silent}).has_value());
+    simulate_courtyard(rig_yaml, hurried_run(8, 1.1), scratch / "session");
     whole = bag_of_dump((scratch / "session/lidar.pcapng").string(), 21).finish();
     write("run.bag", whole);
   }

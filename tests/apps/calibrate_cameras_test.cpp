@@ -1,7 +1,6 @@
 // Cameras as a user of `rigcal calibrate` meets them, on one simulated run with two small ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include "core/io/image_file.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -54,9 +54,7 @@ turntable: {driver: manual, axis: [0, 0, 1]}
 class CalibrateCameras : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_calibrate_cameras_" + std::to_string(getpid()));
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("calibrate_cameras");
     std::ofstream(scratch / "rig.yaml") << rig_yaml;
     const ProgramRun made = rigcal(
         "simulate courtyard --rig rig.yaml --out session --patches --stops 8 --points 60000 --mount-error 20mm,1deg");

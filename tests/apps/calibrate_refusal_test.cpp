@@ -16,6 +16,7 @@
 #include "drivers/livox_codec/discovery.h"
 #include "drivers/livox_codec/sample_packet.h"
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -40,10 +41,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 class CalibrateRefusal : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = fs::path(testing::TempDir()) /
-              (std::string("rigcal_refusal_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("refusal");
     write("rig.yaml", rig_yaml);
   }
   void TearDown() override { fs::remove_all(scratch); }

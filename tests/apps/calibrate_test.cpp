@@ -15,11 +15,11 @@
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/pcap_reader.h"
-#include "simdata/scene_file.h"
-#include "simdata/session_writer.h"
 #include "tests/apps/lvx_recording.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
 
 namespace rigcal {
 namespace {
@@ -29,16 +29,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr const char* rig_yaml = R"(rigcal: 1
-name: test
-base: avia
-sensors:
-  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
-  mid40: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
-initial_extrinsics:
-  mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-turntable: {driver: manual, axis: [0, 0, 1]}
-)";
+const std::string rig_yaml = small_rig();
 
 std::string text_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -49,30 +40,16 @@ std::string text_of(const fs::path& path) {
 
 class Calibrate : public testing::Test {
  protected:
-  // A table that hurries and hardly swings keeps the recording short: what the stops hold is what matters here.
   static void SetUpTestSuite() {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_calibrate_" + std::to_string(getpid()));
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("calibrate");
     std::ofstream(scratch / "rig.yaml") << rig_yaml;
     simulate("session", {});
     first = rigcal("calibrate session --out first --threads 2 --json");
   }
   static void simulate(const std::string& name, const sim::FaultOptions& faults) {
-    const auto rig = parse_rig(rig_yaml, "rig.yaml");
-    ASSERT_TRUE(rig) << rig.error().message();
-    const auto scene = sim::load_scene("courtyard");
-    ASSERT_TRUE(scene) << scene.error().message();
-    sim::RunOptions run;
+    sim::RunOptions run = hurried_run(10, 0.9);
     run.faults = faults;
-    run.turntable.stops = 10;
-    run.turntable.dwell_s = 0.9;
-    run.turntable.turn_s = 0.5;
-    run.turntable.swing_rad = 2e-4;
-    run.turntable.initial_still_s = 1.0;
-    SilentReporter silent;
-    const auto made = sim::simulate_session(*scene, *rig, run, (scratch / name).string(), {silent});
-    ASSERT_TRUE(made) << made.error().message();
+    simulate_courtyard(rig_yaml, run, scratch / name);
   }
   static void TearDownTestSuite() { fs::remove_all(scratch); }
 
@@ -181,13 +158,8 @@ TEST_F(Calibrate, FindsTheStopsFromThePointsWhereThereIsNoGyro) {
 }
 
 TEST_F(Calibrate, GivesTheSameFromAnLvxRecording) {
-  LvxDevice avia;
-  avia.broadcast_code = "3JEDHC900100791";
-  avia.type = 7;
-  LvxDevice mid40;
-  mid40.broadcast_code = "0TFDG3B00600551";
-  mid40.index = 1;
-  mid40.type = 1;
+  const LvxDevice avia = small_rig_avia();
+  LvxDevice mid40 = small_rig_mid40();
   mid40.roll_pitch_yaw_deg = {1.0F, 2.0F, 3.0F};
   save_as_lvx((scratch / "session/lidar.pcapng").string(), avia, mid40, (scratch / "run.lvx").string());
   const ProgramRun run = rigcal("calibrate run.lvx --rig rig.yaml --out from_lvx");

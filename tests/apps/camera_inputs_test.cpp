@@ -1,7 +1,6 @@
 // A camera beside every kind of recording: one simulated run of an AVIA, a MID-40 and a small camera, as a session of
 // packets, as a dump and as an .lvx file with the images in a folder, and as a bag.
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,11 +9,11 @@
 #include "core/io/extrinsics_file.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
-#include "simdata/scene_file.h"
-#include "simdata/session_writer.h"
 #include "tests/apps/bag_recording.h"
 #include "tests/apps/lvx_recording.h"
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
 
 namespace rigcal {
 namespace {
@@ -23,46 +22,18 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr int stops = 8;
-constexpr const char* rig_yaml = R"(rigcal: 1
-name: test
-base: avia
-sensors:
-  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179, topic: /livox/lidar_179,
-         imu_topic: /livox/imu_179}
-  mid40: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21, topic: /livox/lidar_21}
-  left:
-    type: camera
-    driver: aravis
-    topic: /left
-    pixel_format: BayerRG8
-    exposure_us: 5000
-    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
-                 distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
-initial_extrinsics:
-  mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-  left: {translation: [0.05, 0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}
-turntable: {driver: manual, axis: [0, 0, 1]}
-)";
+const std::string rig_yaml =
+    small_rig(small_camera("left", "BayerRG8"),
+              "  left: {translation: [0.05, 0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n");
 
 class CameraInputs : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_camera_inputs_" + std::to_string(getpid()));
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
-    const auto rig = parse_rig(rig_yaml, "rig.yaml");
-    const auto scene = sim::load_scene("courtyard");
-    ASSERT_TRUE(rig.has_value() && scene.has_value());
-    sim::RunOptions run;
-    run.turntable.stops = stops;
-    run.turntable.dwell_s = 1.1;
-    run.turntable.turn_s = 0.5;
-    run.turntable.swing_rad = 2e-4;
-    run.turntable.initial_still_s = 1.0;
+    scratch = scratch_folder("camera_inputs");
+    sim::RunOptions run = hurried_run(stops, 1.1);
     run.mount_error = {0.02, 1.0};
     run.images_per_stop = 1;
-    SilentReporter silent;
-    ASSERT_TRUE(sim::simulate_session(*scene, *rig, run, (scratch / "session").string(), {silent}).has_value());
+    simulate_courtyard(rig_yaml, run, scratch / "session");
   }
   static void TearDownTestSuite() { fs::remove_all(scratch); }
 
@@ -105,14 +76,7 @@ TEST_F(CameraInputs, PacketsOfASessionAndADumpWithAFolderOfImagesGiveTheSame) {
 }
 
 TEST_F(CameraInputs, AnLvxFileTakesImagesWithStampsOfItsOwnTime) {
-  LvxDevice avia;
-  avia.broadcast_code = "3JEDHC900100791";
-  avia.type = 7;
-  LvxDevice mid40;
-  mid40.broadcast_code = "0TFDG3B00600551";
-  mid40.index = 1;
-  mid40.type = 1;
-  save_as_lvx(dump(), avia, mid40, (scratch / "run.lvx").string());
+  save_as_lvx(dump(), small_rig_avia(), small_rig_mid40(), (scratch / "run.lvx").string());
   const auto look = nlohmann::json::parse(rigcal("inspect run.lvx --rig session/rig.yaml --json").out);
   ASSERT_EQ(look["stops"].size(), std::size_t{stops});
   const fs::path folder = scratch / "of_lvx/left";

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -20,12 +21,7 @@ constexpr std::array commands{"simulate", "calibrate", "inspect", "export", "eva
 
 class CommandLine : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("cli"); }
   void TearDown() override { std::filesystem::remove_all(scratch); }
 
   [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {

@@ -8,6 +8,7 @@
 
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -170,12 +171,7 @@ TEST_F(DoctorLidars, AreJudgedByTheirDriftNotByTheirFlag) {
 
 class DoctorProgram : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_doctor_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("doctor"); }
   void TearDown() override { std::filesystem::remove_all(scratch); }
   [[nodiscard]] ProgramRun doctor(const std::string& arguments) const {
     return run_program(std::string("'") + RIGCAL_PROGRAM + "' doctor " + arguments, scratch);

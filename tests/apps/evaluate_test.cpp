@@ -11,6 +11,7 @@
 #include "core/report/result_folder.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -21,10 +22,7 @@ using testing::IsEmpty;
 class Evaluate : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_evaluate_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
+    scratch = scratch_folder("evaluate");
     write_files();
   }
   void TearDown() override { std::filesystem::remove_all(scratch); }

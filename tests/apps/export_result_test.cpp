@@ -1,7 +1,6 @@
 // `rigcal export` of a result as a user runs it; what the files hold is tested in core/report.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "tests/core/report/make_result.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -24,10 +24,7 @@ using testing::IsEmpty;
 class ExportResult : public testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    scratch = fs::path(testing::TempDir()) / (std::string("rigcal_export_result_") + test->name());
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("export_result");
     CalibrationResult result = make_result();
     ASSERT_TRUE(write_result_folder(result, (scratch / "partly").string()));
     result.sensors.resize(1);

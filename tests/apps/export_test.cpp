@@ -14,6 +14,7 @@
 #include "core/io/pcd_file.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -29,12 +30,7 @@ std::string text_of(const fs::path& path) {
 
 class Export : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = fs::path(testing::TempDir()) /
-              (std::string("rigcal_export_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("export"); }
   void TearDown() override { fs::remove_all(scratch); }
 
   [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {

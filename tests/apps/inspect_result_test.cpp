@@ -10,6 +10,7 @@
 #include "core/report/result_folder.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -20,12 +21,7 @@ using testing::Not;
 
 class InspectResult : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_inspect_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("inspect"); }
   void TearDown() override { std::filesystem::remove_all(scratch); }
 
   // Two LiDARs beside the base, known to 0.5 mm and 0.005 degrees.

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +12,7 @@
 #include "core/base/random.h"
 #include "core/io/pcapng_writer.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -107,8 +107,7 @@ std::uint64_t large_bytes() {
 }
 
 TEST(LargeDump, IsReadInTheMemoryOfASmallOne) {
-  const fs::path folder = fs::path(testing::TempDir()) / ("rigcal_large_dump_" + std::to_string(getpid()));
-  fs::create_directories(folder);
+  const fs::path folder = scratch_folder("large_dump");
   const std::uint64_t bytes[] = {10'000'000, 100'000'000, large_bytes()};
   double peak_mb[3];
   for (int k = 0; k < 3; ++k) {

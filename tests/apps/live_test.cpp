@@ -15,6 +15,7 @@
 #include "simdata/scene_file.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -86,10 +87,7 @@ BatchSinks sinks_of(Seen& seen) {
 class Live : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_live_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
+    scratch = scratch_folder("live");
     options.discovery_port = discovery_port;
     options.queue_datagrams = 1U << 13U;
   }

@@ -109,8 +109,9 @@ TEST_P(LiveTime, BecomesSessionTime) {
     EXPECT_LE(device.clock.jumps, trial.send_utc ? 1U : 0U) << to_string(device.ip);
     EXPECT_LE(device.clock.strays, trial.send_utc ? 10U : 0U) << to_string(device.ip);
   }
-  if (trial.expected == TimestampType::gps || trial.expected == TimestampType::ptp)
+  if (trial.expected == TimestampType::gps || trial.expected == TimestampType::ptp) {
     EXPECT_LT(heard.worst_utc_ns.at(trial.expected), second_ns / 2);
+  }
   for (const livox::DeviceReport& device : heard.devices) {
     const livox::Status status = livox::decode_status(device.link.status);
     const bool has_pulses = trial.source == sim::TimeSource::pps;

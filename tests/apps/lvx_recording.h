@@ -9,6 +9,21 @@
 
 namespace rigcal {
 
+/// The devices of small_rig() as .lvx files tell of them.
+[[nodiscard]] inline LvxDevice small_rig_avia() {
+  LvxDevice avia;
+  avia.broadcast_code = "3JEDHC900100791";
+  avia.type = 7;
+  return avia;
+}
+[[nodiscard]] inline LvxDevice small_rig_mid40() {
+  LvxDevice mid40;
+  mid40.broadcast_code = "0TFDG3B00600551";
+  mid40.index = 1;
+  mid40.type = 1;
+  return mid40;
+}
+
 /// Saves the packets of a dump as a recorder of the vendor keeps them: without addresses and receive stamps, in frames.
 /// `avia` sends from an address that ends in 179, and no other but `mid40` does send.
 inline void save_as_lvx(const std::string& dump, const LvxDevice& avia, const LvxDevice& mid40,

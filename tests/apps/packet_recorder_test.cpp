@@ -10,6 +10,7 @@
 #include "apps/datagram_file.h"
 #include "core/io/session_folder.h"
 #include "drivers/livox_codec/discovery.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -21,12 +22,7 @@ namespace fs = std::filesystem;
 
 class Recorder : public testing::Test {
  protected:
-  void SetUp() override {
-    session = fs::path(testing::TempDir()) /
-              (std::string("rigcal_recorder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(session);
-    fs::create_directories(session);
-  }
+  void SetUp() override { session = scratch_folder("recorder"); }
   void TearDown() override { fs::remove_all(session); }
 
   Expected<PacketRecorder> record(std::uint64_t keep_bytes, int packets) const {

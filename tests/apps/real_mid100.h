@@ -13,6 +13,7 @@
 #include "core/rig/rig.h"
 #include "tests/support/cloud_distance.h"
 #include "tests/support/real_recordings.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 
@@ -23,10 +24,7 @@ class RealMid100 : public ::testing::Test {
   void SetUp() override {
     source_ = real_recordings() / "livox_mid100";
     if (!std::filesystem::exists(source_)) GTEST_SKIP() << "no real recordings in " << source_.parent_path();
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) / (std::string("rigcal_real_mid100_") + test->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    folder_ = scratch_folder("real_mid100");
     read_published();
     name_sensors();
   }

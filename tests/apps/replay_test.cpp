@@ -21,6 +21,8 @@
 #include "simdata/session_writer.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
 
 namespace rigcal {
 namespace {
@@ -81,10 +83,7 @@ void expect_in_order(const Streams& recorded, const Streams& played, std::uint64
 class Replay : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_replay_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
+    scratch = scratch_folder("replay");
     sim::RunOptions run;
     run.seed = 8;
     run.turntable.stops = 1;
@@ -94,8 +93,8 @@ class Replay : public testing::Test {
     run.turntable.final_still_s = 0.1;
     make_session(run);
   }
-  void make_session(const sim::RunOptions& run) {
-    const auto scene = sim::load_scene("room");
+  void make_session(const sim::RunOptions& run, const std::string& name = "room") {
+    const auto scene = sim::load_scene(name);
     SilentReporter silent;
     session = (scratch / "session").string();
     std::filesystem::remove_all(session);
@@ -168,15 +167,9 @@ TEST_F(Replay, AsDevicesGivesTheSameBytesToTheDriver) {
 // Receive stamps of the second recording are of another network, so that the devices' clocks are mapped to session time
 // a little otherwise, and a stop may begin or end a packet earlier or later. The points are the same bytes.
 TEST_F(Replay, WhatWasPlayedCalibratesToTheSame) {
-  sim::RunOptions run;
-  run.seed = 9;
-  run.turntable.stops = 4;
-  run.turntable.dwell_s = 1.0;
-  run.turntable.initial_still_s = 1.0;
-  run.turntable.turn_s = 0.5;
-  run.turntable.final_still_s = 0.3;
+  sim::RunOptions run = hurried_run(8, 1.1);
   run.mount_error = {0.05, 2.0};
-  make_session(run);
+  make_session(run, "courtyard");
   std::optional<ReplaySummary> summary;
   play_to_driver({}, summary);
   ASSERT_TRUE(summary && summary->is_complete);
@@ -202,8 +195,8 @@ TEST_F(Replay, WhatWasPlayedCalibratesToTheSame) {
     const SE3 difference = one.T_base_sensor->inverse() * *other.T_base_sensor;
     const double turn_deg = to_deg(log_so3(difference.R).norm());
     RecordProperty(one.name, std::to_string(1e3 * difference.t.norm()) + " mm, " + std::to_string(turn_deg) + " deg");
-    EXPECT_LT(difference.t.norm(), 2e-3) << one.name;
-    EXPECT_LT(turn_deg, 0.02) << one.name;
+    EXPECT_LT(difference.t.norm(), 1e-3) << one.name;
+    EXPECT_LT(turn_deg, 0.01) << one.name;
   }
 }
 

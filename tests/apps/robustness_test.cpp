@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -25,6 +24,7 @@
 #include "tests/fuzz/scratch_file.h"
 #include "tests/support/make_lvx.h"
 #include "tests/support/mutations.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -54,10 +54,7 @@ Bytes file_bytes(const fs::path& path) {
 
 class Robustness : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_robustness_" + std::to_string(getpid()));
-    fs::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("robustness"); }
   void TearDown() override { fs::remove_all(scratch); }
 
   /// A point packet of an AVIA, the n-th.

@@ -9,6 +9,7 @@
 #include "core/io/session_folder.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -18,12 +19,7 @@ using testing::IsEmpty;
 
 class Simulate : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = std::filesystem::path(testing::TempDir()) /
-              (std::string("rigcal_simulate_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(scratch);
-    std::filesystem::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("simulate"); }
   void TearDown() override { std::filesystem::remove_all(scratch); }
 
   [[nodiscard]] ProgramRun simulate(const std::string& arguments) const {

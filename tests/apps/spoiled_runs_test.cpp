@@ -3,7 +3,6 @@
 // browser; skipped where there is none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <cstdlib>
@@ -20,9 +19,9 @@
 #include "core/io/pcapng_writer.h"
 #include "core/rig/rig.h"
 #include "drivers/livox_codec/sample_packet.h"
-#include "simdata/scene_file.h"
-#include "simdata/session_writer.h"
 #include "tests/support/headless_browser.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
 
 namespace rigcal {
 namespace {
@@ -31,34 +30,9 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr const char* lidar_rig = R"(rigcal: 1
-name: yard
-base: avia
-sensors:
-  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
-  left: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
-initial_extrinsics:
-  left: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-turntable: {driver: manual, axis: [0, 0, 1]}
-)";
-
-constexpr const char* camera_rig = R"(rigcal: 1
-name: yard
-base: avia
-sensors:
-  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179}
-  left: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21}
-  eye:
-    type: camera
-    driver: aravis
-    pixel_format: Mono12
-    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
-                 distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
-initial_extrinsics:
-  left: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-  eye: {translation: [0.05, -0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}
-turntable: {driver: manual, axis: [0, 0, 1]}
-)";
+const std::string camera_rig =
+    small_rig(small_camera("eye", "Mono12"),
+              "  eye: {translation: [0.05, -0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n");
 
 // `straight` looks ahead and sees nothing but upright walls; `down` looks down at the floor.
 constexpr const char* court_rig = R"(rigcal: 1
@@ -101,14 +75,12 @@ objects:
   - {shape: box, center: [0.6, -2.2, 3.4], size: [1.6, 0.7, 0.3], rpy_deg: [-10, 0, -2], material: wall}
 )";
 
-constexpr std::array<std::uint8_t, 4> left_ip{192, 168, 1, 21};
+constexpr std::array<std::uint8_t, 4> mid40_ip{192, 168, 1, 21};
 
 class SpoiledRuns : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_spoiled_" + std::to_string(getpid()));
-    fs::remove_all(scratch);
-    fs::create_directories(scratch);
+    scratch = scratch_folder("spoiled");
     browser = HeadlessBrowser::find(scratch);
   }
   static void TearDownTestSuite() {
@@ -175,21 +147,8 @@ class SpoiledRuns : public testing::Test {
   // What a spoiler makes of one, `seconds` into the recording: false loses it.
   using Spoiler = std::function<bool(double seconds, Packet& packet)>;
 
-  // Packets of a table that hurries; what the stops hold is what matters here.
   static void make_packet_session(const std::string& name, const Spoiler& spoil) {
-    if (!fs::exists(scratch / "packets")) {
-      const auto rig = parse_rig(lidar_rig, "rig.yaml");
-      const auto scene = sim::load_scene("courtyard");
-      ASSERT_TRUE(rig && scene);
-      sim::RunOptions run;
-      run.turntable.stops = 8;
-      run.turntable.dwell_s = 0.9;
-      run.turntable.turn_s = 0.5;
-      run.turntable.swing_rad = 2e-4;
-      run.turntable.initial_still_s = 1.0;
-      SilentReporter silent;
-      ASSERT_TRUE(sim::simulate_session(*scene, *rig, run, (scratch / "packets").string(), {silent}));
-    }
+    if (!fs::exists(scratch / "packets")) simulate_courtyard(small_rig(), hurried_run(8, 0.9), scratch / "packets");
     fs::create_directories(scratch / name);
     for (const char* same : {"rig.yaml", "session.json"})
       fs::copy_file(scratch / "packets" / same, scratch / name / same);
@@ -266,12 +225,12 @@ TEST_F(SpoiledRuns, OfOneStopTheLidarThatItDoesNotConnectIsNamed) {
 TEST_F(SpoiledRuns, OfALossyRecordingTheLossesAreToldAlthoughTheResultIsGood) {
   Random random(5);
   make_packet_session("lossy", [&](double seconds, Packet& packet) {
-    const bool silent = packet.from.ip == left_ip && seconds > 4.0 && seconds < 7.0;
+    const bool silent = packet.from.ip == mid40_ip && seconds > 4.0 && seconds < 7.0;
     return !silent && random.uniform() >= 0.03;
   });
   expect_on_first_screen("lossy", "", 0,
                          AllOf(HasSubstr("✓ good All 2 sensors are good."),
-                               HasSubstr("But the recording has faults: packets lost (avia, left)."),
+                               HasSubstr("But the recording has faults: packets lost (avia, mid40)."),
                                testing::ContainsRegex("2[0-9] % of its point packets are lost \\([0-9]+ in [0-9]+ "
                                                       "gaps, the longest 3.0 s\\); check cable and switch")));
 }
@@ -279,7 +238,7 @@ TEST_F(SpoiledRuns, OfALossyRecordingTheLossesAreToldAlthoughTheResultIsGood) {
 TEST_F(SpoiledRuns, OfAClockThatJumpsTheSensorIsNamed) {
   constexpr std::size_t stamp_byte = 15;  // of the little-endian stamp: steps of 18 minutes
   make_packet_session("jumps", [&](double seconds, Packet& packet) {
-    if (packet.from.ip == left_ip && seconds > 5.0 && livox::parse_sample_packet(packet.bytes)) {
+    if (packet.from.ip == mid40_ip && seconds > 5.0 && livox::parse_sample_packet(packet.bytes)) {
       packet.bytes[stamp_byte] =
           static_cast<std::uint8_t>(packet.bytes[stamp_byte] + 1 + static_cast<int>((seconds - 5.0) / 2.0));
     }
@@ -287,17 +246,17 @@ TEST_F(SpoiledRuns, OfAClockThatJumpsTheSensorIsNamed) {
   });
   expect_on_first_screen(
       "jumps", "", 0,
-      AllOf(HasSubstr("✓ good All 2 sensors are good."), HasSubstr("But the recording has faults: clock (left)."),
+      AllOf(HasSubstr("✓ good All 2 sensors are good."), HasSubstr("But the recording has faults: clock (mid40)."),
             HasSubstr("its clock jumped "), HasSubstr("check its power and what sets its clock")));
 }
 
 TEST_F(SpoiledRuns, OfPacketsThatAnotherClockStampedTheSensorIsNamed) {
   make_packet_session("late", [](double, Packet& packet) {
-    if (packet.from.ip == left_ip) packet.stamp_ns += 1'000'000'000;
+    if (packet.from.ip == mid40_ip) packet.stamp_ns += 1'000'000'000;
     return true;
   });
   expect_on_first_screen("late", "", 1,
-                         AllOf(HasSubstr("1 of 2 sensors is good: left is weak."),
+                         AllOf(HasSubstr("1 of 2 sensors is good: mid40 is weak."),
                                HasSubstr("are its packets stamped by another clock than the others'?")));
 }
 

@@ -13,6 +13,7 @@
 #include "tests/support/bag_bytes.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/ros_bytes.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -31,10 +32,7 @@ Image plain(int width, int height, std::uint8_t value) {
 class StillImagesTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("rigcal_still_images_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    folder_ = scratch_folder("still_images");
     camera_.name = "left";
     camera_.camera.emplace();
     camera_.camera->pixel_format = "BayerRG8";

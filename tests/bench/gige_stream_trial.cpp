@@ -1,7 +1,6 @@
 // A long stream of a virtual camera to Aravis over loopback, each in a process of its own: how many frames are whole to
 // the bit, how many are said to be damaged, and what it costs. gige_stream_trial --seconds 300 --loss 0.01
 #include <arv.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 
 #include "simdata/gige/camera_server.h"
 #include "simdata/gige/test_pattern.h"
+#include "tests/bench/cpu_seconds.h"
 
 namespace {
 
@@ -32,15 +32,6 @@ struct Trial {
 
 constexpr const char* address = "127.0.7.41";
 volatile std::sig_atomic_t is_over = 0;
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 [[noreturn]] void fail(const std::string& what) {
   std::fprintf(stderr, "%s\n", what.c_str());

@@ -6,7 +6,6 @@
 // on the same machine: epoll, one datagram each time it wakes up.
 #include <netinet/in.h>
 #include <sys/epoll.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,6 +23,7 @@
 #include "drivers/livox/device/doorbell.h"
 #include "drivers/livox/device/receiver.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "tests/bench/cpu_seconds.h"
 
 namespace {
 
@@ -78,15 +78,6 @@ void send_all(const Endpoint& to, double times, double seconds, int report) {
   }
   if (write(report, &sent, sizeof sent) != sizeof sent) std::exit(1);
   std::exit(0);
-}
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 std::uint64_t points_of(ByteView packet) {

@@ -2,7 +2,6 @@
 // the program gets without their inputs, which is past its command line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -45,7 +45,7 @@ std::vector<std::string> commands_of(const fs::path& page) {
 class DocumentedCommands : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_documented_" + std::to_string(getpid()));
+    scratch = scratch_folder("documented");
     fs::create_directories(scratch / "here");
   }
   void TearDown() override { fs::remove_all(scratch); }

@@ -1,7 +1,6 @@
 // The man pages and completions against what the program itself says with --help.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -22,10 +22,7 @@ using testing::Not;
 
 class Pages : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = fs::path(testing::TempDir()) / ("rigcal_pages_" + std::to_string(getpid()));
-    fs::create_directories(scratch);
-  }
+  void SetUp() override { scratch = scratch_folder("pages"); }
   void TearDown() override { fs::remove_all(scratch); }
 
   [[nodiscard]] ProgramRun run(const std::string& command) const { return run_program(command, scratch); }

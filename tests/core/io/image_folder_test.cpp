@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/scratch_folder.h"
+
 namespace rigcal {
 namespace {
 
@@ -14,12 +16,7 @@ namespace fs = std::filesystem;
 
 class ImageFolderTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("rigcal_image_folder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
+  void SetUp() override { folder_ = scratch_folder("image_folder"); }
   void TearDown() override { fs::remove_all(folder_); }
   void file(const std::string& name, const std::string& text = {}) const { std::ofstream(folder_ / name) << text; }
 

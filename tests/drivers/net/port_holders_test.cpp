@@ -9,6 +9,7 @@
 
 #include "drivers/net/firewalls.h"
 #include "drivers/net/udp_socket.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::net {
 namespace {
@@ -21,12 +22,7 @@ namespace fs = std::filesystem;
 
 class FakeRoot : public testing::Test {
  protected:
-  void SetUp() override {
-    root = fs::path(testing::TempDir()) /
-           (std::string("rigcal_net_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(root);
-    fs::create_directories(root);
-  }
+  void SetUp() override { root = scratch_folder("net"); }
   void TearDown() override { fs::remove_all(root); }
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((root / name).parent_path());
