@@ -218,7 +218,7 @@ TEST_F(Bag, NamesTopicsThatAreNotThereTheNearestFirst) {
        "correct the topic"});
   expect_refused("run.bag", rig_with(", topic: livox/lidar_21", ""), {"does not say which topic is mid40"});
   expect_refused("run.bag", rig_with("livox/lidar_21", "livox/lidar_179"), {"to both avia and mid40"});
-  expect_refused("run.bag", rig_with(", imu_topic: /livox/imu_179", ", imu_topic: /imu"), {"has no topic /imu (avia)"});
+  expect_refused("run.bag", rig_with("imu_topic: /livox/imu_179", "imu_topic: /imu"), {"has no topic /imu (avia)"});
   expect_refused("half_missing.bag", "rig.yaml", {"half_missing.bag"});
   expect_refused("run.bag", "missing.yaml", {"missing.yaml"});
 }
