@@ -20,6 +20,7 @@ configure_package_config_file(cmake/rigcalConfig.cmake.in "${CMAKE_BINARY_DIR}/r
   INSTALL_DESTINATION "${config_dir}")
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/rigcalConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_BINARY_DIR}/rigcalConfig.cmake" "${CMAKE_BINARY_DIR}/rigcalConfigVersion.cmake"
+  cmake/FindAravis.cmake
   DESTINATION "${config_dir}" COMPONENT dev)
 
 # cpack -G DEB in the build folder makes rigcal_*.deb and rigcal-dev_*.deb.
@@ -43,7 +44,7 @@ whether the answer can be trusted.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libopencv-core-dev, "
+  "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libopencv-core-dev, "
   "libopencv-imgcodecs-dev, libopencv-imgproc-dev, nlohmann-json3-dev, zlib1g-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "Headers and static libraries of rigcal, for find_package(rigcal): what the

@@ -90,6 +90,7 @@ const Table& rooms() {
         {"drivers/net", {"core/records"}},
         {"drivers/gige_codec", {"core/records"}},
         {"drivers/camera", {"core/records"}},
+        {"drivers/camera/aravis", {"drivers/camera", "drivers/net", "core/io"}},
         {"drivers/camera/images", {"drivers/camera", "core/io"}},
         {"drivers/livox_codec", {"core/records"}},
         {"drivers/livox/protocol", {"drivers/livox_codec"}},

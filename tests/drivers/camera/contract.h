@@ -18,6 +18,8 @@ class ContractSubject {
   [[nodiscard]] virtual CameraBackend& backend() = 0;
   /// The camera's id, as `enumerate` gives it.
   [[nodiscard]] virtual std::string camera() const = 0;
+  /// What it is opened by: where a search takes long, its address.
+  [[nodiscard]] virtual std::string name() const { return camera(); }
   /// Free running, at 20 to 100 small frames a second.
   [[nodiscard]] virtual CameraConfig config() const = 0;
   /// A part of the sensor other than that of `config`; nothing where the camera has no such thing.
@@ -37,7 +39,13 @@ struct SubjectMaker {
 inline void PrintTo(const SubjectMaker& maker, std::ostream* out) { *out << maker.name; }
 
 [[nodiscard]] std::unique_ptr<ContractSubject> make_images_subject(std::string& reason);
+[[nodiscard]] std::unique_ptr<ContractSubject> make_virtual_gige_subject(std::string& reason);
+[[nodiscard]] std::unique_ptr<ContractSubject> make_aravis_fake_subject(std::string& reason);
 
-[[nodiscard]] inline std::vector<SubjectMaker> subjects() { return {{"images", make_images_subject}}; }
+[[nodiscard]] inline std::vector<SubjectMaker> subjects() {
+  return {{"images", make_images_subject},
+          {"virtual_gige", make_virtual_gige_subject},
+          {"aravis_fake_gige", make_aravis_fake_subject}};
+}
 
 }  // namespace rigcal::camera

@@ -36,7 +36,7 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
   /// A camera that was just made is brought there.
   void bring(Camera& fresh, CameraState state, const CameraConfig& config) {
     if (state >= CameraState::open) {
-      const auto opened = fresh.open(subject->camera());
+      const auto opened = fresh.open(subject->name());
       ASSERT_TRUE(opened.has_value()) << opened.error().message();
     }
     if (state >= CameraState::configured) {
@@ -69,7 +69,7 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
     };
     switch (which) {
       case CameraCall::open:
-        return of.open(subject->camera());
+        return of.open(subject->name());
       case CameraCall::configure:
         return plain(of.configure(subject->config()));
       case CameraCall::start:
