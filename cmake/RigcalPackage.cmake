@@ -44,8 +44,8 @@ whether the answer can be trusted.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libopencv-core-dev, "
-  "libopencv-imgcodecs-dev, libopencv-imgproc-dev, nlohmann-json3-dev, zlib1g-dev")
+  "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libgpiod-dev, "
+  "libopencv-core-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "Headers and static libraries of rigcal, for find_package(rigcal): what the
 program does, from C++.")

@@ -88,6 +88,7 @@ const Table& rooms() {
         {"core/quality", {"core/planes", "core/camera"}},
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
+        {"drivers/trigger", {"drivers/net"}},
         {"drivers/gige_codec", {"core/records"}},
         {"drivers/camera", {"core/records"}},
         {"drivers/camera/aravis", {"drivers/camera", "drivers/net", "core/io"}},

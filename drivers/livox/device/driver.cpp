@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "drivers/livox/device/host_choice.h"
-#include "drivers/livox/device/privileges.h"
+#include "drivers/net/privileges.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal::livox {
@@ -47,7 +47,7 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
   if (!control) return control.error();
   driver->control_ = *std::move(control);
   if (options.lock_memory) {
-    if (std::string refusal = lock_memory(); !refusal.empty()) driver->notes_.push_back(std::move(refusal));
+    if (std::string refusal = net::lock_memory(); !refusal.empty()) driver->notes_.push_back(std::move(refusal));
   }
   driver->thread_notes_.resize(driver->receivers_.size());
   driver->is_running_ = true;
@@ -59,15 +59,15 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
   for (std::string& note : running.thread_notes_)
     if (!note.empty()) running.notes_.push_back(std::move(note));
   running.control_thread_ = std::thread([&running] {
-    name_thread("livox-control");
+    net::name_thread("livox-control");
     running.control_->run();
   });
   return driver;
 }
 
 void Driver::run_receiver(std::size_t index) {
-  name_thread("livox-receive");
-  if (options_.realtime) thread_notes_[index] = become_realtime();
+  net::name_thread("livox-receive");
+  if (options_.realtime) thread_notes_[index] = net::become_realtime();
   ++started_;
   while (is_receiving_.load(std::memory_order_relaxed))
     if (receivers_[index]->receive_some(receive_wait_ns)) doorbell_.ring();

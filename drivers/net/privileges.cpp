@@ -1,4 +1,4 @@
-#include "drivers/livox/device/privileges.h"
+#include "drivers/net/privileges.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace rigcal::livox {
+namespace rigcal::net {
 namespace {
 
 constexpr int receive_priority = 50;  // Of 1 to 99: above all ordinary work, below the kernel's own threads.
@@ -31,4 +31,4 @@ std::string lock_memory() {
          "): allow it with an unlimited memlock in /etc/security/limits.d, or CAP_IPC_LOCK";
 }
 
-}  // namespace rigcal::livox
+}  // namespace rigcal::net

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace rigcal::livox {
+namespace rigcal::net {
 
 /// Asks for real-time priority for the calling thread. What keeps it from that and the mend, or an empty text.
 [[nodiscard]] std::string become_realtime();
@@ -13,4 +13,4 @@ namespace rigcal::livox {
 /// What the calling thread is called in `top -H`; at most 15 letters.
 void name_thread(const char* name);
 
-}  // namespace rigcal::livox
+}  // namespace rigcal::net

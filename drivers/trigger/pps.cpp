@@ -1,0 +1,94 @@
+#include "drivers/trigger/pps.h"
+
+#include <fcntl.h>
+#include <linux/pps.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace rigcal::trigger {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error pps_error(const std::string& device, int refusal) {
+  if (refusal == EACCES || refusal == EPERM)
+    return system_error("this user may not read the PPS device", device,
+                        "install the udev rules of rigcal, and: sudo adduser $USER dialout (then log in again)");
+  if (refusal == ENOENT || refusal == ENODEV || refusal == ENXIO) {
+    std::string there = "there is none";
+    for (const std::string& known : list_pps())
+      there = (there == "there is none" ? "there are: " : there + ", ") + known;
+    return system_error("there is no such PPS device", device,
+                        there + "; load the driver of the input (pps-gpio, or ldattach PPS for a serial port)");
+  }
+  return system_error(std::string("the PPS device cannot be used: ") + std::strerror(refusal), device,
+                      "see whether it gives pulses: sudo ppstest " + device);
+}
+
+}  // namespace
+
+std::vector<std::string> list_pps() {
+  std::vector<std::string> devices;
+  std::error_code error;
+  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with("pps") && name.size() > 3 && std::isdigit(static_cast<unsigned char>(name[3])) != 0)
+      devices.push_back(entry->path().string());
+  }
+  std::sort(devices.begin(), devices.end());
+  return devices;
+}
+
+Expected<PpsDevice> PpsDevice::open(const std::string& device) {
+  const std::string path = device.starts_with("/") ? device : "/dev/" + device;
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return pps_error(path, errno);
+  PpsDevice opened(path, descriptor);
+  int abilities = 0;
+  if (ioctl(descriptor, PPS_GETCAP, &abilities) != 0) return pps_error(path, errno);
+  if ((abilities & PPS_CAPTUREASSERT) == 0)
+    return system_error("the PPS device does not see rising edges", path, "wire it to another input");
+  pps_kparams parameters{};
+  if (ioctl(descriptor, PPS_GETPARAMS, &parameters) != 0) return pps_error(path, errno);
+  // To change this needs CAP_SYS_TIME, so it is left as it is where it does already what is needed.
+  if ((parameters.mode & PPS_CAPTUREASSERT) == 0) {
+    parameters.api_version = PPS_API_VERS;
+    parameters.mode |= PPS_CAPTUREASSERT | PPS_TSFMT_TSPEC;
+    if (ioctl(descriptor, PPS_SETPARAMS, &parameters) != 0) return pps_error(path, errno);
+  }
+  return opened;
+}
+
+PpsDevice::~PpsDevice() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+PpsDevice::PpsDevice(PpsDevice&& other) noexcept
+    : device_(std::move(other.device_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+PpsDevice& PpsDevice::operator=(PpsDevice&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+Expected<std::optional<PpsPulse>> PpsDevice::next(std::int64_t timeout_ns) {
+  pps_fdata fetched{};
+  fetched.timeout.sec = timeout_ns / 1'000'000'000;
+  fetched.timeout.nsec = static_cast<std::int32_t>(timeout_ns % 1'000'000'000);
+  if (ioctl(descriptor_, PPS_FETCH, &fetched) != 0) {
+    if (errno == ETIMEDOUT || errno == EINTR) return std::optional<PpsPulse>();
+    return pps_error(device_, errno);
+  }
+  return std::optional<PpsPulse>(
+      PpsPulse{fetched.info.assert_sequence, fetched.info.assert_tu.sec * 1'000'000'000 + fetched.info.assert_tu.nsec});
+}
+
+}  // namespace rigcal::trigger

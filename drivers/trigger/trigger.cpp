@@ -1,0 +1,251 @@
+#include "drivers/trigger/trigger.h"
+
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <ctime>
+
+#include "drivers/net/privileges.h"
+#include "drivers/net/waiter.h"
+
+namespace rigcal::trigger {
+namespace {
+
+constexpr std::int64_t lead_ns = 10'000'000;           // So that the first pulse is not late.
+constexpr std::int64_t longest_wait_ns = 100'000'000;  // After which a thread sees that it is to stop.
+constexpr std::int64_t regain_ns = 500'000'000;
+constexpr const char* consumer = "rigcal";
+
+std::int64_t monotonic_now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
+}
+
+void sleep_until(std::int64_t monotonic_ns) {
+  const timespec until{monotonic_ns / 1'000'000'000, monotonic_ns % 1'000'000'000};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);  // Woken early: the caller looks at the time.
+}
+
+}  // namespace
+
+std::int64_t monotonic_of_edge(std::int64_t kernel_ns, const net::ClockReading& now) {
+  const bool is_realtime = std::abs(kernel_ns - now.realtime_ns) < std::abs(kernel_ns - now.monotonic_ns);
+  return is_realtime ? kernel_ns - now.realtime_ns + now.monotonic_ns : kernel_ns;
+}
+
+Trigger::Trigger(const TriggerOptions& options, const net::ClockReading& session_start)
+    : options_(options), clock_(session_start), queue_(options.queue) {}
+
+Trigger::~Trigger() { stop(); }
+
+Expected<std::unique_ptr<Trigger>> Trigger::start(const TriggerOptions& options,
+                                                  const net::ClockReading& session_start) {
+  if (options.output) {
+    if (const auto checked = check_pattern(options.pattern); !checked) return checked.error();
+  }
+  std::unique_ptr<Trigger> trigger(new Trigger(options, session_start));
+  if (const auto taken = trigger->take_lines(); !taken) return taken.error();
+  trigger->start_threads();
+  return trigger;
+}
+
+Expected<void> Trigger::take_lines() {
+  if (options_.strobe) {
+    auto line = InputLine::request(*options_.strobe, consumer);
+    if (!line) return line.error();
+    strobe_ = *std::move(line);
+  }
+  if (!options_.pps.empty()) {
+    auto device = PpsDevice::open(options_.pps);
+    if (!device) return device.error();
+    pps_ = *std::move(device);
+  }
+  if (options_.output) {
+    auto line = OutputLine::request(*options_.output, consumer);
+    if (!line) return line.error();
+    output_ = *std::move(line);
+  }
+  return {};
+}
+
+// Listeners first, so that they see the first pulse.
+void Trigger::start_threads() {
+  if (strobe_) threads_.emplace_back([this, line = std::move(*strobe_)]() mutable { run_strobe(std::move(line)); });
+  if (pps_) threads_.emplace_back([this, device = std::move(*pps_)]() mutable { run_pps(std::move(device)); });
+  if (output_) threads_.emplace_back([this, line = std::move(*output_)]() mutable { run_output(std::move(line)); });
+  strobe_.reset();
+  pps_.reset();
+  output_.reset();
+}
+
+void Trigger::stop() {
+  is_running_.store(false);
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+  queue_.close();
+}
+
+TriggerReport Trigger::report() const {
+  const std::lock_guard lock(mutex_);
+  TriggerReport report = report_;
+  report.dropped_events = queue_.dropped();
+  return report;
+}
+
+void Trigger::tell(TriggerSource source, TriggerEventKind kind, std::int64_t number, std::int64_t stamp_ns) {
+  queue_.push({source, kind, number, stamp_ns});
+}
+
+void Trigger::tell_now(TriggerSource source, TriggerEventKind kind) {
+  tell(source, kind, 0, clock_.from_monotonic(monotonic_now()));
+}
+
+template <class Device>
+std::optional<Device> Trigger::regain(TriggerSource source, const std::function<Expected<Device>()>& request) {
+  tell_now(source, TriggerEventKind::lost);
+  {
+    const std::lock_guard lock(mutex_);
+    ++report_.losses;
+  }
+  std::int64_t next_try = monotonic_now() + regain_ns;
+  while (is_running_.load()) {
+    const std::int64_t now = monotonic_now();
+    if (now < next_try) {
+      sleep_until(std::min(next_try, now + longest_wait_ns));
+      continue;
+    }
+    next_try = now + regain_ns;
+    auto device = request();
+    if (!device) continue;
+    tell_now(source, TriggerEventKind::returned);
+    return *std::move(device);
+  }
+  return std::nullopt;
+}
+
+void Trigger::note_pulse(const PulseAction& action, std::int64_t set_ns) {
+  const std::int64_t stamp = clock_.from_monotonic(set_ns);
+  {
+    const std::lock_guard lock(mutex_);
+    ++report_.pulses;
+    report_.lateness.add(set_ns - action.due_ns);
+  }
+  tell(TriggerSource::output, TriggerEventKind::pulse, static_cast<std::int64_t>(action.pulse), stamp);
+}
+
+void Trigger::run_output(std::optional<OutputLine> line) {
+  net::name_thread("trigger-output");
+  prctl(PR_SET_TIMERSLACK, 1UL);  // Otherwise the kernel wakes threads up to 50 us late, to save energy.
+  if (options_.realtime) {
+    if (std::string refusal = net::become_realtime(); !refusal.empty()) {
+      const std::lock_guard lock(mutex_);
+      report_.notes.push_back("the trigger has " + refusal);
+    }
+  }
+  PulseMachine machine(options_.pattern, monotonic_now() + lead_ns);
+  while (true) {
+    if (!is_running_.load()) machine.end();
+    const std::optional<std::int64_t> wake = machine.wake_ns();
+    if (!wake) break;
+    const std::int64_t before = monotonic_now();
+    const std::optional<PulseAction> action = machine.step(before);
+    if (!action) {
+      sleep_until(std::min(*wake, before + longest_wait_ns));
+      continue;
+    }
+    // Before it is set: the edge may be read back before the call returns.
+    if (action->is_high) last_pulse_ns_.store(clock_.from_monotonic(before));
+    if (line->set(action->is_high)) {
+      // Half of the time that the call took: where in it the line changed is not known.
+      if (action->is_high) note_pulse(*action, before + (monotonic_now() - before) / 2);
+      continue;
+    }
+    line.reset();  // While it is held, the chip comes back under another name.
+    line =
+        regain<OutputLine>(TriggerSource::output, [this] { return OutputLine::request(*options_.output, consumer); });
+    if (!line) break;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    report_.skipped = machine.skipped();
+  }
+  if (is_running_.load()) tell_now(TriggerSource::output, TriggerEventKind::finished);
+}
+
+void Trigger::read_strobe(std::span<const Edge> edges) {
+  const net::ClockReading now = net::read_clocks();
+  const std::lock_guard lock(mutex_);
+  for (const Edge& edge : edges) {
+    const std::int64_t stamp = clock_.from_monotonic(monotonic_of_edge(edge.kernel_ns, now));
+    if (!edge.is_rising) {
+      tell(TriggerSource::strobe, TriggerEventKind::end, static_cast<std::int64_t>(report_.strobe_pulses) - 1, stamp);
+      continue;
+    }
+    if (const std::int64_t pulse = last_pulse_ns_.load(); pulse != 0) report_.strobe_delay.add(stamp - pulse);
+    tell(TriggerSource::strobe, TriggerEventKind::pulse, static_cast<std::int64_t>(report_.strobe_pulses++), stamp);
+  }
+}
+
+void Trigger::run_strobe(std::optional<InputLine> line) {
+  net::name_thread("trigger-strobe");
+  std::array<Edge, 64> edges;
+  auto waiter = net::Waiter::create({line->descriptor()});
+  std::uint64_t last_sequence = 0;
+  while (is_running_.load() && waiter) {
+    if (!waiter->wait(longest_wait_ns) || !waiter->is_ready(0)) continue;
+    const auto count = line->read(edges);
+    if (!count) {
+      line.reset();
+      line =
+          regain<InputLine>(TriggerSource::strobe, [this] { return InputLine::request(*options_.strobe, consumer); });
+      if (!line) return;
+      waiter = net::Waiter::create({line->descriptor()});
+      last_sequence = 0;
+      continue;
+    }
+    for (std::size_t i = 0; i < *count; ++i) {
+      const std::uint64_t sequence = edges[i].sequence;
+      if (last_sequence > 0 && sequence > last_sequence + 1) {
+        const std::lock_guard lock(mutex_);
+        report_.strobe_lost += sequence - last_sequence - 1;
+      }
+      last_sequence = sequence;
+    }
+    read_strobe(std::span<const Edge>(edges.data(), *count));
+  }
+  if (waiter) return;
+  const std::lock_guard lock(mutex_);
+  report_.notes.push_back("the strobe line is not read any more: " + waiter.error().message());
+}
+
+void Trigger::run_pps(PpsDevice device) {
+  net::name_thread("trigger-pps");
+  std::optional<std::uint32_t> last;
+  while (is_running_.load()) {
+    const auto pulse = device.next(longest_wait_ns);
+    if (!pulse) {
+      auto regained = regain<PpsDevice>(TriggerSource::pps, [this] { return PpsDevice::open(options_.pps); });
+      if (!regained) return;
+      device = *std::move(regained);
+      last.reset();
+      continue;
+    }
+    if (!*pulse) continue;
+    const std::uint32_t sequence = (*pulse)->sequence;
+    const std::uint32_t missed = last ? sequence - *last - 1 : 0;
+    last = sequence;
+    net::SessionClock clock = clock_;
+    clock.update(net::read_clocks());
+    {
+      const std::lock_guard lock(mutex_);
+      ++report_.pps_pulses;
+      report_.pps_lost += missed;
+    }
+    tell(TriggerSource::pps, TriggerEventKind::pulse, sequence, clock.from_realtime((*pulse)->realtime_ns));
+  }
+}
+
+}  // namespace rigcal::trigger
