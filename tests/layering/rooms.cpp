@@ -85,6 +85,7 @@ const Table& rooms() {
         {"core/camera", {"core/edges"}},
         {"core/planes", {"core/voxel"}},
         {"core/start", {"core/planes"}},
+        {"core/corner", {"core/start"}},
         {"core/quality", {"core/planes", "core/camera"}},
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
