@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/frames/frame_ids.h"
+
 namespace rigcal::camera {
 
 /// A camera that was found.
@@ -60,6 +62,7 @@ struct CameraSetup {
   std::optional<double> gain;
   std::optional<double> frame_rate;
   std::optional<int> packet_bytes;
+  FrameIdRule frame_ids;  ///< How its frames are numbered.
   bool has_device_stamps = false;
   bool stamps_end = false;         ///< The host's stamp is of the frame's end on its way, not of its beginning.
   std::vector<std::string> notes;  ///< What is otherwise than wanted, or was mended; sentences.

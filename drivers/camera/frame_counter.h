@@ -3,38 +3,30 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/frames/frame_ids.h"
+
 namespace rigcal::camera {
 
-/// Tells from a camera's frame ids how many frames never came. Ids go up by one from `first` to `last` and begin again
-/// at `first`.
+/// Tells from a camera's frame ids how many frames never came.
 class FrameCounter {
  public:
-  FrameCounter(std::uint64_t first, std::uint64_t last) : first_(first), last_(last) {}
+  /// More at once were not lost: the camera counts anew.
+  static constexpr std::int64_t kLongestGap = 100'000;
 
-  /// How many are missing between the frame before and this one. A frame that comes late, or a second time, is none; a
-  /// camera that began anew counts from there.
+  explicit FrameCounter(const FrameIdRule& rule) : rule_(rule) {}
+
+  /// How many are missing between the frame before and this one. A frame that comes late, or a second time, is none;
+  /// a camera that began anew counts from there.
   [[nodiscard]] std::uint64_t missing_before(std::uint64_t id) {
-    const std::optional<std::uint64_t> before = before_;
-    if (id < first_ || id > last_) return 0;
-    if (!before) {
-      before_ = id;
-      return 0;
-    }
-    const std::uint64_t steps = id >= *before ? id - *before : last_ - *before + (id - first_) + 1;
-    // More than half a round on is a step back.
-    if (steps == 0 || steps > (last_ - first_) / 2 + 1) {
-      if (id == first_) before_ = id;
-      return 0;
-    }
-    before_ = id;
-    return steps - 1;
+    const bool is_strange = rule_.bits < 64 && id >> static_cast<unsigned>(rule_.bits) != 0;
+    if (is_strange) return 0;
+    const std::int64_t steps = before_ ? frame_steps(rule_, *before_, id) : 1;
+    if (steps > 0 || id <= 1) before_ = id;
+    return steps > 1 && steps <= kLongestGap ? static_cast<std::uint64_t>(steps - 1) : 0;
   }
-  /// The camera begins anew.
-  void restart() { before_.reset(); }
 
  private:
-  std::uint64_t first_;
-  std::uint64_t last_;
+  FrameIdRule rule_;
   std::optional<std::uint64_t> before_;
 };
 

@@ -294,6 +294,11 @@ Expected<CameraSetup> CameraSetter::read_back(const CameraConfig& config) {
   if (device_.is_gige()) {
     if (const auto bytes = device_.number("GevSCPSPacketSize"); bytes) setup.packet_bytes = static_cast<int>(*bytes);
   }
+  const Expected<std::string> extended =
+      device_.has("GevGVSPExtendedIDMode") ? device_.get("GevGVSPExtendedIDMode") : Expected<std::string>("Off");
+  setup.frame_ids = device_.is_usb()                ? usb3_block_ids
+                    : extended && *extended == "On" ? extended_block_ids
+                                                    : gige_block_ids;
   setup.has_device_stamps = true;
   const auto compare = [&](const char* what, std::optional<double> wanted, std::optional<double> got) {
     if (!wanted || !got || std::abs(*wanted - *got) <= 0.01 * *wanted) return;

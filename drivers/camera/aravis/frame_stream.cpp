@@ -25,14 +25,6 @@ FrameStatus status_of(ArvBufferStatus status) {
   }
 }
 
-/// Ids of 64 bits, or those of a GigE camera of version 1: 16 bits, and 0 is none.
-FrameCounter counter_for(const Device& device) {
-  if (device.is_usb()) return {0, UINT64_MAX};
-  const Expected<std::string> extended =
-      device.has("GevGVSPExtendedIDMode") ? device.get("GevGVSPExtendedIDMode") : Expected<std::string>("Off");
-  return extended && *extended == "On" ? FrameCounter(1, UINT64_MAX) : FrameCounter(1, 65535);
-}
-
 }  // namespace
 
 /// The memory of all buffers, and what Aravis knows of those that are lent.
@@ -85,7 +77,7 @@ Expected<std::unique_ptr<FrameStream>> FrameStream::start(Device& device, const 
                                                           const AravisOptions& options) {
   std::unique_ptr<FrameStream> made(new FrameStream);
   made->setup_ = setup;
-  made->counter_ = counter_for(device);
+  made->counter_ = FrameCounter(setup.frame_ids);
   const std::string& who = device.identity().id;
   if (device.is_usb()) arv_camera_uv_set_usb_mode(device.get(), ARV_UV_USB_MODE_ASYNC);
   Problem problem;

@@ -51,7 +51,7 @@ class FrameStream {
   _ArvChunkParser* chunks_ = nullptr;
   std::string exposure_chunk_;
   CameraSetup setup_;
-  FrameCounter counter_{1, 65535};
+  FrameCounter counter_{gige_block_ids};
   Counts counts_;
 };
 

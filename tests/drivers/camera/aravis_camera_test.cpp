@@ -95,7 +95,7 @@ class AravisCamera : public testing::Test {
 
   sim::ServedCamera device = virtual_camera(42, "00C0DE42");
   std::unique_ptr<sim::CameraServer> server;
-  ScratchFolder scratch{"rigcal_aravis_camera"};
+  ScratchFolder scratch{"aravis_camera"};
   AravisOptions options;
   bool keeps_settings = false;
   std::unique_ptr<Camera> camera;

@@ -32,7 +32,7 @@ class ImageCamera : public testing::Test {
     return *std::move(delivery);
   }
 
-  ScratchFolder scratch{"rigcal_image_camera"};
+  ScratchFolder scratch{"image_camera"};
   ImageCameraOptions::Pace pace = ImageCameraOptions::Pace::as_taken;
   std::unique_ptr<Camera> camera;
   CameraSetup setup;

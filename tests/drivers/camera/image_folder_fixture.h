@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <string>
@@ -9,17 +8,14 @@
 
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 
 /// A folder that is gone when this ends.
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& name)
-      : path_(std::filesystem::path(testing::TempDir()) / (name + "_" + std::to_string(getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
+  explicit ScratchFolder(const std::string& name) : path_(scratch_folder(name)) {}
   ~ScratchFolder() {
     std::error_code error;
     std::filesystem::remove_all(path_, error);

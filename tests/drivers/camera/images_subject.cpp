@@ -18,7 +18,7 @@ class ImagesSubject final : public ContractSubject {
   [[nodiscard]] bool allocates_for_frames() const override { return true; }
 
  private:
-  ScratchFolder scratch_{"rigcal_images_subject"};
+  ScratchFolder scratch_{"images_subject"};
   ImageBackend backend_{{scratch_.path().string(), ImageCameraOptions::Pace::recorded}};
 };
 

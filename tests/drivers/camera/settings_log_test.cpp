@@ -23,7 +23,7 @@ class SettingsLogFile : public testing::Test {
     std::filesystem::create_directories(std::filesystem::path(file).parent_path());
     std::ofstream(file) << text;
   }
-  ScratchFolder scratch{"rigcal_settings_log"};
+  ScratchFolder scratch{"settings_log"};
   std::string file = settings_file((scratch.path() / "cameras").string(), "Hikrobot-MV-00F1");
 };
 

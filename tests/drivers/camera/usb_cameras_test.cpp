@@ -30,7 +30,7 @@ class UsbCameras : public testing::Test {
   std::vector<UsbCamera> list() {
     return list_usb_cameras((scratch.path() / "sys").string(), (scratch.path() / "nodes").string());
   }
-  ScratchFolder scratch{"rigcal_usb_cameras"};
+  ScratchFolder scratch{"usb_cameras"};
 };
 
 TEST_F(UsbCameras, AreFoundByTheClassOfTheirInterface) {

@@ -1,0 +1,320 @@
+#include "drivers/camera/v4l2/video_camera.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <thread>
+
+#include "drivers/camera/frame_counter.h"
+#include "drivers/camera/v4l2/video_backend.h"
+#include "drivers/camera/v4l2/video_buffers.h"
+#include "drivers/camera/v4l2/video_errors.h"
+#include "drivers/camera/v4l2/video_setter.h"
+
+namespace rigcal::camera {
+namespace {
+
+constexpr std::int64_t kSearchPauseNs = 100'000'000;  ///< Between searches for a camera that is lost.
+constexpr std::int64_t kDryPauseNs = 1'000'000;       ///< Until somebody gives a buffer back.
+
+/// CLOCK_MONOTONIC on Linux, as the kernel stamps.
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void sleep_ns(std::int64_t time_ns) { std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns)); }
+
+template <std::size_t size>
+std::string text_of(const std::uint8_t (&field)[size]) {
+  const auto end = std::find(std::begin(field), std::end(field), std::uint8_t{0});
+  return {std::begin(field), end};
+}
+
+class VideoCamera final : public Camera {
+ public:
+  explicit VideoCamera(std::shared_ptr<VideoKernel> kernel) : kernel_(std::move(kernel)) {}
+  ~VideoCamera() override { close(); }
+  VideoCamera(const VideoCamera&) = delete;
+  VideoCamera& operator=(const VideoCamera&) = delete;
+
+  [[nodiscard]] CameraCounters counters() const override { return counters_; }
+
+ protected:
+  Expected<CameraIdentity> do_open(const std::string& name) override;
+  Expected<CameraSetup> do_configure(const CameraConfig& config) override;
+  Expected<void> do_start() override;
+  Expected<Delivery> do_next(std::int64_t timeout_ns) override;
+  Expected<void> do_trigger() override { return system_error("the camera has no trigger", wanted_.id); }
+  Expected<void> do_stop() override;
+  void do_close() override;
+
+ private:
+  /// The camera may be one of those that this user may not open.
+  [[nodiscard]] Error explain_absence(Error absent) const;
+  /// Opened where it is now, which may be another device file than before.
+  Expected<void> reopen();
+  Expected<CameraSetup> set_up(const CameraConfig& config);
+  void stop_stream();
+  /// A frame, an event, or nothing where it was not what it looked like.
+  std::optional<Delivery> look(const VideoKernel::Ready& ready);
+  std::optional<Delivery> take();
+  bool has_source_changed() const;
+  Delivery lose(const std::string& how);
+  Delivery search(std::int64_t deadline_ns);
+
+  std::shared_ptr<VideoKernel> kernel_;
+  CameraIdentity wanted_;
+  std::shared_ptr<const VideoDevice> device_;
+  std::unique_ptr<VideoSetter> setter_;
+  std::shared_ptr<VideoBuffers> buffers_;
+  CameraConfig config_;
+  CameraSetup setup_;
+  std::size_t row_bytes_ = 0;
+  FrameCounter counter_{v4l2_sequence_numbers};
+  CameraCounters counters_;
+  bool is_gone_ = false;
+  std::int64_t search_ns_ = 0;
+};
+
+Expected<CameraIdentity> VideoCamera::do_open(const std::string& name) {
+  const bool is_path = name.starts_with("/dev/");
+  std::string path = name;
+  if (!is_path) {
+    const auto there = VideoBackend(kernel_).enumerate();
+    if (!there) return there.error();
+    Expected<CameraIdentity> found = find_camera(*there, name);
+    if (!found) return explain_absence(found.error());
+    path = found->address;
+  }
+  auto opened = open_video(kernel_, path);
+  if (!opened) return opened.error();
+  device_ = opened->device;
+  wanted_ = opened->identity;
+  setter_ = std::make_unique<VideoSetter>(device_);
+  return wanted_;
+}
+
+Error VideoCamera::explain_absence(Error absent) const {
+  std::vector<std::string> forbidden;
+  for (const std::string& path : kernel_->devices()) {
+    const int descriptor = kernel_->open(path);
+    if (descriptor >= 0) kernel_->close(descriptor);
+    if (descriptor == -EACCES || descriptor == -EPERM) forbidden.push_back(path);
+  }
+  if (forbidden.empty()) return absent;
+  return system_error(absent.what + " among those that this user may open, " + list_text(forbidden) + " left out",
+                      absent.where, video_error({}, {}, -EACCES).mend);
+}
+
+Expected<void> VideoCamera::reopen() {
+  const auto there = VideoBackend(kernel_).enumerate();
+  if (!there) return there.error();
+  for (const CameraIdentity& camera : *there) {
+    if (camera.id != wanted_.id || camera.serial != wanted_.serial) continue;
+    auto opened = open_video(kernel_, camera.address);
+    if (!opened) return opened.error();
+    device_ = opened->device;
+    setter_ = std::make_unique<VideoSetter>(device_);
+    return {};
+  }
+  return system_error("the camera is gone", wanted_.id, "plug it in");
+}
+
+Expected<CameraSetup> VideoCamera::do_configure(const CameraConfig& config) {
+  if (!device_) {
+    if (auto there = reopen(); !there) return there.error();
+  }
+  if (buffers_.use_count() > 1)
+    return system_error("frames of the camera are still lent", wanted_.id, "give them back before it is set up anew");
+  buffers_.reset();
+  setter_->restore();
+  Expected<CameraSetup> setup = set_up(config);
+  if (!setup) return setup;
+  config_ = config;
+  setup_ = *setup;
+  return setup;
+}
+
+Expected<CameraSetup> VideoCamera::set_up(const CameraConfig& config) {
+  Expected<CameraSetup> setup = setter_->apply(config);
+  if (!setup) return setup;
+  auto buffers = VideoBuffers::make(device_, config.buffers, setup->pixel_format);
+  if (!buffers) return buffers.error();
+  if ((*buffers)->smallest() < setup->image_bytes) {
+    return system_error("the camera's buffers of " + std::to_string((*buffers)->smallest()) +
+                            " bytes hold no image of " + std::to_string(setup->image_bytes),
+                        wanted_.id, "choose another pixel format");
+  }
+  buffers_ = *std::move(buffers);
+  setup->stamps_end = !buffers_->stamps_begin();
+  row_bytes_ = setter_->row_bytes();
+  return setup;
+}
+
+Expected<void> VideoCamera::do_start() {
+  if (!device_) {
+    if (auto there = reopen(); !there) return there;
+    const auto setup = set_up(config_);
+    if (!setup) return setup.error();
+    if (setup->width != setup_.width || setup->height != setup_.height || setup->image_bytes != setup_.image_bytes)
+      return system_error("the camera came back with another image size", wanted_.id, "set its size");
+  }
+  v4l2_event_subscription change{};
+  change.type = V4L2_EVENT_SOURCE_CHANGE;
+  device_->control(VIDIOC_SUBSCRIBE_EVENT, &change);  // Webcams know no such thing.
+  if (auto started = buffers_->start(); !started) return started;
+  counter_ = FrameCounter(v4l2_sequence_numbers);
+  is_gone_ = false;
+  return {};
+}
+
+Expected<Delivery> VideoCamera::do_next(std::int64_t timeout_ns) {
+  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  if (is_gone_) return search(deadline_ns);
+  while (true) {
+    const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - now_ns(), 0);
+    if (auto delivery = look(device_->wait(left_ns))) return std::move(*delivery);
+    if (now_ns() >= deadline_ns) return Delivery{};
+  }
+}
+
+std::optional<Delivery> VideoCamera::look(const VideoKernel::Ready& ready) {
+  if (ready.gone) return lose("it was unplugged");
+  if (ready.event && has_source_changed()) return lose("what it sends has changed");
+  if (ready.frame) return take();
+  // The kernel also calls it an error where it has no buffer to fill.
+  if (ready.error && buffers_->is_dry()) {
+    sleep_ns(kDryPauseNs);
+    return std::nullopt;
+  }
+  if (ready.error) return take();
+  return std::nullopt;
+}
+
+std::optional<Delivery> VideoCamera::take() {
+  VideoBuffers::Filled filled;
+  if (const int code = buffers_->take(filled); code != 0) {
+    if (code == -EAGAIN) return std::nullopt;
+    return lose(code == -ENODEV ? "it was unplugged" : "its stream broke off");
+  }
+  FrameFacts facts;
+  facts.status = filled.is_damaged                   ? FrameStatus::device_error
+                 : filled.bytes < setup_.image_bytes ? FrameStatus::incomplete
+                                                     : FrameStatus::whole;
+  facts.frame_id = filled.sequence;
+  facts.missing_before = counter_.missing_before(filled.sequence);
+  facts.host_stamp_ns = filled.stamp_ns > 0 ? filled.stamp_ns : now_ns();
+  facts.width = setup_.width;
+  facts.height = setup_.height;
+  facts.row_bytes = row_bytes_;
+  facts.pixel_format = buffers_->pixel_format();
+  ++counters_.frames[static_cast<std::size_t>(facts.status)];
+  counters_.missing += facts.missing_before;
+  Delivery delivery;
+  delivery.kind = Delivery::Kind::frame;
+  const bool is_whole = facts.status == FrameStatus::whole;
+  delivery.frame =
+      Frame(facts, is_whole ? buffers_->bytes(filled.buffer, setup_.image_bytes) : ByteView(), buffers_, filled.buffer);
+  return delivery;
+}
+
+bool VideoCamera::has_source_changed() const {
+  bool has_changed = false;
+  v4l2_event event{};
+  while (device_->control(VIDIOC_DQEVENT, &event) == 0) {
+    has_changed = has_changed || event.type == V4L2_EVENT_SOURCE_CHANGE;
+    event = {};
+  }
+  return has_changed;
+}
+
+Delivery VideoCamera::lose(const std::string& how) {
+  stop_stream();
+  // Opened anew in any case: what was set may be gone with what happened.
+  buffers_.reset();
+  if (setter_) setter_->restore();
+  setter_.reset();
+  device_.reset();
+  is_gone_ = true;
+  search_ns_ = now_ns();
+  ++counters_.losses;
+  Delivery delivery;
+  delivery.kind = Delivery::Kind::lost;
+  delivery.text = wanted_.id + ": the camera is gone: " + how;
+  return delivery;
+}
+
+Delivery VideoCamera::search(std::int64_t deadline_ns) {
+  while (true) {
+    if (now_ns() >= search_ns_) {
+      if (do_start().has_value()) {
+        ++counters_.returns;
+        Delivery delivery;
+        delivery.kind = Delivery::Kind::back;
+        delivery.text = wanted_.id + ": the camera is back";
+        return delivery;
+      }
+      buffers_.reset();
+      device_.reset();
+      search_ns_ = now_ns() + kSearchPauseNs;
+    }
+    const std::int64_t left_ns = deadline_ns - now_ns();
+    if (left_ns <= 0) return {};
+    sleep_ns(std::min(left_ns, std::max<std::int64_t>(search_ns_ - now_ns(), 0)));
+  }
+}
+
+void VideoCamera::stop_stream() {
+  if (buffers_) counters_.discarded += buffers_->stop();
+}
+
+Expected<void> VideoCamera::do_stop() {
+  stop_stream();
+  return {};
+}
+
+void VideoCamera::do_close() {
+  buffers_.reset();
+  if (setter_) setter_->restore();
+  setter_.reset();
+  device_.reset();
+}
+
+}  // namespace
+
+Expected<OpenVideo> open_video(const std::shared_ptr<VideoKernel>& kernel, const std::string& path) {
+  const int descriptor = kernel->open(path);
+  if (descriptor == -ENOENT) {
+    std::vector<std::string> others = kernel->devices();
+    return system_error(
+        "there is no such device file", path,
+        others.empty() ? "no camera of Video4Linux is there: plug it in" : "there is " + list_text(others));
+  }
+  if (descriptor < 0) return video_error("the camera cannot be opened", path, descriptor);
+  auto device = std::make_shared<const VideoDevice>(kernel, descriptor, path);
+  v4l2_capability what{};
+  const int code = device->control(VIDIOC_QUERYCAP, &what);
+  const std::uint32_t can = (what.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? what.device_caps : what.capabilities;
+  constexpr std::uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if (code != 0 || (can & needed) != needed)
+    return system_error("this is no camera that rigcal can use", path, "name another device file");
+  CameraIdentity identity;
+  identity.model = text_of(what.card);
+  identity.vendor = text_of(what.driver);
+  identity.serial = kernel->serial(path);
+  identity.address = path;
+  identity.link = "V4L2";
+  // One word: the card, and what tells two of a kind apart.
+  identity.id = identity.model + "-" + (identity.serial.empty() ? text_of(what.bus_info) : identity.serial);
+  std::replace(identity.id.begin(), identity.id.end(), ' ', '-');
+  return OpenVideo{std::move(device), std::move(identity)};
+}
+
+std::unique_ptr<Camera> make_video_camera(std::shared_ptr<VideoKernel> kernel) {
+  return std::make_unique<VideoCamera>(std::move(kernel));
+}
+
+}  // namespace rigcal::camera
