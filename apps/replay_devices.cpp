@@ -49,9 +49,7 @@ class DeviceOutlet final : public ReplayOutlet {
 
   bool serve(std::int64_t now) override {
     rack_->serve(now);
-    if (!first_sampling_ns_ && rack_->is_any_sampling()) first_sampling_ns_ = now;
-    if (!first_sampling_ns_) return false;
-    return rack_->are_all_sampling() || now - *first_sampling_ns_ >= std::llround(options_.patience_s * 1e9);
+    return rack_->may_begin(now, options_.patience_s);
   }
   Expected<void> send(const Datagram& datagram, std::int64_t due, const ReplayPace& pace) override {
     const auto packet = livox::parse_sample_packet(datagram.bytes);
@@ -101,7 +99,6 @@ class DeviceOutlet final : public ReplayOutlet {
   std::unique_ptr<sim::VirtualRack> rack_;
   std::vector<Player> players_;
   std::vector<std::uint8_t> bytes_;
-  std::optional<std::int64_t> first_sampling_ns_;
   std::uint64_t left_out_ = 0;
 };
 

@@ -13,7 +13,7 @@
 namespace rigcal::sim {
 namespace {
 
-constexpr std::int64_t lead_ns = 20'000'000;            // From the first "start" to the first shot.
+constexpr std::int64_t lead_ns = 20'000'000;            // From the last "start" to the first shot.
 constexpr std::int64_t render_wait_ns = 2'000'000;      // Until a block that is not rendered yet is looked for again.
 constexpr std::int64_t last_frames_ns = 5'000'000'000;  // The run's last images may take so long after its end.
 constexpr double late_s = 0.1;                          // From here on the rendering is too slow for what is asked.
@@ -43,7 +43,7 @@ class LiveRun {
       const std::int64_t now = now_ns();
       rack_.serve(now);
       for (std::size_t i = 0; i < units_.size(); ++i) follow(i);
-      if (!start_ns_ && is_wanted()) {
+      if (!start_ns_ && is_wanted(now)) {
         start_ns_ = now + lead_ns;
         cameras_.begin(*start_ns_, options_.speed, options_.loop);
       }
@@ -83,7 +83,9 @@ class LiveRun {
     std::int64_t last_due_ns = 0;
   };
 
-  bool is_wanted() const { return units_.empty() ? cameras_.is_any_acquiring() : rack_.is_any_sampling(); }
+  bool is_wanted(std::int64_t now) {
+    return units_.empty() ? cameras_.is_any_acquiring() : rack_.may_begin(now, options_.patience_s);
+  }
   // What its owner has told the device, and whether it has restarted.
   void follow(std::size_t index) {
     Unit& unit = units_[index];

@@ -14,6 +14,7 @@ struct LiveOptions {
   RunOptions run;
   double speed = 1.0;
   bool loop = false;
+  double patience_s = 3.0;  ///< Once a LiDAR is told to sample, the run waits so long for the others.
   ControlFaults control;
   std::vector<Incident> incidents;
   std::uint16_t discovery_port = livox::kDiscoveryPort;
@@ -35,9 +36,9 @@ struct LiveSummary {
 };
 
 /// Serves the LiDARs and the GigE cameras of a rig as virtual devices on the network, each on its own address, until
-/// the run is over or the work is cancelled. The run begins when the first LiDAR is told to sample (without LiDARs: the
-/// first camera): whoever waits for it misses nothing but what its slower devices miss. Errors: what simulate_run and
-/// LiveCameras refuse; an address that this machine does not have, a port that is taken.
+/// the run is over or the work is cancelled. The run begins when all LiDARs are told to sample, or some seconds after
+/// the first was (without LiDARs: with the first camera), so that who takes all of them misses nothing. Errors: what
+/// simulate_run and LiveCameras refuse; an address that this machine does not have, a port that is taken.
 [[nodiscard]] Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveOptions& options,
                                                const RunContext& context);
 

@@ -131,6 +131,12 @@ bool VirtualRack::are_all_sampling() const {
   return std::all_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.control.is_sampling(); });
 }
 
+bool VirtualRack::may_begin(std::int64_t now_ns, double patience_s) {
+  if (!first_sampling_ns_ && is_any_sampling()) first_sampling_ns_ = now_ns;
+  if (!first_sampling_ns_) return false;
+  return are_all_sampling() || now_ns - *first_sampling_ns_ >= std::llround(patience_s * 1e9);
+}
+
 Expected<bool> VirtualRack::send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes) {
   const Unit& unit = units_[index];
   if (!unit.control.is_sampling() || unit.control.is_silent(due_ns)) return false;

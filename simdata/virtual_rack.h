@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ class VirtualRack {
   [[nodiscard]] VirtualLivox& device(std::size_t index) { return units_[index].control; }
   [[nodiscard]] bool is_any_sampling() const;
   [[nodiscard]] bool are_all_sampling() const;
+  /// Whether all sample, or some have sampled for as long as one waits for the others; to be asked until it is true.
+  [[nodiscard]] bool may_begin(std::int64_t now_ns, double patience_s);
   /// How far incidents have put a device's clock forward since its last start.
   [[nodiscard]] std::int64_t clock_shift_ns(std::size_t index) const { return units_[index].clock_shift_ns; }
 
@@ -89,6 +92,7 @@ class VirtualRack {
   RackOptions options_;
   std::vector<bool> happened_;  ///< By incident.
   std::int64_t switched_on_ns_;
+  std::optional<std::int64_t> first_sampling_ns_;
   net::ReceiveBatch batch_;
   std::vector<DeviceFrame> frames_;
   PacketFaults faults_;
