@@ -3,12 +3,15 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/batch_source.h"
 #include "apps/command.h"
 #include "apps/doctor.h"
+#include "apps/known_files.h"
 #include "apps/live_datagrams.h"
+#include "apps/machine_checks.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal {
@@ -100,21 +103,24 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
   std::vector<Check> checks = list_all(*interfaces);
   checks.push_back(check_receive_buffer(net::largest_receive_buffer(), livox::DriverOptions{}.receive_bytes));
   checks.push_back(check_discovery_port(net::port_holders(livox::kDiscoveryPort)));
-  Expected<std::vector<Check>> lidars = std::vector<Check>{};
-  if (options.rig.empty()) {
-    lidars = listen(options.seconds, context);
-  } else {
-    const Expected<Rig> rig = load_rig(options.rig);
-    if (!rig) return rig.error();
-    for (Check& check : check_network(*rig, *interfaces)) checks.push_back(std::move(check));
-    lidars = examine(*rig, options.seconds, context);
+  std::optional<Rig> rig;
+  if (!options.rig.empty()) {
+    Expected<Rig> loaded = load_rig(options.rig);
+    if (!loaded) return loaded.error();
+    rig = *std::move(loaded);
   }
+  const Rig* const known = rig ? &*rig : nullptr;
+  for (Check& check : check_machine(find_machine(known), known, shipped_file("udev/install")))
+    checks.push_back(std::move(check));
+  if (known != nullptr)
+    for (Check& check : check_network(*known, *interfaces)) checks.push_back(std::move(check));
+  const auto lidars = known == nullptr ? listen(options.seconds, context) : examine(*known, options.seconds, context);
   if (!lidars) return lidars.error();
   const bool all_is_heard = std::none_of(lidars->begin(), lidars->end(), [](const Check& check) {
     return check.level == CheckLevel::bad || (check.about == nobody && check.level != CheckLevel::good);
   });
   for (Check& check : check_firewalls(net::active_firewalls(), all_is_heard)) checks.push_back(std::move(check));
-  for (Check& check : *lidars) checks.push_back(std::move(check));
+  checks.insert(checks.end(), lidars->begin(), lidars->end());
   if (context.json) {
     CommandContext::print(checks_json(checks));
   } else if (!context.quiet) {
@@ -135,7 +141,7 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
 
 void add_doctor_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<DoctorOptions>();
-  CLI::App* command = app.add_subcommand("doctor", "Check the network of this machine and the LiDARs of a rig");
+  CLI::App* command = app.add_subcommand("doctor", "Check this machine and the LiDARs and trigger lines of a rig");
   command->add_option("--rig", options->rig, "Rig file; its LiDARs are taken for some seconds. Without: only listen")
       ->option_text("RIG");
   command->add_option("--seconds", options->seconds, "How long to look at the LiDARs (default 5)")

@@ -8,7 +8,6 @@
 #include "core/base/version.h"
 #include "drivers/livox/protocol/abilities.h"
 #include "drivers/livox_codec/status.h"
-#include "drivers/net/socket_limits.h"
 
 namespace rigcal {
 namespace {
@@ -149,7 +148,9 @@ std::vector<Check> check_network(const Rig& rig, const std::vector<net::Interfac
 
 Check check_receive_buffer(std::optional<std::size_t> largest, std::size_t needed) {
   if (largest && *largest < needed)
-    return {CheckLevel::warning, "receive buffer", net::receive_buffer_hint(needed, *largest),
+    return {CheckLevel::warning, "receive buffer",
+            "the system allows " + std::to_string(*largest / 1024) + " KiB, " + std::to_string(needed / 1024) +
+                " are needed so that packets do not get lost when the machine is busy",
             "sudo sysctl -w net.core.rmem_max=" + std::to_string(needed) + " (in /etc/sysctl.d to keep it)"};
   return {CheckLevel::good,
           "receive buffer",

@@ -9,4 +9,8 @@ namespace rigcal {
 /// installed.
 [[nodiscard]] std::string rig_file(const std::string& given);
 
+/// The path of a file that comes with the program, by its path in the source tree ("udev/install"), looked for in the
+/// same places; as it was given where it is not found.
+[[nodiscard]] std::string shipped_file(const std::string& path);
+
 }  // namespace rigcal

@@ -8,19 +8,14 @@
 #include <cstring>
 
 namespace rigcal::net {
-namespace {
-
-constexpr int receive_priority = 50;  // Of 1 to 99: above all ordinary work, below the kernel's own threads.
-
-}  // namespace
 
 std::string become_realtime() {
   sched_param parameters{};
-  parameters.sched_priority = receive_priority;
+  parameters.sched_priority = kRealtimePriority;
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
   if (error == 0) return {};
-  return std::string("no real-time priority (") + std::strerror(error) +
-         "): allow it with an rtprio of 50 in /etc/security/limits.d, or CAP_SYS_NICE";
+  return std::string("no real-time priority (") + std::strerror(error) + "): allow it with an rtprio of " +
+         std::to_string(kRealtimePriority) + " in /etc/security/limits.d, or CAP_SYS_NICE";
 }
 
 void name_thread(const char* name) { pthread_setname_np(pthread_self(), name); }

@@ -59,8 +59,9 @@ Error line_error(const LineAddress& address, const std::string& verb, int refusa
       return system_error("there is no such GPIO chip", where, "correct the rig file's gpiochip; " + chips_text(chips));
     case EACCES:
     case EPERM:
-      return system_error("this user may not use the GPIO chip", where,
-                          "install the udev rules of rigcal, and: sudo adduser $USER gpio (then log in again)");
+      return system_error(
+          "this user may not use the GPIO chip", where,
+          "install the rules of rigcal (rigcal doctor says how), and: sudo adduser $USER plugdev (then log in again)");
     case EBUSY:
       return system_error("the line is held by " + (use.consumer.empty() ? "another program" : use.consumer), where,
                           "end that program, or take another line");

@@ -19,8 +19,9 @@ namespace fs = std::filesystem;
 
 Error pps_error(const std::string& device, int refusal) {
   if (refusal == EACCES || refusal == EPERM)
-    return system_error("this user may not read the PPS device", device,
-                        "install the udev rules of rigcal, and: sudo adduser $USER dialout (then log in again)");
+    return system_error(
+        "this user may not read the PPS device", device,
+        "install the rules of rigcal (rigcal doctor says how), and: sudo adduser $USER plugdev (then log in again)");
   if (refusal == ENOENT || refusal == ENODEV || refusal == ENXIO) {
     std::string there = "there is none";
     for (const std::string& known : list_pps())

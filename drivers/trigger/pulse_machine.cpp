@@ -42,7 +42,7 @@ std::int64_t PulseMachine::due_ns(std::uint64_t place) const {
          static_cast<std::int64_t>(place % pattern_.burst) * pattern_.period_ns;
 }
 
-bool PulseMachine::is_over() const { return is_ended_ || (pattern_.count > 0 && place_ >= pattern_.count); }
+bool PulseMachine::is_over() const { return is_ended_ || (pattern_.count > 0 && pulses_ >= pattern_.count); }
 
 std::optional<PulseAction> PulseMachine::step(std::int64_t now_ns) {
   if (is_high_) {

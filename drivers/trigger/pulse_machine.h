@@ -11,7 +11,7 @@ namespace rigcal::trigger {
 struct PulsePattern {
   std::int64_t period_ns = 50'000'000;
   std::int64_t width_ns = 1'000'000;
-  std::uint64_t count = 0;           ///< Pulses in all; 0: until it is stopped.
+  std::uint64_t count = 0;           ///< Pulses to be given, those left out do not count; 0: until it is stopped.
   std::uint32_t burst = 0;           ///< Pulses of a burst; 0: no bursts, all are a period apart.
   std::int64_t burst_period_ns = 0;  ///< From the start of a burst to that of the next one.
 };

@@ -22,7 +22,7 @@ std::string message(int refusal, const LineUse& use = {}) {
 
 TEST(GpioErrors, NameTheCauseAndTheMend) {
   EXPECT_THAT(message(ENOENT), HasSubstr("there are: gpiochip0 (pinctrl-soc), gpiochip1"));
-  EXPECT_THAT(message(EACCES), HasSubstr("sudo adduser $USER gpio"));
+  EXPECT_THAT(message(EACCES), HasSubstr("sudo adduser $USER plugdev"));
   EXPECT_THAT(message(EBUSY, {true, "blinker"}), HasSubstr("held by blinker"));
   EXPECT_THAT(message(EBUSY), HasSubstr("held by another program"));
   EXPECT_THAT(message(EINVAL), HasSubstr("no such line, only 0 to 53"));

@@ -89,7 +89,7 @@ class SimulatedWire {
         if (pwrite(pull_, level.data(), level.size(), 0) > 0) last = now;
         if (last == '1') ++passed_;
       }
-      usleep(100);
+      usleep(300);
     }
   }
   int value_;

@@ -75,14 +75,12 @@ TEST_F(TriggerOnGpioSim, SeesAThousandPulsesAgainAndNoneMore) {
   std::printf("lateness of the pulses\n%sdelay on the way back\n%s", report.lateness.text().c_str(),
               report.strobe_delay.text().c_str());
   ASSERT_EQ(report.pulses, given.size());
-  EXPECT_EQ(report.pulses + report.skipped, 1000U);
+  EXPECT_EQ(report.pulses, 1000U);
   EXPECT_EQ(seen.size(), wire.passed()) << "all that the wire passed on are seen, and none more";
   EXPECT_EQ(ends, seen.size());
   EXPECT_EQ(report.strobe_lost, 0U);
   EXPECT_EQ(report.dropped_events, 0U);
-  // What a busy machine has left out or the simulated wire has not seen.
-  EXPECT_GE(report.pulses, 980U);
-  EXPECT_GE(wire.passed() + 20, report.pulses);
+  EXPECT_GE(wire.passed(), 900U) << "the machine is too busy for this test";
   EXPECT_LE(wire.passed(), report.pulses);
   std::printf("%llu pulses given, %llu passed on by the wire, %zu seen\n",
               static_cast<unsigned long long>(report.pulses), static_cast<unsigned long long>(wire.passed()),

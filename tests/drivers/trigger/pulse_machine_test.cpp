@@ -93,8 +93,8 @@ TEST(PulseMachine, LeavesOutWhatIsTooLateAndNeverSqueezesPulses) {
     PulseMachine machine(pattern_of(500), start);
     const auto pulses = run(
         machine, [&random] { return static_cast<std::int64_t>(random.below(20) == 0 ? random.below(400) * ms : 0); });
-    EXPECT_LT(pulses.size(), 500U);
-    EXPECT_EQ(pulses.size() + machine.skipped(), 500U);
+    EXPECT_EQ(pulses.size(), 500U);
+    EXPECT_GT(machine.skipped(), 20U);
     for (std::size_t i = 1; i < pulses.size(); ++i)
       EXPECT_GE(pulses[i].rose_ns - pulses[i - 1].fell_ns, ms) << "the line was not low long enough";
   }
