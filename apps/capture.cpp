@@ -135,8 +135,10 @@ class Recording {
 
 class Capture {
  public:
-  Capture(const Rig& rig, livox::Driver& driver, Recording& recording, const CaptureOptions& options)
-      : rig_(rig), driver_(driver), recording_(recording), options_(options), log_(names_of(rig)) {}
+  using Cameras = std::vector<std::unique_ptr<CameraRecorder>>;
+
+  Capture(const Rig& rig, livox::Driver& driver, Recording& recording, Cameras& cameras, const CaptureOptions& options)
+      : rig_(rig), driver_(driver), recording_(recording), cameras_(cameras), options_(options), log_(names_of(rig)) {}
 
   void run(const RunContext& context, const std::function<void(const CaptureStatus&)>& show) {
     auto shown = started_;
@@ -150,8 +152,10 @@ class Capture {
     }
     look();
     log_.end();
+    for (const auto& camera : cameras_) camera->stop();
     driver_.stop();
     recording_.finish();
+    for (const auto& camera : cameras_) camera->finish();
     look();
   }
 
@@ -176,6 +180,13 @@ class Capture {
       }
       device.report = std::move(reports[i]);
       status.devices.push_back(std::move(device));
+    }
+    last_written_.resize(cameras_.size(), 0);
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      CaptureCamera camera = cameras_[i]->status();
+      if (since > 0.0) camera.frames_per_s = static_cast<double>(camera.counters.whole() - last_written_[i]) / since;
+      last_written_[i] = camera.counters.whole();
+      status.cameras.push_back(std::move(camera));
     }
     last_look_ = now;
     return status;
@@ -218,6 +229,17 @@ class Capture {
     }
     for (const CaptureDevice& device : summary.status.devices)
       record.counters[device.sensor]["connection_losses"] = device.report.link.counters.losses;
+    for (const CaptureCamera& camera : summary.status.cameras) {
+      const camera::CameraCounters& counters = camera.counters;
+      record.counters[camera.sensor] = {{"frames", counters.whole()},
+                                        {"images", camera.written},
+                                        {"damaged", counters.damaged()},
+                                        {"missing", counters.missing},
+                                        {"no_buffer", counters.no_buffer},
+                                        {"dropped_by_queue", camera.dropped_by_queue},
+                                        {"resent_packets", counters.resent_packets},
+                                        {"connection_losses", counters.losses}};
+    }
     for (const livox::InterfaceReport& report : summary.interfaces) {
       auto& counters = record.counters["interface " + report.interface.name + " " + to_string(report.interface.ip)];
       counters = {{"received", report.counters.received},
@@ -250,11 +272,16 @@ class Capture {
     clock_pairs_.add(net::read_clocks());
     for (const livox::Event& event : driver_.control().take_events()) log_.add(event);
     log_.compare(now_ns(), driver_.interfaces());
+    for (const auto& camera : cameras_) {
+      for (const CameraEvent& event : camera->take_events())
+        log_.add(event.stamp_ns, camera->status().sensor, event.text, event.is_gap);
+    }
   }
 
   const Rig& rig_;
   livox::Driver& driver_;
   Recording& recording_;
+  Cameras& cameras_;
   const CaptureOptions& options_;
   std::vector<std::string> names_ = names_of(rig_);
   CaptureLog log_;
@@ -262,6 +289,7 @@ class Capture {
   Clock::time_point started_ = Clock::now();
   Clock::time_point last_look_ = started_;
   std::vector<std::uint64_t> last_packets_;
+  std::vector<std::uint64_t> last_written_;  ///< Frames, by camera.
 };
 
 }  // namespace
@@ -273,7 +301,11 @@ bool CaptureSummary::is_complete() const {
   const bool all_kept = std::all_of(interfaces.begin(), interfaces.end(), [](const livox::InterfaceReport& report) {
     return report.counters.dropped_by_kernel == 0 && report.counters.dropped_by_queue == 0;
   });
-  return all_there && all_kept;
+  const bool all_seen = std::all_of(status.cameras.begin(), status.cameras.end(), [](const CaptureCamera& camera) {
+    return camera.written > 0 && camera.dropped_by_queue == 0 && camera.counters.no_buffer == 0 &&
+           camera.counters.losses == 0;
+  });
+  return all_there && all_kept && all_seen;
 }
 
 Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver_options,
@@ -292,11 +324,21 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   if (!recorder) return recorder.error();
   Recording recording(**driver, *std::move(recorder), rig);
   for (const std::string& note : (*driver)->notes()) context.reporter.warn(note);
-  Capture running(rig, **driver, recording, options);
+  CameraDrivers camera_drivers(camera_settings_folder());
+  Capture::Cameras cameras;
+  for (const RigCamera& wanted : rig_cameras(rig)) {
+    auto camera = CameraRecorder::start(wanted, camera_drivers, options.out, (*driver)->session_start());
+    if (!camera) return camera.error();
+    cameras.push_back(*std::move(camera));
+  }
+  Capture running(rig, **driver, recording, cameras, options);
   running.run(context, show);
   const CaptureSummary summary = running.summary();
   const Expected<void> recorded = write_session_record(options.out, running.record(summary));
   if (const auto failure = recording.figures().error) return *failure;
+  for (const auto& camera : cameras) {
+    if (const auto failure = camera->failure()) return *failure;
+  }
   if (!recorded) return recorded.error();
   return summary;
 }

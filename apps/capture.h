@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/camera_recorder.h"
 #include "apps/ingest_summary.h"
 #include "core/base/run_context.h"
 #include "core/rig/rig.h"
@@ -32,7 +33,8 @@ struct CaptureDevice {
 struct CaptureStatus {
   double seconds = 0.0;
   std::vector<CaptureDevice> devices;
-  std::uint64_t bytes = 0;  ///< On the disk.
+  std::vector<CaptureCamera> cameras;
+  std::uint64_t bytes = 0;  ///< On the disk, without images.
 };
 
 struct CaptureSummary {
@@ -46,14 +48,14 @@ struct CaptureSummary {
   std::vector<std::string> gaps;
   std::vector<std::string> notes;  ///< What was less good than it could be, with its mend.
 
-  /// Every LiDAR has sent and was there to the end, and nothing got lost in this machine.
+  /// Every LiDAR and every camera has sent and was there to the end, and nothing got lost in this machine.
   [[nodiscard]] bool is_complete() const;
 };
 
-/// Records the LiDARs of a rig into a session until it is told to stop or its time is over; looks out for them, tells
-/// `show` every second how they do, and writes into session.json what happened. Trouble of a LiDAR or of the network
-/// ends nothing. Errors: the session exists already; no LiDAR in the rig; no interface, a port that is taken; the disk
-/// (the session is closed then, and holds what was written).
+/// Records the LiDARs and cameras of a rig into a session until it is told to stop or its time is over; looks out for
+/// them, tells `show` every second how they do, and writes into session.json what happened. Trouble of a sensor or of
+/// the network ends nothing. Errors: the session exists already; no LiDAR in the rig; no interface, a port that is
+/// taken; the disk (the session is closed then, and holds what was written).
 [[nodiscard]] Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver,
                                                const CaptureOptions& options, const RunContext& context,
                                                const std::function<void(const CaptureStatus&)>& show);

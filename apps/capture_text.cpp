@@ -60,6 +60,29 @@ std::string device_line(const CaptureDevice& device) {
   return line.data();
 }
 
+std::string camera_line(const CaptureCamera& camera) {
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), "%-15.15s %-12.12s %9.1f %8llu %8llu %8llu", camera.sensor.c_str(),
+                camera.state.c_str(), camera.frames_per_s, static_cast<unsigned long long>(camera.counters.missing),
+                static_cast<unsigned long long>(camera.counters.damaged()),
+                static_cast<unsigned long long>(camera.dropped_by_queue));
+  return line.data();
+}
+
+nlohmann::ordered_json camera_json(const CaptureCamera& camera) {
+  const camera::CameraCounters& counters = camera.counters;
+  return {{"sensor", camera.sensor},
+          {"images", camera.written},
+          {"bytes", camera.bytes},
+          {"frames", counters.whole()},
+          {"damaged", counters.damaged()},
+          {"missing", counters.missing},
+          {"no_buffer", counters.no_buffer},
+          {"dropped_by_queue", camera.dropped_by_queue},
+          {"resent_packets", counters.resent_packets},
+          {"connection_losses", counters.losses}};
+}
+
 nlohmann::ordered_json device_json(const CaptureDevice& device) {
   const livox::LinkInfo& link = device.report.link;
   return {{"sensor", device.sensor},
@@ -101,6 +124,8 @@ std::vector<std::string> capture_lines(const CaptureStatus& status) {
     for (const std::string& word : status_words(device.report.link.status))
       lines.push_back(device.sensor + " says: " + word);
   }
+  if (!status.cameras.empty()) lines.emplace_back("camera          state         frames/s  missing  damaged  dropped");
+  for (const CaptureCamera& camera : status.cameras) lines.push_back(camera_line(camera));
   return lines;
 }
 
@@ -115,6 +140,16 @@ std::string capture_text(const CaptureSummary& summary) {
     std::snprintf(line.data(), line.size(), "  %s: %llu packets, %llu lost%s\n", device.sensor.c_str(),
                   static_cast<unsigned long long>(device.report.packets), static_cast<unsigned long long>(device.lost),
                   device.report.packets == 0 ? ": it never sent anything" : "");
+    text += line.data();
+  }
+  for (const CaptureCamera& camera : summary.status.cameras) {
+    std::array<char, 200> line{};
+    std::snprintf(line.data(), line.size(), "  %s: %llu images, %llu frames missing, %llu damaged, %llu dropped%s\n",
+                  camera.sensor.c_str(), static_cast<unsigned long long>(camera.written),
+                  static_cast<unsigned long long>(camera.counters.missing),
+                  static_cast<unsigned long long>(camera.counters.damaged()),
+                  static_cast<unsigned long long>(camera.dropped_by_queue),
+                  camera.written == 0 ? ": it never sent anything" : "");
     text += line.data();
   }
   if (summary.forgotten_until_ns)
@@ -140,6 +175,8 @@ std::string capture_json(const CaptureSummary& summary) {
   if (summary.forgotten_until_ns) json["forgotten_until_ns"] = *summary.forgotten_until_ns;
   json["sensors"] = nlohmann::ordered_json::array();
   for (const CaptureDevice& device : summary.status.devices) json["sensors"].push_back(device_json(device));
+  json["cameras"] = nlohmann::ordered_json::array();
+  for (const CaptureCamera& camera : summary.status.cameras) json["cameras"].push_back(camera_json(camera));
   json["interfaces"] = nlohmann::ordered_json::array();
   for (const livox::InterfaceReport& report : summary.interfaces) json["interfaces"].push_back(interface_json(report));
   json["gaps"] = summary.gaps;

@@ -73,9 +73,9 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
 
 void add_capture_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<CaptureCommand>();
-  CLI::App* command =
-      app.add_subcommand("capture", "Record the LiDARs of a rig into a session until told to stop (Ctrl-C)");
-  command->add_option("--rig", options->rig, "Rig file; its LiDARs are found, set up and started")
+  CLI::App* command = app.add_subcommand(
+      "capture", "Record the LiDARs and cameras of a rig into a session until told to stop (Ctrl-C)");
+  command->add_option("--rig", options->rig, "Rig file; its LiDARs and cameras are found, set up and started")
       ->required()
       ->option_text("RIG");
   command->add_option("--out", options->capture.out, "Session to make; must not exist")

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/batch_source.h"
+#include "apps/camera_checks.h"
 #include "apps/command.h"
 #include "apps/doctor.h"
 #include "apps/known_files.h"
@@ -97,6 +98,16 @@ Expected<std::vector<Check>> examine(const Rig& rig, double seconds, CommandCont
   return checks;
 }
 
+/// Takes the cameras of the rig, one after the other; without a rig they are only listed.
+std::vector<Check> look_at_cameras(const Rig* rig, double seconds, const std::vector<net::Interface>& interfaces,
+                                   CommandContext& context) {
+  CameraDrivers drivers(camera_settings_folder());
+  const std::vector<RigCamera> wanted = rig == nullptr ? std::vector<RigCamera>{} : rig_cameras(*rig);
+  if (rig != nullptr && wanted.empty()) return {};
+  const std::vector<camera::CameraIdentity> there = drivers.enumerate();
+  return check_cameras(survey_cameras(wanted, drivers, seconds, context.stop), there, interfaces);
+}
+
 Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& context) {
   const auto interfaces = net::list_interfaces();
   if (!interfaces) return interfaces.error();
@@ -116,11 +127,13 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
     for (Check& check : check_network(*known, *interfaces)) checks.push_back(std::move(check));
   const auto lidars = known == nullptr ? listen(options.seconds, context) : examine(*known, options.seconds, context);
   if (!lidars) return lidars.error();
+  const std::vector<Check> cameras = look_at_cameras(known, options.seconds, *interfaces, context);
   const bool all_is_heard = std::none_of(lidars->begin(), lidars->end(), [](const Check& check) {
     return check.level == CheckLevel::bad || (check.about == nobody && check.level != CheckLevel::good);
   });
   for (Check& check : check_firewalls(net::active_firewalls(), all_is_heard)) checks.push_back(std::move(check));
   checks.insert(checks.end(), lidars->begin(), lidars->end());
+  checks.insert(checks.end(), cameras.begin(), cameras.end());
   if (context.json) {
     CommandContext::print(checks_json(checks));
   } else if (!context.quiet) {
@@ -141,8 +154,11 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
 
 void add_doctor_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<DoctorOptions>();
-  CLI::App* command = app.add_subcommand("doctor", "Check this machine and the LiDARs and trigger lines of a rig");
-  command->add_option("--rig", options->rig, "Rig file; its LiDARs are taken for some seconds. Without: only listen")
+  CLI::App* command =
+      app.add_subcommand("doctor", "Check this machine and the LiDARs, cameras and trigger lines of a rig");
+  command
+      ->add_option("--rig", options->rig,
+                   "Rig file; its LiDARs and cameras are taken for some seconds. Without: only listen")
       ->option_text("RIG");
   command->add_option("--seconds", options->seconds, "How long to look at the LiDARs (default 5)")
       ->check(CLI::Range(0.5, 3600.0))

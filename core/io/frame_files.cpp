@@ -60,6 +60,14 @@ std::string text_of(const std::optional<Value>& value) {
   }
 }
 
+std::string line_of(const FrameRecord& frame) {
+  std::string text = frame.file + "," + std::to_string(frame.stamp_ns);
+  for (const std::string& value :
+       {text_of(frame.trigger), text_of(frame.exposure_us), text_of(frame.device_stamp), text_of(frame.stop)})
+    text.append(",").append(value);
+  return text + '\n';
+}
+
 }  // namespace
 
 Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name) {
@@ -96,14 +104,21 @@ Expected<std::vector<FrameRecord>> read_frames(const std::string& path) {
 Expected<void> write_frames(const std::string& path, std::span<const FrameRecord> frames) {
   std::string text(frames_header);
   text += '\n';
-  for (const FrameRecord& frame : frames) {
-    text.append(frame.file).append(",").append(std::to_string(frame.stamp_ns));
-    for (const std::string& value :
-         {text_of(frame.trigger), text_of(frame.exposure_us), text_of(frame.device_stamp), text_of(frame.stop)})
-      text.append(",").append(value);
-    text += '\n';
-  }
+  for (const FrameRecord& frame : frames) text += line_of(frame);
   return replace_file(path, text);
+}
+
+Expected<FrameTable> FrameTable::create(const std::string& path) {
+  Expected<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  file->write(std::string(frames_header) + "\n");
+  if (const auto written = file->flush(); !written) return written.error();
+  return FrameTable(*std::move(file));
+}
+
+Expected<void> FrameTable::add(const FrameRecord& frame) {
+  file_.write(line_of(frame));
+  return file_.flush();
 }
 
 Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name) {

@@ -2,9 +2,11 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/output_file.h"
 #include "core/records/image.h"
 
 /// The tables beside a session's images: frames.csv of each camera and trigger.csv.
@@ -15,6 +17,19 @@ namespace rigcal {
 [[nodiscard]] Expected<std::vector<FrameRecord>> read_frames(const std::string& path);
 [[nodiscard]] Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name);
 Expected<void> write_frames(const std::string& path, std::span<const FrameRecord> frames);
+
+/// A frames.csv that grows while images are taken: what was added can be read at any time.
+class FrameTable {
+ public:
+  /// Errors: the disk.
+  [[nodiscard]] static Expected<FrameTable> create(const std::string& path);
+  Expected<void> add(const FrameRecord& frame);
+  Expected<void> close() { return file_.close(); }
+
+ private:
+  explicit FrameTable(OutputFile file) : file_(std::move(file)) {}
+  OutputFile file_;
+};
 
 /// Reads trigger.csv: pulse,stamp_ns; numbers and stamps must both go up from line to line.
 [[nodiscard]] Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path);

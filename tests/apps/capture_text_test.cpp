@@ -56,6 +56,31 @@ TEST(CaptureLines, FitATerminalAndSayHowEachLidarDoes) {
   for (const std::string& line : lines) EXPECT_LE(line.size(), 79U);
 }
 
+TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
+  CaptureSummary summary = two_lidars();
+  for (CaptureDevice& device : summary.status.devices) device.report.packets = 1;
+  EXPECT_TRUE(summary.is_complete());
+  CaptureCamera& camera = summary.status.cameras.emplace_back();
+  camera.sensor = "camera_left";
+  camera.state = "sends";
+  camera.written = 118;
+  camera.frames_per_s = 9.96;
+  camera.counters.frames = {118, 2, 0, 0, 0};
+  camera.counters.missing = 3;
+  const auto lines = capture_lines(summary.status);
+  EXPECT_EQ(lines[lines.size() - 2], "camera          state         frames/s  missing  damaged  dropped");
+  EXPECT_EQ(lines.back(), "camera_left     sends             10.0        3        2        0");
+  EXPECT_TRUE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("camera_left: 118 images, 3 frames missing, 2 damaged, 0 dropped"));
+  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  camera.dropped_by_queue = 1;
+  EXPECT_FALSE(summary.is_complete());
+  camera.dropped_by_queue = 0;
+  camera.written = 0;
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("it never sent anything"));
+}
+
 TEST(CaptureSummary, IsCompleteWhereAllStayedAndNothingWasLostHere) {
   CaptureSummary summary = two_lidars();
   EXPECT_TRUE(summary.is_complete());

@@ -131,6 +131,11 @@ Frame FrameStream::read(void* popped) {
   facts.status = status_of(arv_buffer_get_status(buffer));
   facts.frame_id = arv_buffer_get_frame_id(buffer);
   facts.missing_before = counter_.missing_before(facts.frame_id);
+  // Aravis counts every packet that finds no buffer; how many frames that were is told by their ids.
+  guint64 underruns = 0;
+  arv_stream_get_statistics(stream_, nullptr, nullptr, &underruns);
+  if (underruns > underruns_) counts_.no_buffer += facts.missing_before;
+  underruns_ = underruns;
   // Aravis stamps with the time of day, when the frame's first packet came.
   const net::ClockReading now = net::read_clocks();
   const auto came_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
@@ -185,12 +190,7 @@ void FrameStream::abandon() {
 
 FrameStream::Counts FrameStream::counts() const {
   if (stream_ == nullptr) return counts_;
-  Counts counts;
-  guint64 completed = 0;
-  guint64 failures = 0;
-  guint64 underruns = 0;
-  arv_stream_get_statistics(stream_, &completed, &failures, &underruns);
-  counts.no_buffer = underruns;
+  Counts counts = counts_;
   if (ARV_IS_GV_STREAM(stream_))
     counts.resent_packets = arv_stream_get_info_uint64_by_name(stream_, "n_resent_packets");
   return counts;

@@ -53,6 +53,7 @@ class FrameStream {
   CameraSetup setup_;
   FrameCounter counter_{gige_block_ids};
   Counts counts_;
+  std::uint64_t underruns_ = 0;  ///< Packets that found no buffer, up to the last frame.
 };
 
 }  // namespace rigcal::camera

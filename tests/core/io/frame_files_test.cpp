@@ -68,6 +68,22 @@ TEST(FrameFiles, NameTheLineThatIsWrong) {
   EXPECT_EQ(0U, parse_frames(header, "f")->size());
 }
 
+TEST(FrameFiles, ATableThatGrowsCanBeReadAtAnyTime) {
+  const std::string path = testing::TempDir() + "/rigcal_growing_frames.csv";
+  auto table = FrameTable::create(path);
+  ASSERT_TRUE(table.has_value()) << table.error().message();
+  EXPECT_EQ(0U, read_frames(path)->size());
+  FrameRecord frame;
+  for (int i = 0; i < 3; ++i) {
+    frame.file = std::to_string(i) + ".png";
+    frame.stamp_ns = i;
+    ASSERT_TRUE(table->add(frame).has_value());
+    EXPECT_EQ(static_cast<std::size_t>(i + 1), read_frames(path)->size());
+  }
+  EXPECT_TRUE(table->close().has_value());
+  EXPECT_FALSE(FrameTable::create("/no/such/folder/frames.csv").has_value());
+}
+
 TEST(FrameFiles, PulsesMustGoUp) {
   const auto refusal = [](const std::string& lines) {
     return parse_trigger("pulse,stamp_ns\n" + lines, "trigger.csv").error().message();

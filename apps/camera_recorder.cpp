@@ -1,0 +1,241 @@
+#include "apps/camera_recorder.h"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "core/io/output_file.h"
+#include "core/io/png_file.h"
+#include "core/records/pixel_format.h"
+
+namespace rigcal {
+namespace {
+
+using Kind = camera::Delivery::Kind;
+
+constexpr std::int64_t kLookNs = 100'000'000;
+constexpr int kLooksBetweenSearches = 20;  ///< Of kLookNs: 2 s.
+constexpr std::size_t kSpareBuffers = 8;   ///< For frames that are on their way while others wait to be written.
+constexpr std::size_t kMostEvents = 10'000;
+
+}  // namespace
+
+Expected<std::unique_ptr<CameraRecorder>> CameraRecorder::start(const RigCamera& wanted, CameraDrivers& drivers,
+                                                                const std::string& session,
+                                                                const net::ClockReading& session_start) {
+  const std::string folder = (std::filesystem::path(session) / "images" / wanted.sensor).string();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return cannot_write(folder, error.value());
+  auto table = FrameTable::create((std::filesystem::path(folder) / "frames.csv").string());
+  if (!table) return table.error();
+  std::unique_ptr<CameraRecorder> recorder(
+      new CameraRecorder(wanted, drivers.make(wanted.driver), folder, *std::move(table), session_start));
+  recorder->taker_ = std::thread([made = recorder.get()] { made->take(); });
+  recorder->writer_ = std::thread([made = recorder.get()] { made->write(); });
+  return recorder;
+}
+
+CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera> camera, std::string folder,
+                               FrameTable table, const net::ClockReading& session_start)
+    : wanted_(std::move(wanted)),
+      camera_(std::move(camera)),
+      folder_(std::move(folder)),
+      table_(std::move(table)),
+      clock_(session_start),
+      waiting_(kMostWaiting) {
+  wanted_.config.buffers = kMostWaiting + kSpareBuffers;
+  status_.sensor = wanted_.sensor;
+  status_.state = "searching";
+}
+
+CameraRecorder::~CameraRecorder() { finish(); }
+
+void CameraRecorder::finish() {
+  stop();
+  if (taker_.joinable()) taker_.join();
+  if (writer_.joinable()) writer_.join();
+}
+
+std::int64_t CameraRecorder::now_ns() const { return clock_.from_monotonic(net::read_clocks().monotonic_ns); }
+
+void CameraRecorder::tell(std::string text, bool is_gap) {
+  const std::int64_t stamp_ns = now_ns();
+  const std::lock_guard lock(mutex_);
+  if (events_.size() < kMostEvents) events_.push_back({stamp_ns, std::move(text), is_gap});
+}
+
+void CameraRecorder::set_state(const char* state) {
+  const std::lock_guard lock(mutex_);
+  status_.state = state;
+}
+
+void CameraRecorder::publish() {
+  const camera::CameraCounters counters = camera_->counters();
+  const std::lock_guard lock(mutex_);
+  status_.counters = counters;
+}
+
+void CameraRecorder::take() {
+  if (prepare_camera()) take_frames();
+  publish();
+  camera_->close();
+  for (const std::string& note : camera_->notes()) tell(note, false);
+  set_state("ended");
+  const std::lock_guard lock(mutex_);
+  has_ended_ = true;
+  changed_.notify_all();
+}
+
+bool CameraRecorder::prepare_camera() {
+  while (!is_stopped_) {
+    auto setup = prepare(*camera_, wanted_);
+    if (setup) {
+      const auto started = camera_->start();
+      if (started) {
+        exposure_us_ = setup->exposure_us;
+        for (const std::string& note : setup->notes) tell(note, false);
+        tell(camera_->identity().model + " at " + camera_->identity().address + " was taken", false);
+        set_state(wanted_.config.trigger ? "waits" : "sends");
+        return true;
+      }
+      setup = started.error();
+    }
+    camera_->close();
+    // The same trouble is told once.
+    if (setup.error().what != std::exchange(last_trouble_, setup.error().what)) tell(setup.error().message(), true);
+    for (int i = 0; i < kLooksBetweenSearches && !is_stopped_; ++i)
+      std::this_thread::sleep_for(std::chrono::nanoseconds(kLookNs));
+  }
+  return false;
+}
+
+void CameraRecorder::take_frames() {
+  while (!is_stopped_) {
+    auto delivery = camera_->next(kLookNs);
+    if (!delivery) {
+      tell(delivery.error().message(), true);
+      return;
+    }
+    switch (delivery->kind) {
+      case Kind::frame:
+        queue(std::move(delivery->frame));
+        break;
+      case Kind::lost:
+        tell(delivery->text, true);
+        set_state("lost");
+        break;
+      case Kind::back:
+        tell(delivery->text, false);
+        set_state("sends");
+        device_clock_ = DeviceClock();  // It may have begun at zero again.
+        break;
+      case Kind::ended:
+        return;
+      case Kind::nothing:
+        break;
+    }
+    publish();
+  }
+}
+
+void CameraRecorder::queue(camera::Frame frame) {
+  const camera::FrameFacts& facts = frame.facts();
+  FrameRecord record;
+  const std::int64_t came_ns = clock_.from_monotonic(facts.host_stamp_ns);
+  record.exposure_us = facts.exposure_us ? facts.exposure_us : exposure_us_;
+  record.device_stamp = facts.device_stamp_ns;
+  // A frame leaves the camera when its exposure has ended; the camera's own clock takes the network's delays out.
+  const std::int64_t left_ns =
+      facts.device_stamp_ns ? device_clock_.add(*facts.device_stamp_ns, came_ns).stamp_ns : came_ns;
+  record.stamp_ns = left_ns - std::llround(record.exposure_us.value_or(0.0) * 500.0);
+  const std::lock_guard lock(mutex_);
+  if (!frame.is_whole()) return;
+  status_.state = "sends";
+  if (count_ == kMostWaiting || failure_) {
+    ++status_.dropped_by_queue;
+    return;
+  }
+  Waiting& place = waiting_[(first_ + count_) % kMostWaiting];
+  place.frame = std::move(frame);
+  place.record = std::move(record);
+  ++count_;
+  changed_.notify_all();
+}
+
+void CameraRecorder::write() {
+  while (true) {
+    Waiting next;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return count_ > 0 || has_ended_; });
+      if (count_ == 0) break;
+      next = std::move(waiting_[first_]);
+    }
+    const Expected<void> written = write(next);
+    next.frame.give_back();
+    const std::lock_guard lock(mutex_);
+    first_ = (first_ + 1) % kMostWaiting;
+    --count_;
+    if (!written && !failure_) failure_ = written.error();
+  }
+  const Expected<void> closed = table_.close();
+  const std::lock_guard lock(mutex_);
+  if (!closed && !failure_) failure_ = closed.error();
+}
+
+Expected<void> CameraRecorder::write(const Waiting& waiting) {
+  const camera::FrameFacts& facts = waiting.frame.facts();
+  const auto format = parse_pixel_format(facts.pixel_format);
+  if (!format)
+    return system_error("images of the format " + std::string(facts.pixel_format) + " cannot be written", folder_);
+  PixelView pixels;
+  pixels.width = static_cast<std::uint32_t>(facts.width);
+  pixels.height = static_cast<std::uint32_t>(facts.height);
+  pixels.channels = format->channels();
+  pixels.bits = format->stored_bits();
+  pixels.blue_first = format->layout == PixelLayout::bgr;
+  pixels.step = facts.row_bytes;
+  pixels.data = waiting.frame.pixels();
+  std::array<char, 32> name{};
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = status_.written;
+  }
+  std::snprintf(name.data(), name.size(), "%06llu.png", static_cast<unsigned long long>(number));
+  const Expected<std::vector<std::uint8_t>> png = encode_png(pixels);
+  if (!png) return png.error();
+  Expected<OutputFile> file = OutputFile::create((std::filesystem::path(folder_) / name.data()).string());
+  if (!file) return file.error();
+  file->write(ByteView(*png));
+  if (const auto closed = file->close(); !closed) return closed;
+  // Only images that are there are in the table, so that a recording that is cut short can be read.
+  FrameRecord record = waiting.record;
+  record.file = name.data();
+  if (const auto added = table_.add(record); !added) return added;
+  const std::lock_guard lock(mutex_);
+  ++status_.written;
+  status_.bytes += png->size();
+  return {};
+}
+
+CaptureCamera CameraRecorder::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+std::vector<CameraEvent> CameraRecorder::take_events() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(events_, {});
+}
+
+std::optional<Error> CameraRecorder::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
+}  // namespace rigcal

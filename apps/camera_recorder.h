@@ -1,0 +1,109 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/rig_cameras.h"
+#include "core/clocks/device_clock.h"
+#include "core/io/frame_files.h"
+#include "drivers/net/session_clock.h"
+
+namespace rigcal {
+
+/// How a camera of a running capture does.
+struct CaptureCamera {
+  std::string sensor;
+  std::string state;  ///< One word or two.
+  camera::CameraCounters counters;
+  std::uint64_t written = 0;           ///< Images on the disk.
+  std::uint64_t dropped_by_queue = 0;  ///< Frames that the disk, or packing them, was too slow for.
+  std::uint64_t bytes = 0;
+  double frames_per_s = 0.0;  ///< Since the last look.
+};
+
+/// Something that happened to a camera.
+struct CameraEvent {
+  std::int64_t stamp_ns = 0;  ///< Session time.
+  std::string text;
+  bool is_gap = false;
+};
+
+/// A camera's frames on their way into a session: one thread takes them, and asks for no memory while it does; another
+/// packs and writes them. A camera that is not there is looked for until the end. Whole frames alone become images.
+class CameraRecorder {
+ public:
+  /// Frames that may wait to be written.
+  static constexpr std::size_t kMostWaiting = 16;
+
+  /// Starts at once; `drivers` must outlive the call only. Errors: the disk.
+  [[nodiscard]] static Expected<std::unique_ptr<CameraRecorder>> start(const RigCamera& wanted, CameraDrivers& drivers,
+                                                                       const std::string& session,
+                                                                       const net::ClockReading& session_start);
+  /// As `finish`.
+  ~CameraRecorder();
+  CameraRecorder(const CameraRecorder&) = delete;
+  CameraRecorder& operator=(const CameraRecorder&) = delete;
+
+  /// No frames are taken any more; returns at once.
+  void stop() { is_stopped_ = true; }
+  /// Waits until the camera is free and what it sent is written.
+  void finish();
+
+  [[nodiscard]] CaptureCamera status() const;
+  /// Since the last call.
+  [[nodiscard]] std::vector<CameraEvent> take_events();
+  /// What went wrong with the disk.
+  [[nodiscard]] std::optional<Error> failure() const;
+
+ private:
+  struct Waiting {
+    camera::Frame frame;
+    FrameRecord record;
+  };
+
+  CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera> camera, std::string folder, FrameTable table,
+                 const net::ClockReading& session_start);
+  void take();
+  /// Until the camera streams, or the end.
+  bool prepare_camera();
+  void take_frames();
+  void queue(camera::Frame frame);
+  void write();
+  Expected<void> write(const Waiting& waiting);
+  [[nodiscard]] std::int64_t now_ns() const;
+  void tell(std::string text, bool is_gap);
+  void set_state(const char* state);
+  void publish();
+
+  RigCamera wanted_;
+  std::unique_ptr<camera::Camera> camera_;
+  std::string folder_;
+  FrameTable table_;
+  net::SessionClock clock_;
+  DeviceClock device_clock_;
+  std::optional<double> exposure_us_;
+  std::atomic<bool> is_stopped_{false};
+
+  mutable std::mutex mutex_;  ///< Of what follows.
+  std::condition_variable changed_;
+  std::vector<Waiting> waiting_;  ///< A ring of kMostWaiting places.
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  bool has_ended_ = false;
+  CaptureCamera status_;
+  std::vector<CameraEvent> events_;
+  std::optional<Error> failure_;
+  std::string last_trouble_;
+
+  std::thread taker_;
+  std::thread writer_;
+};
+
+}  // namespace rigcal

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/rig/rig.h"
+#include "drivers/camera/camera.h"
+
+namespace rigcal {
+
+/// A camera of the rig that can be taken live.
+struct RigCamera {
+  std::string sensor;
+  std::string driver;  ///< aravis or v4l2.
+  std::string device;
+  camera::CameraConfig config;
+  std::optional<std::array<int, 2>> size;  ///< Of the images that its intrinsics are for.
+};
+
+/// Those whose driver reaches a device, set up as the rig file says.
+[[nodiscard]] std::vector<RigCamera> rig_cameras(const Rig& rig);
+
+/// Ways to the cameras of a rig, by the names of its file.
+class CameraDrivers {
+ public:
+  /// `settings_folder`: see camera::AravisOptions.
+  explicit CameraDrivers(const std::string& settings_folder);
+
+  /// "aravis" or "v4l2".
+  [[nodiscard]] std::unique_ptr<camera::Camera> make(const std::string& driver);
+  /// All that any of them sees.
+  [[nodiscard]] std::vector<camera::CameraIdentity> enumerate();
+
+ private:
+  std::vector<std::unique_ptr<camera::CameraBackend>> backends_;
+};
+
+/// Opens it and sets it up, as the rig file says. Errors name the sensor.
+[[nodiscard]] Expected<camera::CameraSetup> prepare(camera::Camera& opened, const RigCamera& wanted);
+
+/// Where this user's programs keep what they would miss after a crash; empty where the system does not say.
+[[nodiscard]] std::string camera_settings_folder();
+
+}  // namespace rigcal

@@ -1,0 +1,166 @@
+// Cameras of a rig on the loopback network, taken and recorded.
+#include "apps/camera_recorder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "apps/camera_checks.h"
+#include "core/io/image_file.h"
+#include "tests/drivers/camera/virtual_camera.h"
+#include "tests/support/scratch_folder.h"
+
+namespace rigcal {
+namespace {
+
+using testing::AnyOf;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+Rig rig_with(const std::string& camera) {
+  auto rig = parse_rig(
+      "rigcal: 1\nname: lab\nbase: avia\nsensors:\n"
+      "  avia: {type: livox_avia, broadcast_code: \"3JEDHC900100791\"}\n"
+      "  left: {type: camera, " +
+          camera + "}\n",
+      "lab.yaml");
+  EXPECT_TRUE(rig.has_value()) << (rig ? "" : rig.error().message());
+  return *std::move(rig);
+}
+
+TEST(RigCameras, TakeTheirSettingsFromTheRigFile) {
+  const Rig rig = rig_with(
+      "driver: aravis, device: \"00F1\", pixel_format: BayerRG8, exposure_us: 5000, gain: 3, frame_rate: 20, "
+      "packet_size: 1500, packet_delay: 100, ptp: true, strobe: Line1, "
+      "trigger: {source: Line0, activation: falling, delay_us: 10}");
+  const auto cameras = rig_cameras(rig);
+  ASSERT_EQ(cameras.size(), 1U);
+  const camera::CameraConfig& config = cameras[0].config;
+  EXPECT_EQ(cameras[0].sensor, "left");
+  EXPECT_EQ(cameras[0].device, "00F1");
+  EXPECT_EQ(config.pixel_format, "BayerRG8");
+  EXPECT_EQ(config.exposure_us, 5000.0);
+  EXPECT_EQ(config.packet_bytes, 1500);
+  EXPECT_EQ(config.packet_delay_ns, 100);
+  EXPECT_TRUE(config.ptp);
+  EXPECT_EQ(config.strobe, "Line1");
+  EXPECT_TRUE(config.trigger->on_falling_edge);
+  EXPECT_TRUE(rig_cameras(rig_with("driver: images, device: folder")).empty());
+}
+
+class CameraRecorderLive : public testing::Test {
+ protected:
+  void SetUp() override {
+    device.device.width = 320;
+    device.device.height = 240;
+    serve();
+  }
+  void TearDown() override { fs::remove_all(session); }
+  void serve() {
+    server.reset();
+    auto started = sim::CameraServer::start({device});
+    ASSERT_TRUE(started.has_value()) << started.error().message();
+    server = *std::move(started);
+  }
+  Rig rig(const std::string& more = "frame_rate: 20") {
+    return rig_with("driver: aravis, device: \"" + camera::address_of(device) + "\", exposure_us: 1000, " + more);
+  }
+  std::unique_ptr<CameraRecorder> record(const Rig& of) {
+    auto recorder = CameraRecorder::start(rig_cameras(of)[0], drivers, session.string(), net::read_clocks());
+    EXPECT_TRUE(recorder.has_value()) << recorder.error().message();
+    return *std::move(recorder);
+  }
+  static bool wait_for(const std::function<bool()>& condition, int seconds = 10) {
+    for (int i = 0; i < 20 * seconds; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return condition();
+  }
+
+  sim::ServedCamera device = camera::virtual_camera(51, "00CA9751");
+  std::unique_ptr<sim::CameraServer> server;
+  fs::path session = scratch_folder("camera_recorder");
+  CameraDrivers drivers{(session / "state").string()};
+};
+
+TEST_F(CameraRecorderLive, WritesImagesThatAreWhatTheCameraSent) {
+  const std::int64_t before_ns = net::read_clocks().realtime_ns;
+  auto recorder = record(rig("frame_rate: 20, pixel_format: BayerRG12"));
+  ASSERT_TRUE(wait_for([&] { return recorder->status().written >= 5; }));
+  recorder->finish();
+  EXPECT_FALSE(recorder->failure().has_value());
+  const CaptureCamera status = recorder->status();
+  EXPECT_EQ(status.state, "ended");
+  EXPECT_EQ(status.written + status.dropped_by_queue, status.counters.whole());
+  const fs::path folder = session / "images" / "left";
+  const auto frames = read_frames((folder / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  ASSERT_EQ(frames->size(), status.written);
+  for (std::size_t i = 0; i < frames->size(); ++i) {
+    const FrameRecord& frame = (*frames)[i];
+    EXPECT_GT(frame.stamp_ns, before_ns);
+    EXPECT_LT(frame.stamp_ns, net::read_clocks().realtime_ns);
+    if (i > 0) {
+      EXPECT_GT(frame.stamp_ns, (*frames)[i - 1].stamp_ns);
+    }
+    EXPECT_NEAR(frame.exposure_us.value_or(0.0), 1000.0, 0.1);
+    EXPECT_TRUE(frame.device_stamp.has_value());
+  }
+  const auto image = read_image((folder / "000002.png").string());
+  ASSERT_TRUE(image.has_value()) << image.error().message();
+  EXPECT_EQ(image->width, 320);
+  EXPECT_EQ(image->bits, 16);
+  // The pattern goes on by 1 from pixel to pixel, in 12 bits.
+  EXPECT_EQ((image->at(1, 0) - image->at(0, 0) + 4096) % 4096, 1);
+  EXPECT_EQ((image->at(0, 1) - image->at(0, 0) + 4096) % 4096, 3);
+}
+
+TEST_F(CameraRecorderLive, ACameraThatComesLateIsTakenThen) {
+  server.reset();
+  auto recorder = record(rig());
+  std::vector<CameraEvent> events;
+  ASSERT_TRUE(wait_for([&] {
+    events = recorder->take_events();
+    return !events.empty();
+  }));
+  EXPECT_THAT(events, Contains(Field(&CameraEvent::text, HasSubstr("there is no such camera"))));
+  EXPECT_TRUE(events[0].is_gap);
+  serve();
+  EXPECT_TRUE(wait_for([&] { return recorder->status().written > 0; }));
+  recorder->finish();
+}
+
+TEST_F(CameraRecorderLive, StopsWhileItSearches) {
+  server.reset();
+  auto recorder = record(rig());
+  recorder.reset();
+  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value());
+  EXPECT_TRUE(frames->empty());
+}
+
+TEST_F(CameraRecorderLive, TheDoctorTakesItAndSaysWhatItSees) {
+  const Rig of = rig();
+  const auto findings = survey_cameras(rig_cameras(of), drivers, 3.0, {});
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_FALSE(findings[0].trouble.has_value());
+  EXPECT_GE(findings[0].counters.whole(), 5U);
+  const Rig wrong = rig("pixel_format: Mono16");
+  const auto refused = survey_cameras(rig_cameras(wrong), drivers, 3.0, {});
+  ASSERT_TRUE(refused[0].trouble.has_value());
+  EXPECT_THAT(refused[0].trouble->message(), HasSubstr("left"));
+  EXPECT_THAT(refused[0].trouble->mend, HasSubstr("BayerRG8"));
+  const Rig small =
+      rig("intrinsics: {model: radtan, width: 640, height: 480, fx: 400, fy: 400, cx: 320, cy: 240, "
+          "distortion: [0, 0, 0, 0, 0]}");
+  const auto checks = check_cameras(survey_cameras(rig_cameras(small), drivers, 3.0, {}), {}, {});
+  EXPECT_THAT(checks, Contains(Field(&Check::what, HasSubstr("it sends 320 x 240 pixels"))));
+}
+
+}  // namespace
+}  // namespace rigcal
