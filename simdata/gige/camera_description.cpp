@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/base/error.h"
+#include "drivers/gige_codec/bootstrap.h"
 #include "drivers/gige_codec/pixel_code.h"
 #include "simdata/gige/features.h"
 
@@ -20,6 +21,47 @@ std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.10g", value);
   return text;
+}
+
+constexpr const char* transport_features[] = {"GevVersionMajor",
+                                              "GevVersionMinor",
+                                              "GevDeviceModeIsBigEndian",
+                                              "GevCurrentIPAddress",
+                                              "GevCurrentSubnetMask",
+                                              "GevCurrentDefaultGateway",
+                                              "GevHeartbeatTimeout",
+                                              "GevTimestampTickFrequency",
+                                              "GevTimestampControlLatch",
+                                              "GevTimestampControlReset",
+                                              "GevTimestampValue",
+                                              "GevCCP",
+                                              "GevStreamChannelCount",
+                                              "GevStreamChannelSelector",
+                                              "GevSCPHostPort",
+                                              "GevSCPSFireTestPacket",
+                                              "GevSCPSDoNotFragment",
+                                              "GevSCPSPacketSize",
+                                              "GevSCPD",
+                                              "GevSCDA",
+                                              "GevSCSP"};
+
+std::string name_node(const char* name, unsigned address, unsigned bytes, const char* access) {
+  return std::string("  <StringReg Name=\"") + name + "\">\n    <Address>0x" + hex(address) +
+         "</Address>\n    <Length>" + std::to_string(bytes) + "</Length>\n    <AccessMode>" + access +
+         "</AccessMode>\n    <pPort>Device</pPort>\n  </StringReg>\n";
+}
+
+std::string identity_nodes(Transport transport) {
+  namespace gige_names = gige::bootstrap;
+  using namespace usb3_names;
+  if (transport == Transport::usb3)
+    return name_node("DeviceVendorName", kManufacturer, kBytes, "RO") +
+           name_node("DeviceModelName", kModel, kBytes, "RO") + name_node("DeviceVersion", kVersion, kBytes, "RO") +
+           name_node("DeviceManufacturerInfo", kInformation, kBytes, "RO") +
+           name_node("DeviceSerialNumber", kSerial, kBytes, "RO") + name_node("DeviceUserID", kUser, kBytes, "RW");
+  return name_node("DeviceVendorName", 0x48, 32, "RO") + name_node("DeviceModelName", 0x68, 32, "RO") +
+         name_node("DeviceVersion", 0x88, 32, "RO") + name_node("DeviceManufacturerInfo", 0xA8, 48, "RO") +
+         name_node("DeviceSerialNumber", 0xD8, 16, "RO") + name_node("DeviceUserID", gige_names::kUserName, 16, "RW");
 }
 
 std::string register_node(Feature feature) {
@@ -49,29 +91,11 @@ std::string format_entries(const std::vector<std::string>& pixel_formats) {
   return text;
 }
 
-}  // namespace
+using Words = std::map<std::string, std::string, std::less<>>;
 
-std::string describe_camera(const std::vector<std::string>& pixel_formats) {
-  std::map<std::string, std::string, std::less<>> words{{"pixel_formats", format_entries(pixel_formats)},
-                                                        {"heartbeat.least", number(kShortestHeartbeatMs)},
-                                                        {"heartbeat.most", number(kLongestHeartbeatMs)},
-                                                        {"packet.least", number(kSmallestPacket)},
-                                                        {"packet.most", number(kLargestPacket)},
-                                                        {"packet.step", number(kPacketStep)},
-                                                        {"packet.delay.most", number(kLongestPacketDelay)},
-                                                        {"chunk.FrameID", hex(chunk_id(ChunkKind::frame_id))},
-                                                        {"chunk.Timestamp", hex(chunk_id(ChunkKind::timestamp))},
-                                                        {"chunk.ExposureTime", hex(chunk_id(ChunkKind::exposure_time))},
-                                                        {"chunk.Gain", hex(chunk_id(ChunkKind::gain))}};
-  for (unsigned i = 0; i <= static_cast<unsigned>(kLastFeature); ++i) {
-    const auto feature = static_cast<Feature>(i);
-    const FeatureInfo& info = info_of(feature);
-    words["registers"] += register_node(feature);
-    words[std::string(info.name) + ".least"] = number(info.least);
-    words[std::string(info.name) + ".most"] = number(info.most);
-  }
+// The text with what stands between at signs put in.
+std::string fill(std::string_view left, const Words& words) {
   std::string text;
-  std::string_view left = camera_xml;
   while (true) {
     const std::size_t start = left.find('@');
     text += left.substr(0, start);
@@ -82,6 +106,38 @@ std::string describe_camera(const std::vector<std::string>& pixel_formats) {
     text += word->second;
     left.remove_prefix(end + 1);
   }
+}
+
+}  // namespace
+
+std::string describe_camera(const std::vector<std::string>& pixel_formats, Transport transport) {
+  Words words{{"pixel_formats", format_entries(pixel_formats)},
+              {"heartbeat.least", number(kShortestHeartbeatMs)},
+              {"heartbeat.most", number(kLongestHeartbeatMs)},
+              {"packet.least", number(kSmallestPacket)},
+              {"packet.most", number(kLargestPacket)},
+              {"packet.step", number(kPacketStep)},
+              {"packet.delay.most", number(kLongestPacketDelay)},
+              {"chunk.FrameID", hex(chunk_id(ChunkKind::frame_id))},
+              {"chunk.Timestamp", hex(chunk_id(ChunkKind::timestamp))},
+              {"chunk.ExposureTime", hex(chunk_id(ChunkKind::exposure_time))},
+              {"chunk.Gain", hex(chunk_id(ChunkKind::gain))}};
+  for (unsigned i = 0; i <= static_cast<unsigned>(kLastFeature); ++i) {
+    const auto feature = static_cast<Feature>(i);
+    const FeatureInfo& info = info_of(feature);
+    words["registers"] += register_node(feature);
+    words[std::string(info.name) + ".least"] = number(info.least);
+    words[std::string(info.name) + ".most"] = number(info.most);
+  }
+  const bool is_gige = transport == Transport::gige;
+  words["namespace"] = is_gige ? "GEV" : "U3V";
+  words["chunk_category"] = is_gige ? "    <pFeature>ChunkDataControl</pFeature>\n" : "";
+  words["identity"] = identity_nodes(transport);
+  words["transport_features"];
+  for (const char* feature : transport_features)
+    if (is_gige) words["transport_features"] += std::string("    <pFeature>") + feature + "</pFeature>\n";
+  words["transport"] = is_gige ? fill(transport_xml, words) : "";
+  return fill(camera_xml, words);
 }
 
 }  // namespace rigcal::sim

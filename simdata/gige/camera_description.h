@@ -6,8 +6,25 @@
 
 namespace rigcal::sim {
 
-/// The file that the build puts into the program (see camera.xml).
+/// The files that the build puts into the program: camera.xml, and in transport.xml the features that
+/// only cameras on GigE Vision have here.
 extern const std::string_view camera_xml;
+extern const std::string_view transport_xml;
+
+/// By what a camera is reached. Its features are the same, its names lie elsewhere.
+enum class Transport : unsigned char { gige, usb3 };
+
+/// Where a device on USB3 Vision keeps its names, each 64 bytes.
+namespace usb3_names {
+constexpr unsigned kManufacturer = 0x04;
+constexpr unsigned kModel = 0x44;
+constexpr unsigned kFamily = 0x84;
+constexpr unsigned kVersion = 0xC4;
+constexpr unsigned kInformation = 0x104;
+constexpr unsigned kSerial = 0x144;
+constexpr unsigned kUser = 0x184;
+constexpr unsigned kBytes = 64;
+}  // namespace usb3_names
 
 // Limits that the description tells and the device keeps.
 constexpr unsigned kShortestHeartbeatMs = 500;
@@ -18,6 +35,7 @@ constexpr unsigned kPacketStep = 8;
 constexpr unsigned kLongestPacketDelay = 10'000'000;  ///< Ticks.
 
 /// What the virtual camera can do, as a GenICam description. `pixel_formats` are names that gige::pixel_code knows.
-[[nodiscard]] std::string describe_camera(const std::vector<std::string>& pixel_formats);
+[[nodiscard]] std::string describe_camera(const std::vector<std::string>& pixel_formats,
+                                          Transport transport = Transport::gige);
 
 }  // namespace rigcal::sim

@@ -29,7 +29,7 @@ constexpr std::size_t word_count = static_cast<std::size_t>(kLastSetting) + 1;
 
 CameraRegisters::CameraRegisters(const VirtualCameraOptions& options)
     : options_(options),
-      description_(describe_camera(options.pixel_formats)),
+      description_(describe_camera(options.pixel_formats, options.transport)),
       memory_(description_address + description_.size()) {
   RIGCAL_ASSERT(!options.pixel_formats.empty(), "a camera without a pixel format");
   define_bootstrap();

@@ -7,6 +7,7 @@
 
 #include "drivers/gige_codec/bootstrap.h"
 #include "drivers/gige_codec/status.h"
+#include "simdata/gige/camera_description.h"
 #include "simdata/gige/exposure_schedule.h"
 #include "simdata/gige/features.h"
 #include "simdata/gige/register_memory.h"
@@ -15,7 +16,8 @@ namespace rigcal::sim {
 
 struct VirtualCameraOptions {
   gige::DeviceIdentity identity;  ///< Names, addresses.
-  int width = 1280;               ///< Of the sensor.
+  Transport transport = Transport::gige;
+  int width = 1280;  ///< Of the sensor.
   int height = 1024;
   std::vector<std::string> pixel_formats{
       "Mono8"};                 ///< Names that gige::pixel_code knows; the first is set at the start.

@@ -49,22 +49,6 @@ Expected<std::unique_ptr<Unit>> open_unit(ServedCamera served, std::uint64_t see
       Unit{std::move(served), *std::move(control), *std::move(stream), std::move(camera), std::move(sender), {}, {}});
 }
 
-FrameWish wish_of(const FrameOrder& order) {
-  const CameraSettings& settings = order.settings;
-  FrameWish wish;
-  wish.number = order.number;
-  wish.start_ns = order.start_ns;
-  wish.pulse = order.pulse;
-  wish.pixel_format = gige::pixel_name(settings.pixel_format);
-  wish.width = settings.width;
-  wish.height = settings.height;
-  wish.offset_x = settings.offset_x;
-  wish.offset_y = settings.offset_y;
-  wish.exposure_us = settings.exposure_us;
-  wish.gain_db = settings.gain_db;
-  return wish;
-}
-
 }  // namespace
 
 class CameraServer::Impl {
@@ -227,7 +211,7 @@ class CameraServer::Impl {
   bool make_frame(Unit& unit, std::int64_t now) {
     const FrameOrder& order = unit.waiting.front();
     if (memory_.empty()) memory_ = unit.sender.take_memory();
-    if (!unit.served.source->make(wish_of(order), memory_)) return false;
+    if (!unit.served.source->make(order.wish(), memory_)) return false;
     if (memory_.size() == order.settings.image_bytes) {
       if (order.settings.exposure_auto != ExposureAuto::off)
         unit.camera.meter(now, mean_brightness(memory_, order.settings.pixel_format));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/gige_codec/pixel_code.h"
 #include "drivers/gige_codec/stream_packet.h"
 
 namespace rigcal::sim {
@@ -32,6 +33,21 @@ std::optional<LinePulse> FrameOrder::strobe(std::uint32_t line) const {
   const std::int64_t rise_ns = start_ns + strobe.delay_ns;
   const std::int64_t length_ns = strobe.duration_ns > 0 ? strobe.duration_ns : settings.rules.exposure_ns;
   return LinePulse{line, rise_ns, rise_ns + length_ns, static_cast<std::int64_t>(number)};
+}
+
+FrameWish FrameOrder::wish() const {
+  FrameWish wish;
+  wish.number = number;
+  wish.start_ns = start_ns;
+  wish.pulse = pulse;
+  wish.pixel_format = gige::pixel_name(settings.pixel_format);
+  wish.width = settings.width;
+  wish.height = settings.height;
+  wish.offset_x = settings.offset_x;
+  wish.offset_y = settings.offset_y;
+  wish.exposure_us = settings.exposure_us;
+  wish.gain_db = settings.gain_db;
+  return wish;
 }
 
 VirtualCamera::VirtualCamera(const VirtualCameraOptions& options, std::uint16_t stream_port, std::int64_t now_ns)

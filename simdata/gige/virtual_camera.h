@@ -9,6 +9,7 @@
 #include "drivers/gige_codec/ack.h"
 #include "simdata/gige/camera_registers.h"
 #include "simdata/gige/exposure_schedule.h"
+#include "simdata/gige/frame_source.h"
 
 namespace rigcal::sim {
 
@@ -31,6 +32,8 @@ struct FrameOrder {
 
   /// The pulse that the camera gives on an output line while it exposes; nothing where its strobe is off.
   [[nodiscard]] std::optional<LinePulse> strobe(std::uint32_t line) const;
+  /// What its pixels are made by.
+  [[nodiscard]] FrameWish wish() const;
 };
 
 /// What the camera wants to be done.

@@ -99,6 +99,7 @@ const Table& rooms() {
         {"drivers/livox/protocol", {"drivers/livox_codec"}},
         {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},
         {"simdata/gige", {"drivers/gige_codec", "drivers/net"}},
+        {"simdata/usb3", {"simdata/gige"}},
         {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec", "simdata/gige"}},
     };
     std::vector<std::string> core;
