@@ -8,6 +8,7 @@
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
+#include "core/pipeline/corner_calibration.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/report/result_folder.h"
 
@@ -79,6 +80,19 @@ RigCalibrationOptions calibration_options(const CalibrateOptions& options, const
   return out;
 }
 
+Expected<CalibrationResult> calibrate(const Recording& recording, const std::vector<std::optional<SE3>>& guesses,
+                                      const CalibrateOptions& options, const Tolerance& require,
+                                      const RunContext& context) {
+  if (options.method == "planes") {
+    CornerCalibrationOptions corner;
+    corner.require = {require.translation_m, require.rotation_rad};
+    if (options.full_map) corner.map_size_m = 0.0;
+    return calibrate_by_planes(recording.rig, recording.lidar, guesses, corner, context);
+  }
+  return calibrate_rig(recording.rig, recording.lidar, recording.cameras, guesses,
+                       calibration_options(options, require), context);
+}
+
 // What the report tells of the run, so that it can be repeated.
 std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOptions& options) {
   const std::string prior = number_text(options.pose_prior[0]) + "," + number_text(options.pose_prior[1]);
@@ -120,8 +134,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   }
   std::vector<StageReport> stages = clock.take();
   Expected<CalibrationResult> result =
-      calibrate_rig(recording->rig, recording->lidar, recording->cameras, lidar_guesses(*recording, *initial),
-                    calibration_options(options, *require), context.run_context());
+      calibrate(*recording, lidar_guesses(*recording, *initial), options, *require, context.run_context());
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
@@ -141,6 +154,14 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   return exit_code_of(result->status);
 }
 
+// The planes method knows neither stages nor poses nor cameras: who asks for these wants the other one.
+void check_options_of(const CalibrateOptions& options, const CLI::App& command) {
+  if (options.method != "planes") return;
+  for (const char* name : {"--stages", "--images", "--refine-intrinsics", "--pose-prior"}) {
+    if (command.count(name) > 0) throw CLI::ValidationError(name, "is of no use with --method planes");
+  }
+}
+
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, CommandContext& context) {
@@ -152,8 +173,10 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->option_text("RESULT");
   command->add_option("--rig", options->rig, "The rig file (a session brings its own)")->option_text("RIG");
-  command->add_option("--method", options->method, "targetless (default)")
-      ->check(CLI::IsMember({"targetless"}))
+  command
+      ->add_option("--method", options->method,
+                   "targetless (default): all stops together; planes: LiDARs from the planes of one still moment")
+      ->check(CLI::IsMember({"targetless", "planes"}))
       ->option_text("METHOD");
   command
       ->add_option("--stages", options->stages, "Stop after poses, extrinsics, joint (all LiDARs) or cameras (default)")
@@ -181,8 +204,10 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->option_text("M,DEG");
   command->add_flag("--full-map", options->full_map, "map.ply with all points kept, not one for each 2 cm");
   command->footer("Example:\n  rigcal calibrate run.pcap --rig rig.yaml --out result");
-  command->callback(
-      [options, &context] { context.run = [options, &context] { return run_calibrate(*options, context); }; });
+  command->callback([options, command, &context] {
+    check_options_of(*options, *command);
+    context.run = [options, &context] { return run_calibrate(*options, context); };
+  });
 }
 
 }  // namespace rigcal

@@ -1,0 +1,243 @@
+#include "core/pipeline/corner_calibration.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/corner/rig_placement.h"
+#include "core/pipeline/fused_map.h"
+#include "core/pipeline/stage_clock.h"
+#include "core/pipeline/surface_cuts.h"
+#include "core/quality/shared_surfaces.h"
+#include "core/quality/verdict.h"
+#include "core/quality/verdict_text.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
+constexpr double most_misfit = 3.0;
+constexpr double map_at_guess_m = 0.05;
+
+Error stopped() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
+
+// Stops in which two LiDARs saw anything, at most so many, evenly.
+std::vector<int> choose_stops(const LidarRecording& recording, std::size_t most) {
+  std::vector<int> seen_by(recording.stops.size(), 0);
+  for (const PatchCells& patch : recording.patches) {
+    if (!patch.thinned.empty()) ++seen_by[static_cast<std::size_t>(patch.stop)];
+  }
+  std::vector<int> stops;
+  for (std::size_t j = 0; j < seen_by.size(); ++j) {
+    if (seen_by[j] >= 2) stops.push_back(static_cast<int>(j));
+  }
+  if (stops.size() <= most) return stops;
+  std::vector<int> few;
+  for (std::size_t k = 0; k < most; ++k) few.push_back(stops[k * stops.size() / most]);
+  return few;
+}
+
+class CornerCalibration {
+ public:
+  CornerCalibration(const Rig& rig, const LidarRecording& recording, const std::vector<std::optional<SE3>>& guess,
+                    const CornerCalibrationOptions& options, const RunContext& context)
+      : rig_(rig), recording_(recording), guess_(guess), options_(options), context_(context) {}
+
+  Expected<CalibrationResult> run() {
+    const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
+    if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
+    if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
+    views_.base = static_cast<int>(base - recording_.lidar_sensors.begin());
+    for (const int sensor : recording_.lidar_sensors) views_.names.push_back(sensor_at(sensor).name);
+    stops_ = choose_stops(recording_, options_.most_stops);
+    find_all_planes();
+    if (context_.cancelled()) return stopped();
+    StageReport& stage = clock_.begin("placement");
+    context_.reporter.progress("placement", -1.0);
+    const RigPlacement placed = place_rig(views_, guess_);
+    stage.iterations = placed.adjusted.iterations;
+    stage.cost_before = placed.adjusted.cost_before;
+    stage.cost_after = placed.adjusted.cost_after;
+    stage.counts = {{"common_planes", static_cast<double>(placed.features.size())}, {"misfit", placed.misfit}};
+    if (context_.cancelled()) return stopped();
+    return conclude(placed);
+  }
+
+ private:
+  [[nodiscard]] const Sensor& sensor_at(int sensor) const { return rig_.sensors[static_cast<std::size_t>(sensor)]; }
+
+  void find_all_planes() {
+    StageReport& stage = clock_.begin("planes");
+    context_.reporter.progress("planes", -1.0);
+    views_.stops.assign(stops_.size(), std::vector<std::optional<PlaneView>>(views_.names.size()));
+    std::vector<std::pair<std::size_t, const PatchCells*>> work;
+    for (const PatchCells& patch : recording_.patches) {
+      const auto at = std::find(stops_.begin(), stops_.end(), patch.stop);
+      if (at != stops_.end() && !patch.thinned.empty()) work.emplace_back(at - stops_.begin(), &patch);
+    }
+    parallel_for(work.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end && !context_.cancelled(); ++k) {
+        const auto& [stop, patch] = work[k];
+        PlaneCloud cloud;
+        for (const Point& p : patch->thinned) cloud.points.emplace_back(p.x, p.y, p.z);
+        cloud.cells.cells = patch->cells;
+        views_.stops[stop][static_cast<std::size_t>(patch->lidar)] = plane_view(std::move(cloud));
+      }
+    });
+    double planes = 0.0;
+    for (const auto& stop : views_.stops) {
+      for (const auto& view : stop) planes += view ? static_cast<double>(view->planes.size()) : 0.0;
+    }
+    stage.counts = {{"stops", static_cast<double>(stops_.size())}, {"planes", planes}};
+  }
+
+  [[nodiscard]] bool has_points(std::size_t lidar) const {
+    return std::any_of(recording_.patches.begin(), recording_.patches.end(),
+                       [&](const PatchCells& p) { return p.lidar == static_cast<int>(lidar) && !p.thinned.empty(); });
+  }
+
+  [[nodiscard]] Verdict judge(std::size_t lidar, const RigPlacement& placed, const LidarCovariances& covariances,
+                              Matrix6d& covariance) const {
+    const LidarPlacement& how = placed.lidars[lidar];
+    LidarEvidence e;
+    e.name = views_.names[lidar];
+    e.base_name = rig_.base_sensor().name;
+    e.has_points = has_points(lidar);
+    if (e.has_points && !how.known) {
+      Verdict verdict;
+      fail(verdict, how.why_not + "; show both a corner: three large flat surfaces that face clearly different ways");
+      return verdict;
+    }
+    e.observable = covariances.observable || how.pair.by_shapes;
+    e.converged = how.pair.by_shapes || placed.adjusted.converged;
+    e.match_score = how.pair.score;
+    e.runner_up_score = how.pair.runner_up_score;
+    if (how.pair.by_shapes) {
+      e.covariance = e.covariance_data_only = covariance = how.pair.by_shapes->covariance;
+    } else if (e.observable) {
+      // Planes that disagree are known no better than by what they disagree.
+      const double factor =
+          std::max({1.0, covariances.chi2, placed.misfit * placed.misfit}) / std::max(1.0, covariances.chi2);
+      e.covariance = factor * covariances.with_priors[lidar];
+      e.covariance_data_only = e.covariance;
+      covariance = e.covariance;
+    }
+    e.T_base_sensor = placed.state.T_base_sensor[lidar];
+    Verdict verdict = judge_lidar(e, options_.require);
+    if (!e.has_points || verdict.status == Status::failed) return verdict;
+    if (how.pair.by_shapes) {
+      weaken(verdict, "three independent, even planes are not common to it and " +
+                          views_.names[static_cast<std::size_t>(how.via)] +
+                          ": all the shapes that both saw hold it, which is known to centimetres; show both a corner "
+                          "of three large flat surfaces");
+    }
+    if (how.pair.score < least_overlap) {
+      weaken(verdict, "only " + number(100.0 * how.pair.score, 0) + " % of what it and " +
+                          views_.names[static_cast<std::size_t>(how.via)] +
+                          " saw lies on each other; choose a place where both see the same surfaces");
+    }
+    if (placed.misfit > most_misfit) {
+      weaken(verdict, "the common planes disagree by " + number(placed.misfit, 1) +
+                          " times what their noise explains; something moved, or the surfaces are not flat");
+    }
+    return verdict;
+  }
+
+  CalibrationResult conclude(const RigPlacement& placed) {
+    clock_.begin("verdict");
+    LidarCovariances covariances;
+    if (!placed.features.empty()) {
+      covariances = lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust});
+    }
+    CalibrationResult result;
+    result.base = rig_.base_sensor().name;
+    result.method = "planes";
+    result.status = Status::good;
+    for (std::size_t i = 0; i < views_.names.size(); ++i) {
+      SensorResult sensor{views_.names[i], Status::good, {}, SE3{}};
+      sensor.guess_T_base_sensor = guess_[i];
+      if (static_cast<int>(i) != views_.base) {
+        const Verdict verdict = judge(i, placed, covariances, sensor.covariance);
+        sensor.status = verdict.status;
+        sensor.reasons = verdict.reasons;
+        sensor.T_base_sensor.reset();
+        if (verdict.status == Status::failed) {
+          sensor.covariance.setZero();
+        } else {
+          sensor.T_base_sensor = placed.state.T_base_sensor[i];
+        }
+      }
+      result.status = std::max(result.status, sensor.status);
+      result.sensors.push_back(std::move(sensor));
+    }
+    add_stops(result);
+    show(placed, result);
+    result.stages = clock_.take();
+    return result;
+  }
+
+  // Only the first stop that was used has a place: how the rig moved to the others nobody asked.
+  void add_stops(CalibrationResult& result) const {
+    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
+      const bool first = !stops_.empty() && static_cast<int>(j) == stops_[0];
+      result.trajectory.push_back({recording_.stops[j], SE3{}, first});
+    }
+    for (const PatchCells& patch : recording_.patches) {
+      StopPose& stop = result.trajectory[static_cast<std::size_t>(patch.stop)];
+      stop.points[views_.names[static_cast<std::size_t>(patch.lidar)]] += patch.points;
+    }
+  }
+
+  // Map and cut surfaces of the first stop.
+  void show(const RigPlacement& placed, CalibrationResult& result) {
+    StageReport& stage = clock_.begin("map");
+    if (stops_.empty()) return;
+    RigState after = placed.state;
+    after.T_G_base.assign(recording_.stops.size(), SE3{});
+    RigState before = after;
+    for (std::size_t i = 0; i < guess_.size(); ++i) {
+      if (guess_[i]) before.T_base_sensor[i] = *guess_[i];
+    }
+    std::vector<char> use(recording_.patches.size(), 0);
+    std::vector<char> had_guess(use.size(), 0);
+    for (std::size_t k = 0; k < use.size(); ++k) {
+      const PatchCells& patch = recording_.patches[k];
+      const auto lidar = static_cast<std::size_t>(patch.lidar);
+      use[k] = patch.stop == stops_[0] && result.sensors[lidar].T_base_sensor.has_value() ? 1 : 0;
+      had_guess[k] = use[k] != 0 && guess_[lidar] ? 1 : 0;
+    }
+    std::vector<int> places(recording_.lidar_sensors.size());
+    std::iota(places.begin(), places.end(), 0);
+    result.map = fuse_map(recording_.patches, after, use, places, options_.map_size_m);
+    stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
+    std::vector<PlaneFeature> features;
+    for (const PlaneFeature& f : placed.features) {
+      if (f.observations.front().stop == 0) features.push_back(f);
+    }
+    for (PlaneFeature& f : features) {
+      for (PlaneObservation& o : f.observations) o.stop = stops_[0];
+    }
+    result.shared_surfaces = shared_surfaces(features, before, after, views_.names);
+    result.cuts = cut_surfaces(features, recording_.patches, before, after, had_guess, places);
+    result.map_at_guess = fuse_map(recording_.patches, before, had_guess, places, map_at_guess_m);
+  }
+
+  const Rig& rig_;
+  const LidarRecording& recording_;
+  const std::vector<std::optional<SE3>>& guess_;
+  const CornerCalibrationOptions& options_;
+  const RunContext& context_;
+  RigViews views_;
+  std::vector<int> stops_;  ///< Of the recording, those of `views_`.
+  StageClock clock_;
+};
+
+}  // namespace
+
+Expected<CalibrationResult> calibrate_by_planes(const Rig& rig, const LidarRecording& recording,
+                                                const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                                const CornerCalibrationOptions& options, const RunContext& context) {
+  return CornerCalibration(rig, recording, guess_T_base_sensor, options, context).run();
+}
+
+}  // namespace rigcal

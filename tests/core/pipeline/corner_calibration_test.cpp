@@ -1,0 +1,134 @@
+#include "core/pipeline/corner_calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "simdata/corner_clouds.h"
+#include "tests/support/make_planes.h"
+#include "tests/support/se3_matchers.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+// A rig of two LiDARs "front" (the base) and "side" in the paper's corner, with the noise of a LiDAR of today.
+class CornerCalibrationTest : public ::testing::Test {
+ protected:
+  void see(const sim::CornerCloudOptions& options) {
+    const auto clouds = sim::make_corner_clouds(options);
+    rig_.name = "corner";
+    rig_.sensors.resize(2);
+    rig_.sensors[0].name = "front";
+    rig_.sensors[1].name = "side";
+    for (Sensor& sensor : rig_.sensors) sensor.lidar.emplace();
+    recording_.lidar_sensors = {0, 1};
+    recording_.stops = {{0, 0, 0}};
+    recording_.patches = {patch_of(clouds.a.points, 0), patch_of(clouds.b.points, 1)};
+  }
+
+  static PatchCells patch_of(const std::vector<Vector3d>& points, int lidar) {
+    CellOptions options;
+    options.keep_thinned = true;
+    CellBuilder builder(lidar, 0, options);
+    std::vector<Point> narrow;
+    for (const Vector3d& p : points) {
+      Point& point = narrow.emplace_back();
+      point.x = static_cast<float>(p.x());
+      point.y = static_cast<float>(p.y());
+      point.z = static_cast<float>(p.z());
+    }
+    builder.add(narrow);
+    return builder.finish();
+  }
+
+  [[nodiscard]] CalibrationResult calibrate() const {
+    SilentReporter reporter;
+    auto result = calibrate_by_planes(rig_, recording_, {SE3{}, guess_}, CornerCalibrationOptions{}, {reporter});
+    EXPECT_TRUE(result) << result.error().what;
+    return result ? *result : CalibrationResult{};
+  }
+
+  Rig rig_;
+  LidarRecording recording_;
+  std::optional<SE3> guess_;
+};
+
+sim::CornerCloudOptions fine(double angle_deg, const SE3& T_a_b, std::uint64_t seed) {
+  return {.angle_deg = angle_deg, .sigma_m = 0.01, .stray_points = 500, .T_a_b = T_a_b, .seed = seed};
+}
+
+TEST_F(CornerCalibrationTest, IsGoodOfOneMomentWithoutAGuessAndKnowsHowGood) {
+  Random random(31);
+  double nees = 0.0;
+  constexpr int runs = 8;
+  for (int k = 0; k < runs; ++k) {
+    const SE3 T = random_pose(random, 2.0, 0.4);
+    see(fine(75.0, T, static_cast<std::uint64_t>(k)));
+    const CalibrationResult result = calibrate();
+    ASSERT_EQ(result.sensors.size(), 2U);
+    const SensorResult& side = result.sensors[1];
+    EXPECT_EQ(side.status, Status::good) << testing::PrintToString(side.reasons);
+    ASSERT_TRUE(side.T_base_sensor);
+    EXPECT_THAT(*side.T_base_sensor, SE3Near(T, 0.03, 3.0));
+    const Vector6d xi = (T.inverse() * *side.T_base_sensor).log();
+    nees += xi.dot(side.covariance.inverse() * xi) / (6.0 * runs);
+    EXPECT_EQ(result.method, "planes");
+    EXPECT_FALSE(result.map.empty());
+    EXPECT_TRUE(result.trajectory[0].known);
+  }
+  EXPECT_GT(nees, 0.2);
+  EXPECT_LT(nees, 2.0);
+}
+
+TEST_F(CornerCalibrationTest, IsWeakWhereAnotherOrderOfThePlanesFitsAsWell) {
+  see(fine(90.0, sim::paper_configuration(1), 2));
+  const CalibrationResult open = calibrate();
+  EXPECT_EQ(open.status, Status::weak);
+  EXPECT_THAT(open.sensors[1].reasons, testing::Contains(HasSubstr("another pose fits")));
+  guess_ = SE3{exp_so3({0.0, 0.0, 2.4}), Vector3d::Zero()};
+  const CalibrationResult guessed = calibrate();
+  EXPECT_EQ(guessed.status, Status::good);
+  EXPECT_THAT(*guessed.sensors[1].T_base_sensor, SE3Near(sim::paper_configuration(1), 0.03, 3.0));
+}
+
+TEST_F(CornerCalibrationTest, FailsInWordsWithoutACorner) {
+  see(fine(75.0, sim::paper_configuration(2), 3));
+  // Nothing but the floor is left to the side LiDAR.
+  std::vector<Vector3d> floor;
+  const auto clouds = sim::make_corner_clouds(fine(75.0, sim::paper_configuration(2), 3));
+  for (std::size_t k = 0; k < clouds.b.points.size(); ++k) {
+    if (clouds.b.plane[k] == 2) floor.push_back(clouds.b.points[k]);
+  }
+  recording_.patches[1] = patch_of(floor, 1);
+  const CalibrationResult result = calibrate();
+  EXPECT_EQ(result.status, Status::failed);
+  EXPECT_FALSE(result.sensors[1].T_base_sensor);
+  ASSERT_EQ(result.sensors[1].reasons.size(), 1U);
+  EXPECT_THAT(result.sensors[1].reasons[0], HasSubstr("only 1 of at least three planes found in what side saw"));
+  recording_.patches.pop_back();
+  EXPECT_THAT(calibrate().sensors[1].reasons[0], HasSubstr("it has no points"));
+}
+
+TEST_F(CornerCalibrationTest, FailsWhereTheTwoSeeDifferentPlaces) {
+  see(fine(75.0, sim::paper_configuration(2), 4));
+  const auto other = sim::make_corner_clouds(fine(115.0, SE3{}, 5));
+  recording_.patches[1] = patch_of(other.a.points, 1);
+  const CalibrationResult result = calibrate();
+  EXPECT_EQ(result.sensors[1].status, Status::failed) << testing::PrintToString(result.sensors[1].reasons);
+}
+
+TEST_F(CornerCalibrationTest, IsAnErrorWithoutAStopOrABase) {
+  see(fine(75.0, SE3{}, 6));
+  SilentReporter reporter;
+  recording_.stops.clear();
+  EXPECT_FALSE(calibrate_by_planes(rig_, recording_, {SE3{}, guess_}, CornerCalibrationOptions{}, {reporter}));
+  see(fine(75.0, SE3{}, 6));
+  recording_.lidar_sensors = {1};
+  EXPECT_FALSE(calibrate_by_planes(rig_, recording_, {guess_}, CornerCalibrationOptions{}, {reporter}));
+}
+
+}  // namespace
+}  // namespace rigcal
