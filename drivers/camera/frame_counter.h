@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "core/frames/frame_ids.h"
 
@@ -20,14 +19,16 @@ class FrameCounter {
   [[nodiscard]] std::uint64_t missing_before(std::uint64_t id) {
     const bool is_strange = rule_.bits < 64 && id >> static_cast<unsigned>(rule_.bits) != 0;
     if (is_strange) return 0;
-    const std::int64_t steps = before_ ? frame_steps(rule_, *before_, id) : 1;
+    const std::int64_t steps = has_begun_ ? frame_steps(rule_, before_, id) : 1;
     if (steps > 0 || id <= 1) before_ = id;
+    has_begun_ = true;
     return steps > 1 && steps <= kLongestGap ? static_cast<std::uint64_t>(steps - 1) : 0;
   }
 
  private:
   FrameIdRule rule_;
-  std::optional<std::uint64_t> before_;
+  std::uint64_t before_ = 0;
+  bool has_begun_ = false;
 };
 
 }  // namespace rigcal::camera

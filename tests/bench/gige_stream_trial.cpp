@@ -1,6 +1,5 @@
-// A long stream of a virtual camera to Aravis over loopback, each in a process of its own: how many frames are whole to
-// the bit, how many are said to be damaged, and what it costs. gige_stream_trial --seconds 300 --loss 0.01
-#include <arv.h>
+// A long stream of a virtual camera to the driver over loopback, each in a process of its own: how many frames are
+// whole to the bit, how many are said to be damaged, and what it costs. gige_stream_trial --seconds 300 --loss 0.01
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,7 +10,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
+#include <type_traits>
 
+#include "drivers/camera/aravis/aravis_backend.h"
 #include "simdata/gige/camera_server.h"
 #include "simdata/gige/test_pattern.h"
 #include "tests/bench/cpu_seconds.h"
@@ -66,90 +67,68 @@ void serve(const Trial& trial, int report) {
 }
 
 struct HostReport {
-  std::uint64_t whole = 0;
-  std::uint64_t flagged = 0;
-  std::uint64_t torn = 0;
-  std::uint64_t numbers = 0;  // From the first frame's to the last one's.
+  camera::CameraCounters counters;
+  std::uint64_t torn = 0;  // Passed as whole, and are not.
   double seconds = 0.0;
   double cpu_s = 0.0;
   double check_s = 0.0;
 };
 
-void check(GError* error) {
-  if (error != nullptr) fail(error->message);
+template <class T>
+T must(Expected<T> value) {
+  if (!value) fail(value.error().message());
+  if constexpr (!std::is_void_v<T>) return *std::move(value);
 }
 
-ArvCamera* open_camera() {
+void open_camera(camera::Camera& camera) {
   for (int i = 0; i < 100; ++i) {
-    if (ArvCamera* camera = arv_camera_new(address, nullptr)) return camera;
+    if (camera.open(address)) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   fail("the camera does not appear");
 }
 
 HostReport receive(const Trial& trial) {
-  ArvCamera* camera = open_camera();
-  GError* error = nullptr;
-  if (trial.no_packet_socket) arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  arv_camera_set_frame_rate(camera, trial.rate, &error);
-  check(error);
-  arv_camera_gv_set_packet_size(camera, trial.packet_bytes, &error);
-  check(error);
-  ArvStream* stream = arv_camera_create_stream(camera, nullptr, nullptr, &error);
-  check(error);
-  g_object_set(stream, "packet-resend",
-               trial.no_resend ? ARV_GV_STREAM_PACKET_RESEND_NEVER : ARV_GV_STREAM_PACKET_RESEND_ALWAYS, nullptr);
-  const guint payload = arv_camera_get_payload(camera, &error);
-  check(error);
-  for (int i = 0; i < 20; ++i) arv_stream_push_buffer(stream, arv_buffer_new(payload, nullptr));
+  camera::AravisOptions options;
+  options.resend = !trial.no_resend;
+  options.packet_socket = !trial.no_packet_socket;
+  const auto camera = camera::AravisBackend(options).make();
+  open_camera(*camera);
+  camera::CameraConfig config;
+  config.frame_rate = trial.rate;
+  config.packet_bytes = trial.packet_bytes;
+  config.buffers = 20;
+  const camera::CameraSetup setup = must(camera->configure(config));
   sim::TestPattern pattern;
   sim::FrameWish wish;
-  wish.pixel_format = "BayerRG8";
-  wish.width = 1280;
-  wish.height = 1024;
+  wish.pixel_format = setup.pixel_format;
+  wish.width = setup.width;
+  wish.height = setup.height;
   std::vector<std::uint8_t> expected;
   HostReport report;
   std::uint64_t last_id = 1;
-  std::uint64_t number = 0;
+  std::int64_t number = 0;
   const double cpu_before = cpu_seconds();
   const auto start = Clock::now();
-  arv_camera_start_acquisition(camera, &error);
-  check(error);
+  must(camera->start());
   while (std::chrono::duration<double>(Clock::now() - start).count() < trial.seconds) {
-    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, 1'000'000);
-    if (buffer == nullptr) continue;
-    // Ids have 16 bits and no 0. Frames come nearly in order.
-    const std::uint64_t id = arv_buffer_get_frame_id(buffer);
-    const std::uint64_t step = (id + 65535 - last_id) % 65535;
-    const std::uint64_t this_number = step < 32768 ? number + step : number - (65535 - step);
-    if (step < 32768) {
-      number = this_number;
-      last_id = id;
-    }
-    if (arv_buffer_get_status(buffer) != ARV_BUFFER_STATUS_SUCCESS) {
-      ++report.flagged;
-    } else {
-      const auto check_start = Clock::now();
-      wish.number = this_number;
-      pattern.make(wish, expected);
-      std::size_t size = 0;
-      const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
-      ++(std::equal(expected.begin(), expected.end(), data, data + size) ? report.whole : report.torn);
-      report.check_s += std::chrono::duration<double>(Clock::now() - check_start).count();
-    }
-    arv_stream_push_buffer(stream, buffer);
+    const camera::Delivery delivery = must(camera->next(1'000'000'000));
+    if (delivery.kind == camera::Delivery::Kind::lost) fail(delivery.text);
+    if (delivery.kind != camera::Delivery::Kind::frame) continue;
+    number += frame_steps(setup.frame_ids, last_id, delivery.frame.facts().frame_id);
+    last_id = delivery.frame.facts().frame_id;
+    if (!delivery.frame.is_whole()) continue;
+    const auto check_start = Clock::now();
+    wish.number = static_cast<std::uint64_t>(number);
+    pattern.make(wish, expected);
+    const ByteView pixels = delivery.frame.pixels();
+    if (!std::equal(expected.begin(), expected.end(), pixels.begin(), pixels.end())) ++report.torn;
+    report.check_s += std::chrono::duration<double>(Clock::now() - check_start).count();
   }
-  arv_camera_stop_acquisition(camera, nullptr);
+  must(camera->stop());
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.cpu_s = cpu_seconds() - cpu_before;
-  report.numbers = number + 1;
-  for (guint i = 0; i < arv_stream_get_n_infos(stream); ++i) {
-    if (arv_stream_get_info_type(stream, i) == G_TYPE_UINT64)
-      std::printf("  aravis %s: %llu\n", arv_stream_get_info_name(stream, i),
-                  static_cast<unsigned long long>(arv_stream_get_info_uint64(stream, i)));
-  }
-  g_object_unref(stream);
-  g_object_unref(camera);
+  report.counters = camera->counters();
   return report;
 }
 
@@ -165,13 +144,18 @@ int run(const Trial& trial) {
   const bool is_told = read(pipe_ends[0], &told, sizeof told) == sizeof told;
   waitpid(device, nullptr, 0);
   if (!is_told) fail("the device has ended too soon");
-  const std::uint64_t all = host.whole + host.flagged + host.torn;
-  std::printf("frames: %llu in %.1f s (%.2f a second); whole %llu (%.3f %%), flagged %llu, torn %llu, not seen %lld\n",
-              static_cast<unsigned long long>(all), host.seconds, static_cast<double>(all) / host.seconds,
-              static_cast<unsigned long long>(host.whole),
-              100.0 * static_cast<double>(host.whole) / static_cast<double>(host.numbers),
-              static_cast<unsigned long long>(host.flagged), static_cast<unsigned long long>(host.torn),
-              static_cast<long long>(host.numbers) - static_cast<long long>(all));
+  const camera::CameraCounters& counters = host.counters;
+  const std::uint64_t all = counters.whole() + counters.damaged() + counters.missing;
+  std::printf(
+      "frames: %llu in %.1f s (%.2f a second); whole %llu (%.3f %%), of these torn %llu; flagged %llu, missing %llu "
+      "(no "
+      "buffer: %llu); packets sent again %llu\n",
+      static_cast<unsigned long long>(all), host.seconds, static_cast<double>(all) / host.seconds,
+      static_cast<unsigned long long>(counters.whole()),
+      100.0 * static_cast<double>(counters.whole()) / static_cast<double>(all),
+      static_cast<unsigned long long>(host.torn), static_cast<unsigned long long>(counters.damaged()),
+      static_cast<unsigned long long>(counters.missing), static_cast<unsigned long long>(counters.no_buffer),
+      static_cast<unsigned long long>(counters.resent_packets));
   std::printf(
       "device: %llu packets, %llu lost in %llu frames, %llu sent again, %llu refused by the system, %llu frames "
       "dropped\n",
@@ -189,7 +173,7 @@ int run(const Trial& trial) {
 }  // namespace
 
 int main(int count, char** words) {
-  CLI::App app("A long stream of a virtual GigE Vision camera to Aravis");
+  CLI::App app("A long stream of a virtual GigE Vision camera to the driver");
   Trial trial;
   app.add_option("--seconds", trial.seconds);
   app.add_option("--rate", trial.rate, "Frames a second of 1280 x 1024");

@@ -19,6 +19,9 @@ struct AravisOptions {
   /// Where the settings that cameras had are kept until they are put back, so that a crash can be mended; empty: they
   /// are not.
   std::string settings_folder;
+  /// GigE: frames are taken past the system's sockets where the user has the privilege for it (CAP_NET_RAW): that costs
+  /// less.
+  bool packet_socket = true;
   bool resend = true;                         ///< GigE: lost packets are asked for again.
   std::size_t receive_bytes = 8U << 20U;      ///< GigE: of the socket; the system may give less.
   std::int64_t packet_timeout_us = 20'000;    ///< GigE: a packet that is missing so long is asked for,

@@ -80,6 +80,10 @@ Expected<std::unique_ptr<FrameStream>> FrameStream::start(Device& device, const 
   made->counter_ = FrameCounter(setup.frame_ids);
   const std::string& who = device.identity().id;
   if (device.is_usb()) arv_camera_uv_set_usb_mode(device.get(), ARV_UV_USB_MODE_ASYNC);
+  if (device.is_gige()) {
+    arv_camera_gv_set_stream_options(
+        device.get(), options.packet_socket ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  }
   Problem problem;
   const std::size_t payload = arv_camera_get_payload(device.get(), problem.put());
   if (auto done = problem.result("the camera does not say how large its frames are", who); !done) return done.error();

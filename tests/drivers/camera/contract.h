@@ -46,11 +46,11 @@ inline void PrintTo(const SubjectMaker& maker, std::ostream* out) { *out << make
 [[nodiscard]] std::unique_ptr<ContractSubject> make_video_device_subject(std::string& reason);
 
 [[nodiscard]] inline std::vector<SubjectMaker> subjects() {
-  return {{"images", make_images_subject},
-          {"virtual_gige", make_virtual_gige_subject},
-          {"aravis_fake_gige", make_aravis_fake_subject},
-          {"v4l2_answered_by_the_test", make_fake_video_subject},
-          {"v4l2_device", make_video_device_subject}};
+  return {{"Images", make_images_subject},
+          {"VirtualGige", make_virtual_gige_subject},
+          {"AravisFakeGige", make_aravis_fake_subject},
+          {"V4l2AnsweredByTheTest", make_fake_video_subject},
+          {"V4l2Device", make_video_device_subject}};
 }
 
 }  // namespace rigcal::camera

@@ -45,6 +45,7 @@ class VideoDeviceSubject final : public ContractSubject {
     config.pixel_format = format == nullptr ? "Mono8" : format;
     return config;
   }
+  [[nodiscard]] std::optional<Region> part() const override { return Region{0, 0, 640, 480}; }
   [[nodiscard]] std::string missing_format() const override { return "Mono7"; }
   [[nodiscard]] bool has_software_trigger() const override { return false; }
 
