@@ -14,7 +14,8 @@
 namespace rigcal::camera {
 namespace {
 
-constexpr int kMostListed = 64;  ///< Drivers that never end a list are not asked for ever.
+/// Drivers that never end a list are not asked for ever; that of `vivid` has a hundred formats.
+constexpr int kMostListed = 1024;
 
 /// The unit of V4L2_CID_EXPOSURE_ABSOLUTE.
 constexpr double kExposureStepUs = 100.0;
