@@ -45,12 +45,15 @@ inline void PrintTo(const SubjectMaker& maker, std::ostream* out) { *out << make
 [[nodiscard]] std::unique_ptr<ContractSubject> make_fake_video_subject(std::string& reason);
 [[nodiscard]] std::unique_ptr<ContractSubject> make_video_device_subject(std::string& reason);
 
+[[nodiscard]] std::unique_ptr<ContractSubject> make_usb3_subject(std::string& reason);
+
 [[nodiscard]] inline std::vector<SubjectMaker> subjects() {
   return {{"Images", make_images_subject},
           {"VirtualGige", make_virtual_gige_subject},
           {"AravisFakeGige", make_aravis_fake_subject},
           {"V4l2AnsweredByTheTest", make_fake_video_subject},
-          {"V4l2Device", make_video_device_subject}};
+          {"V4l2Device", make_video_device_subject},
+          {"Usb3", make_usb3_subject}};
 }
 
 }  // namespace rigcal::camera
