@@ -28,7 +28,7 @@ using trigger::TriggerEventKind;
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr unsigned line = 1;
-constexpr std::uint64_t pulse_count = 100;
+constexpr std::uint64_t pulse_count = 60;
 const std::string serial = "00F12345678";
 
 /// The program that is the camera; ending it unplugs it.
