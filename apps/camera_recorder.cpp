@@ -20,6 +20,8 @@ constexpr std::int64_t kLookNs = 100'000'000;
 constexpr int kLooksBetweenSearches = 20;  ///< Of kLookNs: 2 s.
 constexpr std::size_t kSpareBuffers = 8;   ///< For frames that are on their way while others wait to be written.
 constexpr std::size_t kMostEvents = 10'000;
+constexpr std::size_t kMostPulses = 4096;  ///< For which the writing thread had no time yet.
+constexpr auto kMatchPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -47,6 +49,8 @@ CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera>
       table_(std::move(table)),
       clock_(session_start),
       waiting_(kMostWaiting) {
+  pulses_.reserve(kMostPulses);
+  taken_pulses_.reserve(kMostPulses);
   wanted_.config.buffers = kMostWaiting + kSpareBuffers;
   status_.sensor = wanted_.sensor;
   status_.state = "searching";
@@ -94,6 +98,7 @@ bool CameraRecorder::prepare_camera() {
   while (!is_stopped_) {
     auto setup = prepare(*camera_, wanted_);
     if (setup) {
+      if (wanted_.has_pulses) expect_pulses(*setup);
       const auto started = camera_->start();
       if (started) {
         exposure_us_ = setup->exposure_us;
@@ -111,6 +116,30 @@ bool CameraRecorder::prepare_camera() {
       std::this_thread::sleep_for(std::chrono::nanoseconds(kLookNs));
   }
   return false;
+}
+
+// Pulses from before it was set up have released no frame.
+void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
+  FrameMatcherOptions options;
+  options.has_device_stamps = setup.has_device_stamps;
+  options.ids = setup.frame_ids;
+  const double delay_us = wanted_.config.trigger ? wanted_.config.trigger->delay_us : 0.0;
+  const auto exposure_ns = std::llround(1e3 * setup.exposure_us.value_or(0.0));
+  options.least_lag_ns = std::llround(1e3 * delay_us) + exposure_ns;
+  options.most_lag_ns += options.least_lag_ns;
+  options.least_interval_ns = exposure_ns;
+  const std::lock_guard lock(mutex_);
+  matching_.emplace(options, delay_us);
+}
+
+void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
+  const std::lock_guard lock(mutex_);
+  if (!matching_) return;
+  if (pulses_.size() == kMostPulses) {
+    has_dropped_pulses_ = true;
+    return;
+  }
+  pulses_.push_back(pulse);
 }
 
 void CameraRecorder::take_frames() {
@@ -160,6 +189,7 @@ void CameraRecorder::queue(camera::Frame frame) {
     return;
   }
   Waiting& place = waiting_[(first_ + count_) % kMostWaiting];
+  place.sighting = {facts.frame_id, facts.device_stamp_ns.value_or(0), came_ns};
   place.frame = std::move(frame);
   place.record = std::move(record);
   ++count_;
@@ -169,25 +199,58 @@ void CameraRecorder::queue(camera::Frame frame) {
 void CameraRecorder::write() {
   while (true) {
     Waiting next;
+    bool has_frame = false;
+    bool is_last = false;
+    bool is_matching = false;
+    bool has_dropped_pulses = false;
+    taken_pulses_.clear();
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [this] { return count_ > 0 || has_ended_; });
-      if (count_ == 0) break;
-      next = std::move(waiting_[first_]);
+      changed_.wait_for(lock, kMatchPeriod, [this] { return count_ > 0 || has_ended_; });
+      has_frame = count_ > 0;
+      is_last = !has_frame && has_ended_;
+      if (has_frame) next = std::move(waiting_[first_]);
+      taken_pulses_.swap(pulses_);
+      is_matching = matching_.has_value();
+      has_dropped_pulses = std::exchange(has_dropped_pulses_, false);
     }
-    const Expected<void> written = write(next);
-    next.frame.give_back();
+    if (has_dropped_pulses)
+      tell("pulses came while the disk was too slow for its images: some images have no pulse", true);
+    for (const TriggerPulse& pulse : taken_pulses_) matching_->add_pulse(pulse);
+    Expected<void> done;
+    if (has_frame) {
+      Expected<FrameRecord> written = write(next);
+      next.frame.give_back();
+      if (written && is_matching) matching_->add_frame(*std::move(written), next.sighting);
+      done = !written ? written.error() : is_matching ? Expected<void>() : table_.add(*written);
+    }
+    if (is_last && is_matching) matching_->finish();
+    if (done && is_matching) done = list_matched();
     const std::lock_guard lock(mutex_);
-    first_ = (first_ + 1) % kMostWaiting;
-    --count_;
-    if (!written && !failure_) failure_ = written.error();
+    if (has_frame) {
+      first_ = (first_ + 1) % kMostWaiting;
+      --count_;
+    }
+    if (!done && !failure_) failure_ = done.error();
+    if (is_last) break;
   }
   const Expected<void> closed = table_.close();
   const std::lock_guard lock(mutex_);
   if (!closed && !failure_) failure_ = closed.error();
 }
 
-Expected<void> CameraRecorder::write(const Waiting& waiting) {
+Expected<void> CameraRecorder::list_matched() {
+  matching_->advance(now_ns());
+  while (const auto record = matching_->next()) {
+    if (const auto added = table_.add(*record); !added) return added;
+  }
+  const std::lock_guard lock(mutex_);
+  status_.matching = matching_->ledger();
+  status_.clock = matching_->clock();
+  return {};
+}
+
+Expected<FrameRecord> CameraRecorder::write(const Waiting& waiting) {
   const camera::FrameFacts& facts = waiting.frame.facts();
   const auto format = parse_pixel_format(facts.pixel_format);
   if (!format)
@@ -212,15 +275,14 @@ Expected<void> CameraRecorder::write(const Waiting& waiting) {
   Expected<OutputFile> file = OutputFile::create((std::filesystem::path(folder_) / name.data()).string());
   if (!file) return file.error();
   file->write(ByteView(*png));
-  if (const auto closed = file->close(); !closed) return closed;
+  if (const auto closed = file->close(); !closed) return closed.error();
   // Only images that are there are in the table, so that a recording that is cut short can be read.
   FrameRecord record = waiting.record;
   record.file = name.data();
-  if (const auto added = table_.add(record); !added) return added;
   const std::lock_guard lock(mutex_);
   ++status_.written;
   status_.bytes += png->size();
-  return {};
+  return record;
 }
 
 CaptureCamera CameraRecorder::status() const {
@@ -228,7 +290,7 @@ CaptureCamera CameraRecorder::status() const {
   return status_;
 }
 
-std::vector<CameraEvent> CameraRecorder::take_events() {
+std::vector<CaptureEvent> CameraRecorder::take_events() {
   const std::lock_guard lock(mutex_);
   return std::exchange(events_, {});
 }

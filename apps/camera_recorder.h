@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "apps/capture_event.h"
+#include "apps/frame_matching.h"
 #include "apps/rig_cameras.h"
 #include "core/clocks/device_clock.h"
 #include "core/io/frame_files.h"
@@ -26,17 +28,14 @@ struct CaptureCamera {
   std::uint64_t dropped_by_queue = 0;  ///< Frames that the disk, or packing them, was too slow for.
   std::uint64_t bytes = 0;
   double frames_per_s = 0.0;  ///< Since the last look.
-};
-
-/// Something that happened to a camera.
-struct CameraEvent {
-  std::int64_t stamp_ns = 0;  ///< Session time.
-  std::string text;
-  bool is_gap = false;
+  /// Of a camera that waits for the pulses of the rig's own line: what became of both.
+  std::optional<MatchLedger> matching;
+  std::optional<CameraClockFigures> clock;  ///< Likewise, once its clock is mapped by its pulses.
 };
 
 /// A camera's frames on their way into a session: one thread takes them, and asks for no memory while it does; another
-/// packs and writes them. A camera that is not there is looked for until the end. Whole frames alone become images.
+/// packs and writes them. A camera that is not there is looked for until the end. Whole frames alone become images. Of
+/// a camera that waits for the rig's own pulses each image gets its pulse.
 class CameraRecorder {
  public:
   /// Frames that may wait to be written.
@@ -51,6 +50,8 @@ class CameraRecorder {
   CameraRecorder(const CameraRecorder&) = delete;
   CameraRecorder& operator=(const CameraRecorder&) = delete;
 
+  /// A pulse on the rig's trigger line, in the order of time. From any thread; returns at once.
+  void add_pulse(const TriggerPulse& pulse);
   /// No frames are taken any more; returns at once.
   void stop() { is_stopped_ = true; }
   /// Waits until the camera is free and what it sent is written.
@@ -58,7 +59,7 @@ class CameraRecorder {
 
   [[nodiscard]] CaptureCamera status() const;
   /// Since the last call.
-  [[nodiscard]] std::vector<CameraEvent> take_events();
+  [[nodiscard]] std::vector<CaptureEvent> take_events();
   /// What went wrong with the disk.
   [[nodiscard]] std::optional<Error> failure() const;
 
@@ -66,6 +67,7 @@ class CameraRecorder {
   struct Waiting {
     camera::Frame frame;
     FrameRecord record;
+    FrameSighting sighting;
   };
 
   CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera> camera, std::string folder, FrameTable table,
@@ -76,7 +78,10 @@ class CameraRecorder {
   void take_frames();
   void queue(camera::Frame frame);
   void write();
-  Expected<void> write(const Waiting& waiting);
+  /// As an image; its line of the table with the name of the file.
+  Expected<FrameRecord> write(const Waiting& waiting);
+  Expected<void> list_matched();
+  void expect_pulses(const camera::CameraSetup& setup);
   [[nodiscard]] std::int64_t now_ns() const;
   void tell(std::string text, bool is_gap);
   void set_state(const char* state);
@@ -93,14 +98,20 @@ class CameraRecorder {
 
   mutable std::mutex mutex_;  ///< Of what follows.
   std::condition_variable changed_;
-  std::vector<Waiting> waiting_;  ///< A ring of kMostWaiting places.
+  std::vector<Waiting> waiting_;      ///< A ring of kMostWaiting places.
+  std::vector<TriggerPulse> pulses_;  ///< Not yet taken to the matching.
+  bool has_dropped_pulses_ = false;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   bool has_ended_ = false;
   CaptureCamera status_;
-  std::vector<CameraEvent> events_;
+  std::vector<CaptureEvent> events_;
   std::optional<Error> failure_;
   std::string last_trouble_;
+
+  /// Made before the first frame; then of the writing thread alone.
+  std::optional<FrameMatching> matching_;
+  std::vector<TriggerPulse> taken_pulses_;
 
   std::thread taker_;
   std::thread writer_;

@@ -1,17 +1,15 @@
 #include "apps/capture.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <mutex>
 #include <thread>
 #include <utility>
 
 #include "apps/capture_log.h"
-#include "apps/lidar_ingest.h"
-#include "apps/packet_recorder.h"
+#include "apps/packet_taker.h"
 #include "apps/session_counters.h"
+#include "apps/trigger_recorder.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
@@ -22,10 +20,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::int64_t take_wait_ns = 100'000'000;
 constexpr std::chrono::milliseconds look_period{100};
 constexpr std::chrono::seconds show_period{1};
-constexpr int packets_between_looks_at_the_time = 256;
 constexpr std::int64_t pair_period_ns = 10'000'000'000;
 constexpr std::int64_t pair_step_ns = 1'000;
 constexpr std::size_t most_pairs = 1U << 20U;
@@ -60,85 +56,28 @@ void list_gaps(const std::string& sensor, const char* what, const StreamBook& bo
                    std::to_string(book.lost - listed) + " more " + what);
 }
 
-/// Takes everything that the driver hands out to the disk, on a thread of its own: neither a slow terminal nor the rest
-/// of the program holds it up.
-class Recording {
- public:
-  Recording(livox::Driver& driver, PacketRecorder recorder, const Rig& rig)
-      : driver_(driver), recorder_(std::move(recorder)), ledger_(LidarIngest::of_headers(rig)) {
-    thread_ = std::thread([this] { run(); });
-  }
-  ~Recording() {
-    driver_.stop();
-    finish();
-  }
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
-
-  /// Waits until what the driver still has is recorded; it must have been stopped.
-  void finish() {
-    if (thread_.joinable()) thread_.join();
-  }
-  struct Figures {
-    IngestSummary ingest;
-    std::uint64_t bytes = 0;
-    std::uint64_t recorded = 0;
-    std::optional<std::int64_t> forgotten_until_ns;
-    std::optional<Error> error;
-  };
-  /// Also where an error ended it.
-  [[nodiscard]] bool has_ended() const { return has_ended_; }
-  [[nodiscard]] Figures figures() const {
-    const std::lock_guard lock(mutex_);
-    return figures_;
-  }
-
- private:
-  void run() {
-    auto shown = Clock::now();
-    Expected<void> written;
-    while (written) {
-      const bool was_running = driver_.is_running();
-      Datagram datagram;
-      int taken = 0;
-      while (written && taken < packets_between_looks_at_the_time && driver_.next(datagram, take_wait_ns)) {
-        ++taken;
-        written = recorder_.write(datagram);
-        ledger_.add(datagram);
-      }
-      if (taken == 0 && !was_running) break;
-      if (Clock::now() - shown < show_period) continue;
-      shown = Clock::now();
-      if (written) written = recorder_.flush();
-      publish({});
-    }
-    const Expected<void> closed = recorder_.close();
-    if (written && !closed) written = closed;
-    publish(written ? std::nullopt : std::optional<Error>(written.error()));
-    has_ended_ = true;
-  }
-  void publish(std::optional<Error> error) {
-    IngestSummary summary = ledger_.summary();
-    const std::lock_guard lock(mutex_);
-    figures_ = {std::move(summary), recorder_.bytes(), recorder_.datagrams(), recorder_.forgotten_until_ns(),
-                std::move(error)};
-  }
-
-  livox::Driver& driver_;
-  PacketRecorder recorder_;
-  LidarIngest ledger_;
-  std::atomic<bool> has_ended_{false};
-  mutable std::mutex mutex_;
-  Figures figures_;
-  std::thread thread_;
-};
+void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t>& counters) {
+  counters.insert({{"matched", ledger.matched},
+                   {"doubled", ledger.doubled},
+                   {"without_pulse", ledger.without_pulse},
+                   {"doubtful", ledger.doubtful + ledger.strays},
+                   {"pulses_without_frame", ledger.pulses_without_frame},
+                   {"pulses_too_soon", ledger.pulses_too_soon}});
+}
 
 class Capture {
  public:
   using Cameras = std::vector<std::unique_ptr<CameraRecorder>>;
 
-  Capture(const Rig& rig, livox::Driver& driver, Recording& recording, Cameras& cameras, const CaptureOptions& options)
-      : rig_(rig), driver_(driver), recording_(recording), cameras_(cameras), options_(options), log_(names_of(rig)) {}
+  Capture(const Rig& rig, livox::Driver& driver, PacketTaker& recording, Cameras& cameras, TriggerRecorder* trigger,
+          const CaptureOptions& options)
+      : rig_(rig),
+        driver_(driver),
+        recording_(recording),
+        cameras_(cameras),
+        trigger_(trigger),
+        options_(options),
+        log_(names_of(rig)) {}
 
   void run(const RunContext& context, const std::function<void(const CaptureStatus&)>& show) {
     auto shown = started_;
@@ -152,6 +91,7 @@ class Capture {
     }
     look();
     log_.end();
+    if (trigger_ != nullptr) trigger_->finish();
     for (const auto& camera : cameras_) camera->stop();
     driver_.stop();
     recording_.finish();
@@ -160,7 +100,7 @@ class Capture {
   }
 
   [[nodiscard]] CaptureStatus status() {
-    const Recording::Figures figures = recording_.figures();
+    const PacketTaker::Figures figures = recording_.figures();
     CaptureStatus status;
     const auto now = Clock::now();
     status.seconds = std::chrono::duration<double>(now - started_).count();
@@ -188,12 +128,13 @@ class Capture {
       last_written_[i] = camera.counters.whole();
       status.cameras.push_back(std::move(camera));
     }
+    if (trigger_ != nullptr) status.trigger = trigger_->report();
     last_look_ = now;
     return status;
   }
 
   [[nodiscard]] CaptureSummary summary() {
-    const Recording::Figures figures = recording_.figures();
+    const PacketTaker::Figures figures = recording_.figures();
     CaptureSummary summary;
     summary.session = options_.out;
     summary.status = status();
@@ -212,11 +153,14 @@ class Capture {
     }
     std::sort(summary.gaps.begin(), summary.gaps.end());  // Each begins with its time.
     summary.notes = driver_.notes();
+    if (summary.status.trigger)
+      summary.notes.insert(summary.notes.end(), summary.status.trigger->notes.begin(),
+                           summary.status.trigger->notes.end());
     return summary;
   }
 
   [[nodiscard]] SessionRecord record(const CaptureSummary& summary) const {
-    const Recording::Figures figures = recording_.figures();
+    const PacketTaker::Figures figures = recording_.figures();
     SessionRecord record;
     record.software = version();
     record.start_ns = driver_.session_start().realtime_ns;
@@ -239,6 +183,15 @@ class Capture {
                                         {"dropped_by_queue", camera.dropped_by_queue},
                                         {"resent_packets", counters.resent_packets},
                                         {"connection_losses", counters.losses}};
+      if (camera.matching) add_matching(*camera.matching, record.counters[camera.sensor]);
+    }
+    if (const auto& trigger = summary.status.trigger) {
+      record.counters["trigger"] = {{"pulses", trigger->pulses},
+                                    {"skipped", trigger->skipped},
+                                    {"strobe_pulses", trigger->strobe_pulses},
+                                    {"pps_pulses", trigger->pps_pulses},
+                                    {"dropped_events", trigger->dropped_events},
+                                    {"connection_losses", trigger->losses}};
     }
     for (const livox::InterfaceReport& report : summary.interfaces) {
       auto& counters = record.counters["interface " + report.interface.name + " " + to_string(report.interface.ip)];
@@ -273,15 +226,19 @@ class Capture {
     for (const livox::Event& event : driver_.control().take_events()) log_.add(event);
     log_.compare(now_ns(), driver_.interfaces());
     for (const auto& camera : cameras_) {
-      for (const CameraEvent& event : camera->take_events())
+      for (const CaptureEvent& event : camera->take_events())
         log_.add(event.stamp_ns, camera->status().sensor, event.text, event.is_gap);
     }
+    if (trigger_ == nullptr) return;
+    for (const CaptureEvent& event : trigger_->take_events())
+      log_.add(event.stamp_ns, "trigger", event.text, event.is_gap);
   }
 
   const Rig& rig_;
   livox::Driver& driver_;
-  Recording& recording_;
+  PacketTaker& recording_;
   Cameras& cameras_;
+  TriggerRecorder* trigger_;  ///< Nothing where the rig has no lines.
   const CaptureOptions& options_;
   std::vector<std::string> names_ = names_of(rig_);
   CaptureLog log_;
@@ -322,7 +279,7 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   if (const auto created = create_session(options.out, rig, begun); !created) return created.error();
   auto recorder = PacketRecorder::create(options.out, options.keep_bytes);
   if (!recorder) return recorder.error();
-  Recording recording(**driver, *std::move(recorder), rig);
+  PacketTaker recording(**driver, *std::move(recorder), rig);
   for (const std::string& note : (*driver)->notes()) context.reporter.warn(note);
   CameraDrivers camera_drivers(camera_settings_folder());
   Capture::Cameras cameras;
@@ -331,13 +288,24 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
     if (!camera) return camera.error();
     cameras.push_back(*std::move(camera));
   }
-  Capture running(rig, **driver, recording, cameras, options);
+  std::unique_ptr<TriggerRecorder> trigger;
+  if (const auto lines = trigger_options(rig)) {
+    std::vector<CameraRecorder*> told;
+    for (const auto& camera : cameras) told.push_back(camera.get());
+    auto started = TriggerRecorder::start(*lines, options.out, (*driver)->session_start(), std::move(told));
+    if (!started) return started.error();
+    trigger = *std::move(started);
+  }
+  Capture running(rig, **driver, recording, cameras, trigger.get(), options);
   running.run(context, show);
   const CaptureSummary summary = running.summary();
   const Expected<void> recorded = write_session_record(options.out, running.record(summary));
   if (const auto failure = recording.figures().error) return *failure;
   for (const auto& camera : cameras) {
     if (const auto failure = camera->failure()) return *failure;
+  }
+  if (trigger) {
+    if (const auto failure = trigger->failure()) return *failure;
   }
   if (!recorded) return recorded.error();
   return summary;

@@ -11,6 +11,7 @@
 #include "core/base/run_context.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
+#include "drivers/trigger/trigger.h"
 
 namespace rigcal {
 
@@ -34,7 +35,8 @@ struct CaptureStatus {
   double seconds = 0.0;
   std::vector<CaptureDevice> devices;
   std::vector<CaptureCamera> cameras;
-  std::uint64_t bytes = 0;  ///< On the disk, without images.
+  std::optional<trigger::TriggerReport> trigger;  ///< Of the rig's own lines.
+  std::uint64_t bytes = 0;                        ///< On the disk, without images.
 };
 
 struct CaptureSummary {

@@ -69,18 +69,61 @@ std::string camera_line(const CaptureCamera& camera) {
   return line.data();
 }
 
+nlohmann::ordered_json matching_json(const CaptureCamera& camera) {
+  const MatchLedger& ledger = *camera.matching;
+  nlohmann::ordered_json json{{"matched", ledger.matched},
+                              {"doubled", ledger.doubled},
+                              {"without_pulse", ledger.without_pulse},
+                              {"doubtful", ledger.doubtful + ledger.strays},
+                              {"pulses_without_frame", ledger.pulses_without_frame},
+                              {"pulses_too_soon", ledger.pulses_too_soon}};
+  if (camera.clock) {
+    json["clock_drift_ppm"] = camera.clock->drift_ppm;
+    json["clock_error_us"] = 1e-3 * camera.clock->error_ns;
+  }
+  return json;
+}
+
+std::string trigger_line(const trigger::TriggerReport& report) {
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), "%llu pulses, %llu left out, set %.0f us late (%.0f at most)",
+                static_cast<unsigned long long>(report.pulses), static_cast<unsigned long long>(report.skipped),
+                1e-3 * report.lateness.mean_ns(), 1e-3 * static_cast<double>(report.lateness.most_ns()));
+  std::string text = line.data();
+  if (report.strobe_pulses > 0) text += ", " + std::to_string(report.strobe_pulses) + " strobes";
+  if (report.pps_pulses > 0) text += ", " + std::to_string(report.pps_pulses) + " PPS";
+  return text;
+}
+
+nlohmann::ordered_json trigger_json(const trigger::TriggerReport& report) {
+  nlohmann::ordered_json json{{"pulses", report.pulses},
+                              {"skipped", report.skipped},
+                              {"strobe_pulses", report.strobe_pulses},
+                              {"pps_pulses", report.pps_pulses},
+                              {"dropped_events", report.dropped_events},
+                              {"connection_losses", report.losses}};
+  for (const auto& [name, times] :
+       {std::pair{"lateness_us", &report.lateness}, {"strobe_delay_us", &report.strobe_delay}})
+    json[name] = {{"mean", 1e-3 * times->mean_ns()},
+                  {"deviation", 1e-3 * times->deviation_ns()},
+                  {"most", 1e-3 * static_cast<double>(times->most_ns())}};
+  return json;
+}
+
 nlohmann::ordered_json camera_json(const CaptureCamera& camera) {
   const camera::CameraCounters& counters = camera.counters;
-  return {{"sensor", camera.sensor},
-          {"images", camera.written},
-          {"bytes", camera.bytes},
-          {"frames", counters.whole()},
-          {"damaged", counters.damaged()},
-          {"missing", counters.missing},
-          {"no_buffer", counters.no_buffer},
-          {"dropped_by_queue", camera.dropped_by_queue},
-          {"resent_packets", counters.resent_packets},
-          {"connection_losses", counters.losses}};
+  nlohmann::ordered_json json{{"sensor", camera.sensor},
+                              {"images", camera.written},
+                              {"bytes", camera.bytes},
+                              {"frames", counters.whole()},
+                              {"damaged", counters.damaged()},
+                              {"missing", counters.missing},
+                              {"no_buffer", counters.no_buffer},
+                              {"dropped_by_queue", camera.dropped_by_queue},
+                              {"resent_packets", counters.resent_packets},
+                              {"connection_losses", counters.losses}};
+  if (camera.matching) json["matching"] = matching_json(camera);
+  return json;
 }
 
 nlohmann::ordered_json device_json(const CaptureDevice& device) {
@@ -126,6 +169,7 @@ std::vector<std::string> capture_lines(const CaptureStatus& status) {
   }
   if (!status.cameras.empty()) lines.emplace_back("camera          state         frames/s  missing  damaged  dropped");
   for (const CaptureCamera& camera : status.cameras) lines.push_back(camera_line(camera));
+  if (status.trigger) lines.push_back("trigger: " + trigger_line(*status.trigger));
   return lines;
 }
 
@@ -151,7 +195,11 @@ std::string capture_text(const CaptureSummary& summary) {
                   static_cast<unsigned long long>(camera.dropped_by_queue),
                   camera.written == 0 ? ": it never sent anything" : "");
     text += line.data();
+    if (camera.matching)
+      text += "    " + std::to_string(camera.matching->matched) + " of them with their pulse, " +
+              std::to_string(camera.matching->pulses_without_frame) + " pulses without an image\n";
   }
+  if (summary.status.trigger) text += "  trigger: " + trigger_line(*summary.status.trigger) + "\n";
   if (summary.forgotten_until_ns)
     text += "  everything before " + utc_text(*summary.forgotten_until_ns) + " UTC was thrown away (--keep)\n";
   constexpr std::size_t most_gaps = 20;
@@ -177,6 +225,7 @@ std::string capture_json(const CaptureSummary& summary) {
   for (const CaptureDevice& device : summary.status.devices) json["sensors"].push_back(device_json(device));
   json["cameras"] = nlohmann::ordered_json::array();
   for (const CaptureCamera& camera : summary.status.cameras) json["cameras"].push_back(camera_json(camera));
+  if (summary.status.trigger) json["trigger"] = trigger_json(*summary.status.trigger);
   json["interfaces"] = nlohmann::ordered_json::array();
   for (const livox::InterfaceReport& report : summary.interfaces) json["interfaces"].push_back(interface_json(report));
   json["gaps"] = summary.gaps;

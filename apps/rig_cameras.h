@@ -18,6 +18,7 @@ struct RigCamera {
   std::string device;
   camera::CameraConfig config;
   std::optional<std::array<int, 2>> size;  ///< Of the images that its intrinsics are for.
+  bool has_pulses = false;                 ///< It waits for pulses, and the rig has a line of its own that gives them.
 };
 
 /// Those whose driver reaches a device, set up as the rig file says.

@@ -68,6 +68,18 @@ std::string line_of(const FrameRecord& frame) {
   return text + '\n';
 }
 
+std::string line_of(const TriggerPulse& pulse) {
+  return std::to_string(pulse.pulse) + "," + std::to_string(pulse.stamp_ns) + "\n";
+}
+
+Expected<OutputFile> begin_table(const std::string& path, std::string_view header) {
+  Expected<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  file->write(std::string(header) + "\n");
+  if (const auto written = file->flush(); !written) return written.error();
+  return file;
+}
+
 }  // namespace
 
 Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name) {
@@ -109,10 +121,8 @@ Expected<void> write_frames(const std::string& path, std::span<const FrameRecord
 }
 
 Expected<FrameTable> FrameTable::create(const std::string& path) {
-  Expected<OutputFile> file = OutputFile::create(path);
+  Expected<OutputFile> file = begin_table(path, frames_header);
   if (!file) return file.error();
-  file->write(std::string(frames_header) + "\n");
-  if (const auto written = file->flush(); !written) return written.error();
   return FrameTable(*std::move(file));
 }
 
@@ -145,9 +155,19 @@ Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path) {
 Expected<void> write_trigger(const std::string& path, std::span<const TriggerPulse> pulses) {
   std::string text(trigger_header);
   text += '\n';
-  for (const TriggerPulse& pulse : pulses)
-    text.append(std::to_string(pulse.pulse)).append(",").append(std::to_string(pulse.stamp_ns)).append("\n");
+  for (const TriggerPulse& pulse : pulses) text += line_of(pulse);
   return replace_file(path, text);
+}
+
+Expected<TriggerTable> TriggerTable::create(const std::string& path) {
+  Expected<OutputFile> file = begin_table(path, trigger_header);
+  if (!file) return file.error();
+  return TriggerTable(*std::move(file));
+}
+
+Expected<void> TriggerTable::add(const TriggerPulse& pulse) {
+  file_.write(line_of(pulse));
+  return file_.flush();
 }
 
 }  // namespace rigcal

@@ -34,6 +34,19 @@ class FrameTable {
 /// Reads trigger.csv: pulse,stamp_ns; numbers and stamps must both go up from line to line.
 [[nodiscard]] Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path);
 [[nodiscard]] Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name);
+/// A trigger.csv that grows while pulses are given: what was added can be read at any time.
+class TriggerTable {
+ public:
+  /// Errors: the disk.
+  [[nodiscard]] static Expected<TriggerTable> create(const std::string& path);
+  Expected<void> add(const TriggerPulse& pulse);
+  Expected<void> close() { return file_.close(); }
+
+ private:
+  explicit TriggerTable(OutputFile file) : file_(std::move(file)) {}
+  OutputFile file_;
+};
+
 Expected<void> write_trigger(const std::string& path, std::span<const TriggerPulse> pulses);
 
 }  // namespace rigcal

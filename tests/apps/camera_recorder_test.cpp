@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "apps/camera_checks.h"
+#include "apps/trigger_recorder.h"
 #include "core/io/image_file.h"
 #include "tests/drivers/camera/virtual_camera.h"
 #include "tests/support/scratch_folder.h"
@@ -21,12 +22,12 @@ using testing::Field;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-Rig rig_with(const std::string& camera) {
+Rig rig_with(const std::string& camera, const std::string& trigger = "") {
   auto rig = parse_rig(
       "rigcal: 1\nname: lab\nbase: avia\nsensors:\n"
       "  avia: {type: livox_avia, broadcast_code: \"3JEDHC900100791\"}\n"
       "  left: {type: camera, " +
-          camera + "}\n",
+          camera + "}\n" + trigger,
       "lab.yaml");
   EXPECT_TRUE(rig.has_value()) << (rig ? "" : rig.error().message());
   return *std::move(rig);
@@ -70,11 +71,11 @@ class CameraRecorderLive : public testing::Test {
     return rig_with("driver: aravis, device: \"" + camera::address_of(device) + "\", exposure_us: 1000, " + more);
   }
   std::unique_ptr<CameraRecorder> record(const Rig& of) {
-    auto recorder = CameraRecorder::start(rig_cameras(of)[0], drivers, session.string(), net::read_clocks());
+    auto recorder = CameraRecorder::start(rig_cameras(of)[0], drivers, session.string(), start);
     EXPECT_TRUE(recorder.has_value()) << recorder.error().message();
     return *std::move(recorder);
   }
-  static bool wait_for(const std::function<bool()>& condition, int seconds = 10) {
+  static bool wait_for(const std::function<bool()>& condition, int seconds = 30) {
     for (int i = 0; i < 20 * seconds; ++i) {
       if (condition()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -85,6 +86,7 @@ class CameraRecorderLive : public testing::Test {
   sim::ServedCamera device = camera::virtual_camera(51, "00CA9751");
   std::unique_ptr<sim::CameraServer> server;
   fs::path session = scratch_folder("camera_recorder");
+  net::ClockReading start = net::read_clocks();
   CameraDrivers drivers{(session / "state").string()};
 };
 
@@ -120,15 +122,65 @@ TEST_F(CameraRecorderLive, WritesImagesThatAreWhatTheCameraSent) {
   EXPECT_EQ((image->at(0, 1) - image->at(0, 0) + 4096) % 4096, 3);
 }
 
+TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
+  const std::string settings = "driver: aravis, device: \"" + camera::address_of(device) +
+                               "\", exposure_us: 1000, trigger: {source: Line0, delay_us: 10}";
+  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
+  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const net::SessionClock clock(start);
+  std::vector<std::int64_t> pulses;
+  // Unevenly, so that no pulse can be mistaken for another.
+  for (int i = 0; i < 24; ++i) {
+    const std::int64_t now = net::read_clocks().monotonic_ns;
+    server->pulse({0, now, now + 500'000, i});
+    pulses.push_back(clock.from_monotonic(now));
+    recorder->add_pulse({i, pulses.back()});
+    std::this_thread::sleep_for(std::chrono::milliseconds(60 + 25 * (i % 3)));
+  }
+  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 20; }));
+  recorder->finish();
+  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  const CaptureCamera status = recorder->status();
+  ASSERT_TRUE(status.matching.has_value());
+  EXPECT_EQ(frames->size(), status.written);
+  EXPECT_EQ(status.matching->frames, status.written);
+  EXPECT_GE(status.matching->matched + 2, status.written);
+  std::uint64_t matched = 0;
+  for (const FrameRecord& frame : *frames) {
+    if (!frame.trigger) continue;
+    ++matched;
+    EXPECT_EQ(frame.stamp_ns, pulses[static_cast<std::size_t>(*frame.trigger)] + 10'000 + 500'000);
+  }
+  EXPECT_EQ(matched, status.matching->matched);
+}
+
+TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {
+  const std::string camera = "driver: aravis, trigger: {source: Line0}";
+  EXPECT_FALSE(trigger_options(rig_with(camera)).has_value());
+  const auto usual = trigger_options(rig_with(camera, "trigger: {gpiochip: gpiochip0, line: 17, pulse_us: 500}\n"));
+  ASSERT_TRUE(usual.has_value());
+  EXPECT_EQ(usual->output->line, 17U);
+  EXPECT_EQ(usual->pattern.period_ns, 500'000'000);
+  EXPECT_EQ(usual->pattern.width_ns, 500'000);
+  const auto fast =
+      trigger_options(rig_with(camera + ", frame_rate: 20", "trigger: {gpiochip: gpiochip0, line: 17}\n"));
+  EXPECT_EQ(fast->pattern.period_ns, 50'000'000);
+  const auto listens = trigger_options(rig_with(camera, "trigger: {gpiochip: gpiochip0, pps: /dev/pps0}\n"));
+  ASSERT_TRUE(listens.has_value());
+  EXPECT_FALSE(listens->output.has_value());
+  EXPECT_EQ(listens->pps, "/dev/pps0");
+}
+
 TEST_F(CameraRecorderLive, ACameraThatComesLateIsTakenThen) {
   server.reset();
   auto recorder = record(rig());
-  std::vector<CameraEvent> events;
+  std::vector<CaptureEvent> events;
   ASSERT_TRUE(wait_for([&] {
     events = recorder->take_events();
     return !events.empty();
   }));
-  EXPECT_THAT(events, Contains(Field(&CameraEvent::text, HasSubstr("there is no such camera"))));
+  EXPECT_THAT(events, Contains(Field(&CaptureEvent::text, HasSubstr("there is no such camera"))));
   EXPECT_TRUE(events[0].is_gap);
   serve();
   EXPECT_TRUE(wait_for([&] { return recorder->status().written > 0; }));

@@ -73,6 +73,16 @@ TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
   EXPECT_TRUE(summary.is_complete());
   EXPECT_THAT(capture_text(summary), HasSubstr("camera_left: 118 images, 3 frames missing, 2 damaged, 0 dropped"));
   EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  camera.matching.emplace();
+  camera.matching->matched = 117;
+  camera.matching->pulses_without_frame = 4;
+  camera.clock = CameraClockFigures{12.5, 2e3, 3e3, 117};
+  summary.status.trigger.emplace();
+  summary.status.trigger->pulses = 121;
+  summary.status.trigger->lateness.add(40'000);
+  EXPECT_EQ(capture_lines(summary.status).back(), "trigger: 121 pulses, 0 left out, set 40 us late (40 at most)");
+  EXPECT_THAT(capture_text(summary), HasSubstr("117 of them with their pulse, 4 pulses without an image"));
+  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
   camera.dropped_by_queue = 1;
   EXPECT_FALSE(summary.is_complete());
   camera.dropped_by_queue = 0;
