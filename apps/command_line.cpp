@@ -30,6 +30,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_import_command(app, context);
   add_export_command(app, context);
   add_evaluate_command(app, context);
+  add_experiment_command(app, context);
   add_replay_command(app, context);
   add_doctor_command(app, context);
 }

@@ -1,0 +1,96 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/command.h"
+#include "apps/planes_experiment_text.h"
+#include "core/io/output_file.h"
+#include "core/io/staged_folder.h"
+
+namespace rigcal {
+namespace {
+
+struct ExperimentOptions {
+  std::string paper;
+  int trials = 100;
+  int mountings = 1000;
+  int places = 10;
+  std::uint64_t seed = 1;
+  std::string out;
+};
+
+Expected<PlanesExperiment> run_planes(const ExperimentOptions& options, const RunContext& context) {
+  PlanesExperiment experiment;
+  experiment.trials = options.trials;
+  Expected<std::vector<CornerRow>> table = repeat_table(options.trials, options.seed, context);
+  if (!table) return table.error();
+  experiment.table = std::move(*table);
+  const Expected<MountingFigures> mountings = try_mountings(options.mountings, options.seed, context);
+  if (!mountings) return mountings.error();
+  experiment.mountings = *mountings;
+  Expected<VehicleExperiment> vehicle = drive_vehicle(options.places, options.seed, context);
+  if (!vehicle) return vehicle.error();
+  experiment.vehicle = std::move(*vehicle);
+  return experiment;
+}
+
+Expected<void> write_folder(const PlanesExperiment& experiment, StagedFolder& folder) {
+  const VehicleMoment& moment = experiment.vehicle.moment;
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"table.txt", planes_experiment_text(experiment)},
+      {"table.json", planes_experiment_json(experiment)},
+      {"before.svg",
+       moment_svg(moment, moment.T_guess, "Two LiDARs of a vehicle from above, by a guess without turns")},
+      {"after.svg", moment_svg(moment, moment.T_found, "The same, as calibrated")}};
+  for (const auto& [name, text] : files) {
+    if (const auto done = replace_file(folder.path() + "/" + name, text); !done) return done;
+  }
+  return folder.commit();
+}
+
+Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandContext& context) {
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made =
+        StagedFolder::replace(options.out, {"table.txt", "table.json", "before.svg", "after.svg"});
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  const Expected<PlanesExperiment> experiment = run_planes(options, context.run_context());
+  if (!experiment) return experiment.error();
+  if (folder) {
+    if (const auto done = write_folder(*experiment, *folder); !done) return done.error();
+  }
+  if (context.json) {
+    CommandContext::print(planes_experiment_json(*experiment));
+  } else if (!context.quiet) {
+    CommandContext::print(planes_experiment_text(*experiment));
+  }
+  return ExitCode::good;
+}
+
+}  // namespace
+
+void add_experiment_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<ExperimentOptions>();
+  CLI::App* command = app.add_subcommand("experiment", "Repeat a paper's experiments, beside the paper's figures");
+  command->add_option("PAPER", options->paper, "planes: LiDARs from the planes of a corner")
+      ->required()
+      ->check(CLI::IsMember({"planes"}));
+  command->add_option("--trials", options->trials, "Trials of each row of the paper's table (default 100)")
+      ->check(CLI::Range(1, 100000))
+      ->option_text("N");
+  command->add_option("--mountings", options->mountings, "Corners with a random mounting (default 1000)")
+      ->check(CLI::Range(1, 1000000))
+      ->option_text("N");
+  command->add_option("--places", options->places, "Places of the simulated vehicle (default 10)")
+      ->check(CLI::Range(1, 1000))
+      ->option_text("N");
+  command->add_option("--seed", options->seed, "Of all random numbers (default 1)")->option_text("N");
+  command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
+      ->option_text("DIR");
+  command->footer("Example:\n  rigcal experiment planes --trials 100 --out planes");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_experiment(*options, context); }; });
+}
+
+}  // namespace rigcal

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/run_context.h"
+
+namespace rigcal {
+
+/// Mean and standard deviation of errors over trials.
+struct ErrorFigures {
+  double rotation_rad = 0.0;
+  double rotation_stddev_rad = 0.0;
+  double translation_m = 0.0;
+  double translation_stddev_m = 0.0;
+};
+
+/// One row of the planes paper's Table II, repeated.
+struct CornerRow {
+  int configuration = 1;
+  int angle_deg = 90;
+  bool shared_noise = false;
+  ErrorFigures paper;
+  ErrorFigures published;  ///< The published method, as built here.
+  ErrorFigures found;      ///< What `calibrate --method planes` does.
+  ErrorFigures informed;   ///< An estimator that is told which point lies on which plane.
+  int failed = 0;          ///< Trials without an answer; they are in none of the figures of `found`.
+};
+
+/// Corners in which the second LiDAR is turned any way.
+struct MountingFigures {
+  int trials = 0;
+  int right = 0;          ///< Within half a degree and 5 cm.
+  int good = 0;           ///< Called good.
+  int wrong_good = 0;     ///< Called good and not right.
+  int right_flagged = 0;  ///< Right and not called good.
+  double median_s = 0.0;  ///< Time of one calibration, on one thread.
+  double worst_s = 0.0;
+};
+
+/// Table II: both configurations, all angles, noise shared by both clouds, then independent. Trial k has the seed
+/// `seed` + k in every row. Errors: cancelled.
+[[nodiscard]] Expected<std::vector<CornerRow>> repeat_table(int trials, std::uint64_t seed, const RunContext& context);
+
+/// Corners of 60 to 120 degrees (none within 6 degrees of a right angle, where three orders of the planes fit alike),
+/// points of 2 cm noise, stray points, any mounting, no guess.
+[[nodiscard]] Expected<MountingFigures> try_mountings(int trials, std::uint64_t seed, const RunContext& context);
+
+}  // namespace rigcal
