@@ -57,7 +57,7 @@ void share_out(const Vector3d& p, const std::vector<PlaneShare>& planes, const s
   }
   for (const Chance& c : chances) {
     const double sure = c.likely / std::max(all, 1e-300);
-    const double w = sure * sure * c.likely / (all + stray);
+    const double w = sure * c.likely / (all + stray);
     PointCluster one;
     one.add(p);
     sums.points[c.plane] += one.scaled(w);
