@@ -7,8 +7,8 @@
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
-#include "core/corner/paper_method.h"
 #include "core/corner/rig_placement.h"
+#include "core/corner/three_planes.h"
 #include "core/start/registration.h"
 #include "simdata/ray_caster.h"
 #include "simdata/scene_file.h"
@@ -20,7 +20,7 @@ constexpr int lidars = 3;
 constexpr int drive_poses = 9;
 constexpr double range_noise_m = 0.02;
 constexpr double longest_range_m = 50.0;
-constexpr std::array<const char*, 5> ways{"no refinement", "ICP refinement", "motion", "as published", "planes"};
+constexpr std::array<const char*, 5> ways{"no refinement", "ICP refinement", "motion", "paper's cost", "planes"};
 
 using Cloud = std::vector<Vector3d>;
 
@@ -96,9 +96,47 @@ struct Place {
   VehicleMoment moment;
 };
 
+// The three common planes that face the most different ways, as the paper's closed form wants them. Which plane is
+// which is told by `calibrate --method planes`: what is compared is what comes after.
+struct BestCorner {
+  SE3 T_a_b;
+  std::vector<PlanePair> pairs;
+};
+
+std::optional<BestCorner> best_corner(const PlaneView& a, const PlaneView& b, const PairPlacement& placed) {
+  std::vector<PlanePair> pairs = pairs_of(a.planes, b.planes, placed.matches, placed.T_a_b);
+  for (PlanePair& pair : pairs) pair.weight_a = pair.weight_b = 1.0;
+  std::array<std::size_t, 3> best{};
+  double most = least_independence;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (std::size_t j = i + 1; j < pairs.size(); ++j) {
+      for (std::size_t k = j + 1; k < pairs.size(); ++k) {
+        const double free = independence(pairs[i].a.normal, pairs[j].a.normal, pairs[k].a.normal);
+        if (free <= most) continue;
+        most = free;
+        best = {i, j, k};
+      }
+    }
+  }
+  if (best[2] == 0) return std::nullopt;
+  BestCorner out;
+  Corner of_a;
+  Corner of_b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.pairs.push_back(pairs[best[k]]);
+    of_a.planes[k] = out.pairs[k].a;
+    of_b.planes[k] = out.pairs[k].b;
+  }
+  const auto point_a = intersection(of_a.planes);
+  const auto point_b = intersection(of_b.planes);
+  if (!point_a || !point_b) return std::nullopt;
+  of_a.point = *point_a;
+  of_b.point = *point_b;
+  out.T_a_b = corner_alignment(of_a, of_b);
+  return out;
+}
+
 void compare_still(const std::array<Cloud, lidars>& clouds, Place& out) {
-  PaperMethodOptions paper;
-  paper.ransac.threshold_m = 0.08;
   RigViews views;
   views.stops.resize(1);
   for (const Cloud& cloud : clouds) {
@@ -109,14 +147,14 @@ void compare_still(const std::array<Cloud, lidars>& clouds, Place& out) {
   for (std::size_t i = 0; i < lidars; ++i) guess[i] = SE3{Matrix3d::Identity(), mounting()[i].t};
   const RigPlacement placed = place_rig(views, guess);
   for (std::size_t i = 1; i < lidars; ++i) {
-    paper.refine = false;
-    if (const auto rough = calibrate_as_published(clouds[0], clouds[i], paper)) {
-      out.found[i][0] = rough->T_a_b;
-      out.found[i][1] = by_registration(clouds[0], clouds[i], rough->T_a_b);
-    }
-    paper.refine = true;
-    if (const auto refined = calibrate_as_published(clouds[0], clouds[i], paper)) out.found[i][3] = refined->T_a_b;
-    if (placed.lidars[i].known) out.found[i][4] = placed.state.T_base_sensor[i];
+    if (!placed.lidars[i].known) continue;
+    out.found[i][4] = placed.state.T_base_sensor[i];
+    const PairPlacement pair = place_pair(*views.stops[0][0], *views.stops[0][i], guess[i]);
+    const auto corner = best_corner(*views.stops[0][0], *views.stops[0][i], pair);
+    if (!corner) continue;
+    out.found[i][0] = corner->T_a_b;
+    out.found[i][1] = by_registration(clouds[0], clouds[i], corner->T_a_b);
+    out.found[i][3] = align_planes(corner->pairs, corner->T_a_b, AlignmentOptions{}).T_a_b;
   }
   out.moment = {clouds[0], clouds[1], *guess[1], placed.state.T_base_sensor[1]};
 }

@@ -40,9 +40,9 @@ struct VehicleExperiment {
 };
 
 /// A vehicle with three LiDARs of 16 beams at places of a simulated court, calibrated in the ways that the planes paper
-/// compares: the corner without refinement, refined by point to plane registration of all surfaces, by the paper's
-/// cost, from the motion of each LiDAR (odometry and hand-eye over a short drive), and by `calibrate --method planes`.
-/// Errors: cancelled.
+/// compares: three common planes without refinement, refined by point to plane registration of all surfaces, by the
+/// paper's cost, from the motion of each LiDAR (odometry and hand-eye over a short drive), and by `calibrate --method
+/// planes`. Errors: cancelled.
 [[nodiscard]] Expected<VehicleExperiment> drive_vehicle(int places, std::uint64_t seed, const RunContext& context);
 
 }  // namespace rigcal
