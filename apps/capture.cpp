@@ -99,6 +99,8 @@ class Capture {
     look();
   }
 
+  void note_gap(const std::string& about, const std::string& what) { log_.add(now_ns(), about, what, true); }
+
   [[nodiscard]] CaptureStatus status() {
     const PacketTaker::Figures figures = recording_.figures();
     CaptureStatus status;
@@ -289,14 +291,21 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
     cameras.push_back(*std::move(camera));
   }
   std::unique_ptr<TriggerRecorder> trigger;
+  std::string no_trigger;
   if (const auto lines = trigger_options(rig)) {
     std::vector<CameraRecorder*> told;
     for (const auto& camera : cameras) told.push_back(camera.get());
     auto started = TriggerRecorder::start(*lines, options.out, (*driver)->session_start(), std::move(told));
-    if (!started) return started.error();
-    trigger = *std::move(started);
+    if (!started && started.error().kind != ErrorKind::system) return started.error();
+    if (started) {
+      trigger = *std::move(started);
+    } else {
+      no_trigger = started.error().message();  // The LiDARs, and cameras that run free, are worth recording.
+      context.reporter.warn(no_trigger);
+    }
   }
   Capture running(rig, **driver, recording, cameras, trigger.get(), options);
+  if (!no_trigger.empty()) running.note_gap("trigger", no_trigger);
   running.run(context, show);
   const CaptureSummary summary = running.summary();
   const Expected<void> recorded = write_session_record(options.out, running.record(summary));
