@@ -10,6 +10,7 @@
 #include "core/corner/paper_method.h"
 #include "core/corner/rig_placement.h"
 #include "core/pipeline/corner_calibration.h"
+#include "core/voxel/patch_of_points.h"
 #include "simdata/corner_clouds.h"
 #include "simdata/random_vectors.h"
 
@@ -140,16 +141,7 @@ void run_row(int trials, std::uint64_t seed, const RunContext& context, CornerRo
 PatchCells patch_of(const std::vector<Vector3d>& points, int lidar) {
   CellOptions options;
   options.keep_thinned = true;
-  CellBuilder builder(lidar, 0, options);
-  std::vector<Point> narrow;
-  for (const Vector3d& p : points) {
-    Point& point = narrow.emplace_back();
-    point.x = static_cast<float>(p.x());
-    point.y = static_cast<float>(p.y());
-    point.z = static_cast<float>(p.z());
-  }
-  builder.add(narrow);
-  return builder.finish();
+  return patch_of_points(points, lidar, 0, options);
 }
 
 struct Mounted {

@@ -49,12 +49,13 @@ endfunction()
 
 # rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])
 # One GoogleTest program a room; every test case becomes a CTest test of its own, or with WHOLE the program is one: for
-# cases that share something that takes long to make. LOCK names what no two tests may use at a time.
+# cases that share something that takes long to make. LOCK names what no two tests may use at a time. PROGRAM: they run
+# rigcal itself, by the path RIGCAL_PROGRAM.
 function(rigcal_add_test name)
   if(NOT RIGCAL_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "WHOLE" "TIMEOUT;LOCK" "SOURCES;DEPS;PRIVATE_DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "WHOLE;PROGRAM" "TIMEOUT;LOCK" "SOURCES;DEPS;PRIVATE_DEPS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -62,6 +63,10 @@ function(rigcal_add_test name)
   list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
   target_link_libraries(${name}_test PRIVATE rigcal_rules rigcal_test_support ${ARG_DEPS} ${ARG_PRIVATE_DEPS}
                         GTest::gmock GTest::gtest_main)
+  if(ARG_PROGRAM)
+    target_compile_definitions(${name}_test PRIVATE RIGCAL_PROGRAM="$<TARGET_FILE:rigcal>")
+    add_dependencies(${name}_test rigcal)
+  endif()
   set(properties TIMEOUT ${ARG_TIMEOUT})
   if(ARG_LABELS)
     list(APPEND properties LABELS "${ARG_LABELS}")

@@ -121,6 +121,20 @@ void Camera::close() {
   state_ = CameraState::closed;
 }
 
+Delivery Camera::lost(const std::string& how) const {
+  Delivery delivery;
+  delivery.kind = Delivery::Kind::lost;
+  delivery.text = identity_.id + ": the camera is gone: " + how;
+  return delivery;
+}
+
+Delivery Camera::back() const {
+  Delivery delivery;
+  delivery.kind = Delivery::Kind::back;
+  delivery.text = identity_.id + ": the camera is back";
+  return delivery;
+}
+
 Expected<CameraIdentity> find_camera(const std::vector<CameraIdentity>& there, const std::string& name) {
   std::vector<CameraIdentity> found;
   std::vector<std::string> all;

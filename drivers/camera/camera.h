@@ -83,6 +83,9 @@ class Camera {
 
  protected:
   Camera() = default;
+  /// What `next` brings when a camera is noticed to be gone, and when it is there again.
+  [[nodiscard]] Delivery lost(const std::string& how) const;
+  [[nodiscard]] Delivery back() const;
   void note(std::string text) { notes_.push_back(std::move(text)); }
 
   virtual Expected<CameraIdentity> do_open(const std::string& name) = 0;

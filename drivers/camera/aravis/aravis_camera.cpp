@@ -174,10 +174,7 @@ Delivery AravisCamera::lose(const std::string& how) {
   ++counters_.losses;
   search_ns_ = now_ns();
   searches_by_name_ = false;
-  Delivery delivery;
-  delivery.kind = Delivery::Kind::lost;
-  delivery.text = wanted_.id + ": the camera is gone: " + how;
-  return delivery;
+  return lost(how);
 }
 
 Delivery AravisCamera::search(std::int64_t deadline_ns) {
@@ -186,10 +183,7 @@ Delivery AravisCamera::search(std::int64_t deadline_ns) {
     if (now_ns() >= search_ns_) {
       if (do_start().has_value()) {
         ++counters_.returns;
-        Delivery delivery;
-        delivery.kind = Delivery::Kind::back;
-        delivery.text = wanted_.id + ": the camera is back";
-        return delivery;
+        return back();
       }
       device_.reset();
       search_ns_ = now_ns() + kSearchPauseNs;

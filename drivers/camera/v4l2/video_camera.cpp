@@ -241,10 +241,7 @@ Delivery VideoCamera::lose(const std::string& how) {
   is_gone_ = true;
   search_ns_ = now_ns();
   ++counters_.losses;
-  Delivery delivery;
-  delivery.kind = Delivery::Kind::lost;
-  delivery.text = wanted_.id + ": the camera is gone: " + how;
-  return delivery;
+  return lost(how);
 }
 
 Delivery VideoCamera::search(std::int64_t deadline_ns) {
@@ -252,10 +249,7 @@ Delivery VideoCamera::search(std::int64_t deadline_ns) {
     if (now_ns() >= search_ns_) {
       if (do_start().has_value()) {
         ++counters_.returns;
-        Delivery delivery;
-        delivery.kind = Delivery::Kind::back;
-        delivery.text = wanted_.id + ": the camera is back";
-        return delivery;
+        return back();
       }
       buffers_.reset();
       device_.reset();

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "core/voxel/patch_of_points.h"
 #include "simdata/corner_clouds.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
@@ -32,16 +33,7 @@ class CornerCalibrationTest : public ::testing::Test {
   static PatchCells patch_of(const std::vector<Vector3d>& points, int lidar) {
     CellOptions options;
     options.keep_thinned = true;
-    CellBuilder builder(lidar, 0, options);
-    std::vector<Point> narrow;
-    for (const Vector3d& p : points) {
-      Point& point = narrow.emplace_back();
-      point.x = static_cast<float>(p.x());
-      point.y = static_cast<float>(p.y());
-      point.z = static_cast<float>(p.z());
-    }
-    builder.add(narrow);
-    return builder.finish();
+    return patch_of_points(points, lidar, 0, options);
   }
 
   [[nodiscard]] CalibrationResult calibrate() const {

@@ -5,25 +5,13 @@
 
 #include "drivers/camera/camera.h"
 #include "simdata/gige/camera_server.h"
-#include "simdata/gige/test_pattern.h"
+#include "tests/support/served_camera.h"
 
 namespace rigcal::camera {
 
 /// A GigE Vision device of ours with a test pattern, on an address of the loopback network of its own.
 inline sim::ServedCamera virtual_camera(std::uint8_t last, const std::string& serial) {
-  sim::ServedCamera camera;
-  gige::DeviceIdentity& identity = camera.device.identity;
-  identity.mac = {0x34, 0xBD, 0x20, 0, 8, last};
-  identity.ip = {127, 0, 8, last};
-  identity.mask = {255, 0, 0, 0};
-  identity.manufacturer = "Hikrobot";
-  identity.model = "MV-CA013-21UC";
-  identity.device_version = "V1.0";
-  identity.serial = serial;
-  camera.device.pixel_formats = {"BayerRG8", "BayerRG12", "Mono8"};
-  camera.device.exposure_us = 1000.0;
-  camera.source = std::make_shared<sim::TestPattern>();
-  return camera;
+  return sim::served_camera_at(8, last, serial);
 }
 
 inline std::string id_of(const sim::ServedCamera& camera) {

@@ -10,7 +10,7 @@
 
 #include "drivers/net/udp_socket.h"
 #include "simdata/gige/camera_server.h"
-#include "simdata/gige/test_pattern.h"
+#include "tests/support/served_camera.h"
 
 /// Aravis as the host of virtual cameras.
 namespace rigcal::sim {
@@ -41,19 +41,7 @@ class Problem {
 
 /// A test pattern on an address of the loopback network.
 inline ServedCamera served_camera(std::uint8_t last, const char* serial = "00F12345678") {
-  ServedCamera camera;
-  gige::DeviceIdentity& identity = camera.device.identity;
-  identity.mac = {0x34, 0xBD, 0x20, 0, 7, last};
-  identity.ip = {127, 0, 7, last};
-  identity.mask = {255, 0, 0, 0};
-  identity.manufacturer = "Hikrobot";
-  identity.model = "MV-CA013-21UC";
-  identity.device_version = "V1.0";
-  identity.serial = serial;
-  camera.device.pixel_formats = {"BayerRG8", "BayerRG12", "Mono8"};
-  camera.device.exposure_us = 1000.0;
-  camera.source = std::make_shared<TestPattern>();
-  return camera;
+  return served_camera_at(7, last, serial);
 }
 
 /// A socket of the host.
