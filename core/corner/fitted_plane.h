@@ -31,6 +31,7 @@ struct PlaneMoments {
   Matrix3d axes = Matrix3d::Identity();  ///< Their directions as columns.
   [[nodiscard]] Matrix3d scatter_matrix() const { return axes * scatter.asDiagonal() * axes.transpose(); }
 };
+/// Of at least one point (m).
 [[nodiscard]] PlaneMoments moments_of(const PointCluster& points);
 
 }  // namespace rigcal

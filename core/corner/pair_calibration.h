@@ -15,6 +15,7 @@ struct PlaneView {
   std::vector<SeenPlane> planes;
   std::optional<Vector3d> up;  ///< Unit, upwards in the LiDAR's frame, where gravity is known.
 };
+/// Finds the planes of a cloud; `up` is for who knows it.
 [[nodiscard]] PlaneView plane_view(PlaneCloud cloud);
 
 /// How two LiDARs lie to each other by what both saw at one moment.

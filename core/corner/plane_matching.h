@@ -29,6 +29,7 @@ struct MatchTolerance {
 
 /// `independence` of the best three normals; 0 for fewer than three planes.
 [[nodiscard]] double best_independence(const std::vector<SeenPlane>& planes);
+/// The same of those planes of a that are matched.
 [[nodiscard]] double matched_independence(const std::vector<SeenPlane>& a, const PlaneMatches& matches);
 
 /// One way to lay b on a.

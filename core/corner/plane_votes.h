@@ -12,6 +12,7 @@ struct PlaneVotes {
   std::vector<FittedPlane> planes;  ///< `sigma_m` is that of the surfels' points.
   double surfel_m = 0.5;            ///< Size at which the cloud shows its surfaces.
 };
+/// At most `most` planes, in the frame of the cells; fewer where no more have votes.
 [[nodiscard]] PlaneVotes vote_for_planes(const PatchCells& cells, std::size_t most);
 
 }  // namespace rigcal

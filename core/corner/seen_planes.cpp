@@ -7,6 +7,7 @@
 #include "core/corner/plane_shares.h"
 #include "core/corner/plane_votes.h"
 #include "core/geometry/symmetric_eigen.h"
+#include "core/voxel/patch_of_points.h"
 
 namespace rigcal {
 namespace {
@@ -91,19 +92,7 @@ std::vector<PlaneArea> areas_of(const std::vector<PlaneShare>& planes, const std
 }  // namespace
 
 PlaneCloud plane_cloud(std::span<const Vector3d> points) {
-  PlaneCloud cloud;
-  CellBuilder builder(0, 0, CellOptions{});
-  std::vector<Point> narrow;
-  for (const Vector3d& p : points) {
-    cloud.points.push_back(p);
-    Point& point = narrow.emplace_back();
-    point.x = static_cast<float>(p.x());
-    point.y = static_cast<float>(p.y());
-    point.z = static_cast<float>(p.z());
-  }
-  builder.add(narrow);
-  cloud.cells = builder.finish();
-  return cloud;
+  return {{points.begin(), points.end()}, patch_of_points(points, 0, 0, CellOptions{})};
 }
 
 double SeenPlane::weight() const {

@@ -14,6 +14,7 @@ struct PlaneCloud {
   std::vector<Vector3d> points;
   PatchCells cells;
 };
+/// From points in the LiDAR's frame, m.
 [[nodiscard]] PlaneCloud plane_cloud(std::span<const Vector3d> points);
 
 /// A plane found in a cloud, fitted to points weighted by how likely they lie on it.

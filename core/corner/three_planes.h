@@ -32,6 +32,7 @@ struct Corner {
   ThreePlanes planes;
   Vector3d point = Vector3d::Zero();
 };
+/// From planes in any order; `up` is a unit vector in their frame. Errors: as `intersection`.
 [[nodiscard]] Expected<Corner> make_corner(const ThreePlanes& planes, const Vector3d& up);
 
 /// T_a_b that lays corner b on corner a: R from the normals by the Kabsch algorithm, t = o_a - R o_b.

@@ -118,7 +118,7 @@ void AravisCamera::mend_what_was_left() {
          "back");
     for (const std::string& what : trouble) note(what);
   }
-  log_.clear();
+  if (device_->answers()) log_.clear();
 }
 
 Expected<CameraSetup> AravisCamera::do_configure(const CameraConfig& config) {
@@ -264,15 +264,15 @@ CameraCounters AravisCamera::counters() const {
   return counters;
 }
 
+// What does not answer keeps its entries, for the next time.
 void AravisCamera::put_settings_back() {
   for (const std::string& what : put_back(*device_, log_.settings())) note(what);
-  log_.clear();
+  if (device_->answers()) log_.clear();
 }
 
 void AravisCamera::do_close() {
-  if (device_ && !device_->is_lost()) {
-    put_settings_back();
-  } else if (!log_.settings().empty()) {
+  if (device_ && !device_->is_lost() && device_->answers()) put_settings_back();
+  if (!log_.settings().empty()) {
     note(wanted_.id + ": the camera is gone, so that its settings could not be put back");
     log_ = SettingsLog();  // The file stays, for the next time.
   }

@@ -313,7 +313,7 @@ Expected<CameraSetup> CameraSetter::read_back(const CameraConfig& config) {
 
 std::vector<std::string> put_back(Device& device, const std::vector<OldSetting>& settings) {
   std::vector<std::string> trouble;
-  for (auto it = settings.rbegin(); it != settings.rend(); ++it) {
+  for (auto it = settings.rbegin(); it != settings.rend() && device.answers(); ++it) {
     if (!it->selector.empty()) {
       if (const auto selected = device.set(it->selector, it->entry); !selected) {
         trouble.push_back(selected.error().message());

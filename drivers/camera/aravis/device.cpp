@@ -117,6 +117,7 @@ Expected<std::string> Device::get(const std::string& feature) const {
   } else {
     value = std::to_string(arv_device_get_integer_feature_value(device, feature.c_str(), problem.put()));
   }
+  heard(problem);
   if (auto done = problem.result(feature + " cannot be read", identity_.id); !done) return done.error();
   return value;
 }
@@ -151,7 +152,9 @@ Expected<void> Device::set(const std::string& feature, const std::string& value)
       arv_device_set_integer_feature_value(device, feature.c_str(), std::llround(number), problem.put());
     }
   }
-  return problem.result(feature + " cannot be set to " + value, identity_.id, what_it_takes(feature));
+  heard(problem);
+  if (problem.is_none()) return {};
+  return problem.result(feature + " cannot be set to " + value, identity_.id, answers() ? what_it_takes(feature) : "");
 }
 
 Expected<void> Device::set_number(const std::string& feature, double value) { return set(feature, number_text(value)); }
@@ -159,6 +162,7 @@ Expected<void> Device::set_number(const std::string& feature, double value) { re
 Expected<void> Device::execute(const std::string& command) {
   Problem problem;
   arv_device_execute_command(device_of(camera_), command.c_str(), problem.put());
+  heard(problem);
   return problem.result("the camera does not do " + command, identity_.id);
 }
 

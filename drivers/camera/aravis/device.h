@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "drivers/camera/aravis/feature_names.h"
+#include "drivers/camera/aravis/problem.h"
 #include "drivers/camera/camera_config.h"
 
 struct _ArvCamera;
@@ -31,6 +32,11 @@ class Device {
   [[nodiscard]] bool is_usb() const;
   /// Whether its heartbeat is gone, or its plug.
   [[nodiscard]] bool is_lost() const { return lost_->load(); }
+  /// Whether it answered when it was asked last. Each question that it leaves open takes seconds, and its heartbeat may
+  /// be missed only later.
+  [[nodiscard]] bool answers() const { return answers_; }
+  /// To be told of calls that others make.
+  void heard(const Problem& problem) const { answers_ = problem.is_none() || problem.is_refusal(); }
 
   [[nodiscard]] bool has(const std::string& feature) const;
   /// The first of the purpose's names that the camera has; empty: none.
@@ -61,6 +67,7 @@ class Device {
   /// Set in Aravis' thread.
   std::shared_ptr<std::atomic<bool>> lost_ = std::make_shared<std::atomic<bool>>(false);
   std::uint64_t handler_ = 0;
+  mutable bool answers_ = true;
 };
 
 }  // namespace rigcal::camera

@@ -177,6 +177,7 @@ Frame FrameStream::read(void* popped) {
 Expected<void> FrameStream::stop(Device& device) {
   Problem problem;
   arv_camera_stop_acquisition(device.get(), problem.put());
+  device.heard(problem);
   abandon();
   return problem.result("the camera does not stop", device.identity().id);
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <limits>
 
 #include "drivers/camera/aravis/aravis_backend.h"
 #include "tests/drivers/camera/image_folder_fixture.h"
@@ -225,6 +226,25 @@ TEST_F(AravisCamera, WhatACrashLeftIsMendedAtTheNextStart) {
   set_by_hand({{"Width", "256"}, {"Height", "128"}, {"TriggerMode", "On"}, {"ChunkModeActive", "true"}});
   std::filesystem::remove_all(scratch.path() / "cameras");
   std::filesystem::rename(scratch.path() / "at_the_crash", scratch.path() / "cameras");
+  open();
+  EXPECT_THAT(camera->notes(), Contains(HasSubstr("did not end as it should")));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  EXPECT_EQ(features(), before);
+}
+
+TEST_F(AravisCamera, WhatAMuteCameraKeepsIsMendedAtTheNextStart) {
+  keeps_settings = true;
+  serve();
+  const std::vector<std::string> before = features();
+  CameraConfig config = small_config();
+  config.trigger = TriggerConfig{"Line0", false, 0.0};
+  stream(config);
+  server->fall_silent(0, std::numeric_limits<std::int64_t>::max());
+  camera->close();  // Before its heartbeat is missed.
+  EXPECT_THAT(camera->notes(), Contains(HasSubstr("could not be put back")));
+  EXPECT_FALSE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  serve();
+  set_by_hand({{"Width", "256"}, {"Height", "128"}, {"TriggerMode", "On"}, {"ChunkModeActive", "true"}});
   open();
   EXPECT_THAT(camera->notes(), Contains(HasSubstr("did not end as it should")));
   EXPECT_TRUE(std::filesystem::is_empty(scratch.path() / "cameras"));

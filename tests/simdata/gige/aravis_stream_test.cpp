@@ -266,12 +266,15 @@ TEST_F(AravisStream, ACameraThatDiesIsLostAndAWholeNewOneComesBack) {
     EXPECT_TRUE(is_lost);
     serve();
   }
-  camera.reset();
-  camera = open();
-  ASSERT_TRUE(camera);
-  const Tally tally = run(camera, 10);
-  EXPECT_EQ(tally.torn, 0U);
-  EXPECT_GE(tally.whole, 5U);
+  Tally tally;
+  for (int attempt = 0; attempt < most_attempts && tally.whole < 9; ++attempt) {
+    camera.reset();
+    camera = open();
+    ASSERT_TRUE(camera);
+    tally = run(camera, 10);
+    EXPECT_EQ(tally.torn, 0U);
+  }
+  EXPECT_GE(tally.whole, 9U);
 }
 
 TEST_F(AravisStream, AShortSilenceCostsOnlyItsFrames) {
