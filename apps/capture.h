@@ -6,12 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/camera_recorder.h"
-#include "apps/ingest_summary.h"
+#include "apps/capture_status.h"
 #include "core/base/run_context.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
-#include "drivers/trigger/trigger.h"
 
 namespace rigcal {
 
@@ -19,24 +17,6 @@ struct CaptureOptions {
   std::string out;
   std::uint64_t keep_bytes = 0;      ///< Keep only the newest packets; 0: all.
   std::optional<double> duration_s;  ///< Nothing: until told to stop.
-};
-
-/// How a LiDAR of a running capture does.
-struct CaptureDevice {
-  std::string sensor;
-  livox::DeviceReport report;
-  double packets_per_s = 0.0;  ///< Since the last look; points and IMU.
-  std::uint64_t expected = 0;  ///< Packets that it has sent, by their stamps.
-  std::uint64_t lost = 0;      ///< Of these: not here. By their stamps, wherever they got lost.
-  double drift_ppm = 0.0;      ///< Of its clock against the session's.
-};
-
-struct CaptureStatus {
-  double seconds = 0.0;
-  std::vector<CaptureDevice> devices;
-  std::vector<CaptureCamera> cameras;
-  std::optional<trigger::TriggerReport> trigger;  ///< Of the rig's own lines.
-  std::uint64_t bytes = 0;                        ///< On the disk, without images.
 };
 
 struct CaptureSummary {

@@ -38,6 +38,7 @@ Expected<void> PacketRecorder::write(const Datagram& datagram) {
 
 Expected<void> PacketRecorder::begin_part(std::int64_t now_ns) {
   if (const auto closed = writer_.close(); !closed) return closed;
+  const std::lock_guard switching(progress_->switching());
   Part part{session_packets_part_path(path_, ++part_number_), writer_.bytes(), latest_ns_};
   if (std::rename(path_.c_str(), part.path.c_str()) != 0) return cannot_write(part.path, errno);
   earlier_bytes_ += part.bytes;
@@ -53,6 +54,7 @@ Expected<void> PacketRecorder::begin_part(std::int64_t now_ns) {
   Expected<PcapngWriter> writer = PcapngWriter::create(path_);
   if (!writer) return writer.error();
   writer_ = *std::move(writer);
+  progress_->begin_part();
   for (const auto& [ip, broadcast] : broadcasts_) {
     const auto written = writer_.write({now_ns, broadcast.from, broadcast.to, broadcast.bytes});
     if (!written) return written;
@@ -68,8 +70,10 @@ void PacketRecorder::remember_broadcast(const Datagram& datagram) {
 }
 
 Expected<void> PacketRecorder::close() {
-  if (const auto begun = writer_.begin_sync(); !begun) return begun;
-  return writer_.close();
+  Expected<void> closed = writer_.begin_sync();
+  if (closed) closed = writer_.close();
+  progress_->end();
+  return closed;
 }
 
 }  // namespace rigcal

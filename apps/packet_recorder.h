@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/recording_progress.h"
 #include "core/io/pcapng_writer.h"
 
 namespace rigcal {
@@ -26,7 +28,9 @@ class PacketRecorder {
 
   /// Errors: the disk; after one, the recording is at its end.
   Expected<void> write(const Datagram& datagram);
-  /// Hands everything to the system, which begins to write it, so that little is left to do at the end.
+  /// Hands everything to the system: others can read it, and it outlives this program.
+  Expected<void> hand_over() { return writer_.flush(); }
+  /// The same, and the system begins to write it to the disk, so that little is left to do at the end.
   Expected<void> flush() { return writer_.begin_sync(); }
   /// Hands everything to the system, which brings it to the disk within seconds: a disk that others keep busy must not
   /// keep a capture from ending.
@@ -34,6 +38,8 @@ class PacketRecorder {
 
   [[nodiscard]] std::uint64_t datagrams() const { return datagrams_; }  ///< Also those thrown away since.
   [[nodiscard]] std::uint64_t bytes() const { return earlier_bytes_ + writer_.bytes(); }  ///< As kept.
+  /// For who reads the packets while they are recorded.
+  [[nodiscard]] std::shared_ptr<RecordingProgress> progress() const { return progress_; }
   /// Session time up to which everything was thrown away.
   [[nodiscard]] std::optional<std::int64_t> forgotten_until_ns() const { return forgotten_until_ns_; }
 
@@ -50,13 +56,17 @@ class PacketRecorder {
   };
 
   PacketRecorder(std::string path, PcapngWriter writer, std::uint64_t part_bytes)
-      : path_(std::move(path)), writer_(std::move(writer)), part_bytes_(part_bytes) {}
+      : path_(std::move(path)),
+        writer_(std::move(writer)),
+        part_bytes_(part_bytes),
+        progress_(std::make_shared<RecordingProgress>(path_)) {}
   Expected<void> begin_part(std::int64_t now_ns);
   void remember_broadcast(const Datagram& datagram);
 
   std::string path_;
   PcapngWriter writer_;
   std::uint64_t part_bytes_;
+  std::shared_ptr<RecordingProgress> progress_;
   std::uint64_t datagrams_ = 0;
   int part_number_ = 0;
   std::deque<Part> earlier_;

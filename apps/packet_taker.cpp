@@ -10,12 +10,16 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t take_wait_ns = 100'000'000;
 constexpr std::chrono::seconds publish_period{1};
+constexpr std::chrono::milliseconds hand_over_period{100};  // Stops are found in what was handed over.
 constexpr int packets_between_looks_at_the_time = 256;
 
 }  // namespace
 
 PacketTaker::PacketTaker(livox::Driver& driver, PacketRecorder recorder, const Rig& rig)
-    : driver_(driver), recorder_(std::move(recorder)), ledger_(LidarIngest::of_headers(rig)) {
+    : driver_(driver),
+      recorder_(std::move(recorder)),
+      progress_(recorder_.progress()),
+      ledger_(LidarIngest::of_headers(rig)) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -35,6 +39,7 @@ PacketTaker::Figures PacketTaker::figures() const {
 
 void PacketTaker::run() {
   auto published = Clock::now();
+  auto handed_over = published;
   Expected<void> written;
   while (written) {
     const bool was_running = driver_.is_running();
@@ -46,8 +51,13 @@ void PacketTaker::run() {
       ledger_.add(datagram);
     }
     if (taken == 0 && !was_running) break;
-    if (Clock::now() - published < publish_period) continue;
-    published = Clock::now();
+    const auto now = Clock::now();
+    if (written && now - handed_over >= hand_over_period) {
+      handed_over = now;
+      written = recorder_.hand_over();
+    }
+    if (now - published < publish_period) continue;
+    published = now;
     if (written) written = recorder_.flush();
     publish({});
   }

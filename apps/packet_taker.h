@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -33,6 +34,8 @@ class PacketTaker {
     std::optional<std::int64_t> forgotten_until_ns;
     std::optional<Error> error;
   };
+  /// For who reads the packets while they are recorded.
+  [[nodiscard]] std::shared_ptr<RecordingProgress> progress() const { return progress_; }
   /// Also where an error ended it.
   [[nodiscard]] bool has_ended() const { return has_ended_; }
   [[nodiscard]] Figures figures() const;
@@ -43,6 +46,7 @@ class PacketTaker {
 
   livox::Driver& driver_;
   PacketRecorder recorder_;
+  std::shared_ptr<RecordingProgress> progress_;
   LidarIngest ledger_;
   std::atomic<bool> has_ended_{false};
   mutable std::mutex mutex_;

@@ -69,8 +69,8 @@ bool CaptureFile::damaged(std::uint64_t offset, const std::string& what) {
   return false;
 }
 
-Expected<CaptureFile> CaptureFile::open(const std::string& path) {
-  Expected<InputFile> file = InputFile::open(path);
+Expected<CaptureFile> CaptureFile::open(const std::string& path, AwaitGrowth await_growth) {
+  Expected<InputFile> file = InputFile::open(path, std::move(await_growth));
   if (!file) return file.error();
   CaptureFile capture(std::move(*file));
   if (const Expected<void> head = capture.read_head(); !head) return head.error();

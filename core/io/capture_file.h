@@ -24,7 +24,7 @@ struct CapturedFrame {
 class CaptureFile {
  public:
   /// Errors: missing, no permission, empty, compressed, no capture file.
-  [[nodiscard]] static Expected<CaptureFile> open(const std::string& path);
+  [[nodiscard]] static Expected<CaptureFile> open(const std::string& path, AwaitGrowth await_growth = {});
 
   /// False at the end; the end was a proper one where `damage` is empty then.
   [[nodiscard]] bool next(CapturedFrame& frame);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,12 +11,16 @@
 
 namespace rigcal {
 
+/// Asked where a file that is still being written ends for now: waits a little and says whether to look for more. After
+/// false the file is read to the end that it has then, and that is its end.
+using AwaitGrowth = std::function<bool()>;
+
 /// A file, or a pipe, read once from front to back through a buffer. The buffer grows only to hold bytes that are
 /// really there, so that a size in a hostile file costs no memory. Not thread-safe.
 class InputFile {
  public:
   /// Errors: those of `cannot_read`.
-  [[nodiscard]] static Expected<InputFile> open(const std::string& path);
+  [[nodiscard]] static Expected<InputFile> open(const std::string& path, AwaitGrowth await_growth = {});
 
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
@@ -51,6 +56,7 @@ class InputFile {
 
   int descriptor_ = -1;
   std::string path_;
+  AwaitGrowth await_growth_;  ///< Empty: the file's end is its end.
   std::optional<std::uint64_t> size_;
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;   ///< Of the bytes not yet taken.

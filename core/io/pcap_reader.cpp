@@ -85,8 +85,10 @@ PcapReader::PcapReader(PcapReader&&) noexcept = default;
 PcapReader& PcapReader::operator=(PcapReader&&) noexcept = default;
 PcapReader::~PcapReader() = default;
 
-Expected<PcapReader> PcapReader::open(const std::string& path) {
-  Expected<CaptureFile> file = CaptureFile::open(path);
+Expected<PcapReader> PcapReader::open(const std::string& path) { return follow(path, {}); }
+
+Expected<PcapReader> PcapReader::follow(const std::string& path, AwaitGrowth await_growth) {
+  Expected<CaptureFile> file = CaptureFile::open(path, std::move(await_growth));
   if (!file) return file.error();
   auto state = std::make_unique<State>(std::move(*file));
   state->path = path;

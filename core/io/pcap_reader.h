@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/input_file.h"
 #include "core/io/ip_reassembler.h"
 #include "core/records/records.h"
 
@@ -35,6 +36,9 @@ class PcapReader {
  public:
   /// Errors: missing, no permission, empty, not a capture file.
   [[nodiscard]] static Expected<PcapReader> open(const std::string& path);
+  /// The same for a dump that is still being written: `next` waits for a whole packet. Returns at once only where its
+  /// first bytes are there.
+  [[nodiscard]] static Expected<PcapReader> follow(const std::string& path, AwaitGrowth await_growth);
 
   PcapReader(PcapReader&&) noexcept;
   PcapReader& operator=(PcapReader&&) noexcept;

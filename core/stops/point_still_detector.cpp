@@ -356,6 +356,13 @@ void PointStillDetector::not_still(std::int64_t until_ns, DropReason reason) {
   listener_.not_still_until(until_ns, before ? DropReason::before_first_stop : reason);
 }
 
+std::optional<RestNow> PointStillDetector::rest() const {
+  if (state_ == State::moving) return std::nullopt;
+  const std::int64_t since_ns = slots_.start_ns(rest_);
+  return RestNow{since_ns, open_.stop.start_ns, std::max(since_ns, open_.stop.end_ns + 1),
+                 said_ ? open_.stop.index : -1};
+}
+
 PointStillFigures PointStillDetector::figures() const {
   PointStillFigures figures = figures_;
   figures.points = slots_.used();

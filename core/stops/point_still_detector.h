@@ -31,6 +31,7 @@ class PointStillDetector {
   /// The end of the stream: closes the last stop.
   void flush();
   [[nodiscard]] PointStillFigures figures() const;
+  [[nodiscard]] std::optional<RestNow> rest() const;
 
  private:
   enum class State { moving, still };

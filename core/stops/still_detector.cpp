@@ -140,6 +140,11 @@ void StillDetector::not_still(std::int64_t until_ns, DropReason reason) {
                             stops_ == 0 && reason == DropReason::moving ? DropReason::before_first_stop : reason);
 }
 
+std::optional<RestNow> StillDetector::rest() const {
+  if (state_ == State::moving) return std::nullopt;
+  return RestNow{run_start_ns_, start_ns_, still_end_ns_, state_ == State::stopped ? open_.stop.index : -1};
+}
+
 StillFigures StillDetector::figures() const {
   StillFigures figures;
   figures.imu_samples = binner_.used();

@@ -30,6 +30,7 @@ class StillDetector {
   /// The end of the stream: closes the last stop.
   void flush();
   [[nodiscard]] StillFigures figures() const;
+  [[nodiscard]] std::optional<RestNow> rest() const;
 
  private:
   enum class State { moving, candidate, stopped };

@@ -36,6 +36,14 @@ struct StillStop {
   double tremble_rad = 0.0;  ///< Points only: root mean square of a trembling inside the stop.
 };
 
+/// A rest that goes on, as far as it is judged: for who watches a recording while it is made.
+struct RestNow {
+  std::int64_t since_ns = 0;    ///< When the rig seems to have come to rest.
+  std::int64_t settled_ns = 0;  ///< Where its stop starts, or will start should it last.
+  std::int64_t until_ns = 0;    ///< Up to here it is known to rest.
+  int stop = -1;                ///< The stop that goes on; -1: too short for one so far.
+};
+
 /// Told, in order of time and without holes, what the rig did. Whatever finds stops (from a gyro, from points, from a
 /// table's angles) drives the patches through these calls.
 class StillListener {

@@ -45,6 +45,8 @@ class StopFinder {
 
   /// Of the gyro; empty where the points alone are asked.
   [[nodiscard]] StillFigures gyro_figures() const { return gyro_ ? gyro_->figures() : StillFigures{}; }
+  /// The rest that goes on now, about 0.75 s late by the gyro, up to 2 s by the points; creep does not end it here.
+  [[nodiscard]] std::optional<RestNow> rest() const { return gyro_ ? gyro_->rest() : points_.rest(); }
   [[nodiscard]] PointStillFigures point_figures() const { return points_.figures(); }
   [[nodiscard]] const PointCounts& point_counts() const { return cutter_.counts(); }
 
