@@ -80,6 +80,7 @@ const Table& rooms() {
         {"core/frames", {"core/clocks"}},
         {"core/io", {"core/rig"}},
         {"core/stops", {"core/clocks"}},
+        {"core/turntable", {"core/base"}},
         {"core/voxel", {"core/records"}},
         {"core/edges", {"core/voxel", "core/rig"}},
         {"core/camera", {"core/edges"}},

@@ -1,0 +1,69 @@
+#include "core/turntable/coach.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+constexpr double usual_stops = 20.0;
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::string degrees(double value) {
+  const auto tenths = std::lround(10.0 * value);
+  return std::to_string(tenths / 10) + (tenths % 10 == 0 ? "" : "." + std::to_string(tenths % 10)) + " degrees";
+}
+
+std::string capturing(const CaptureProgress& progress) {
+  if (progress.is_full) {
+    return progress.turns_itself ? "done, the table turns"
+                                 : "done, turn by " + degrees(step_deg(progress)) + " and hold still";
+  }
+  const double share = progress.dwell_s > 0.0 ? std::min(1.0, progress.rested_s / progress.dwell_s) : 1.0;
+  if (share < 1.0)
+    return "hold still: " + stop_name(progress) + ", " + std::to_string(std::lround(100.0 * share)) + " %";
+  return "hold still: no image of " + joined(progress.awaited) + " yet";
+}
+
+}  // namespace
+
+double step_deg(const CaptureProgress& progress) {
+  return 360.0 / (progress.wanted_stops > 0 ? static_cast<double>(progress.wanted_stops) : usual_stops);
+}
+
+std::string stop_name(const CaptureProgress& progress) {
+  const int number = progress.stops + (progress.is_full ? 0 : 1);
+  std::string name = "stop " + std::to_string(number);
+  if (progress.wanted_stops > 0) name += " of " + std::to_string(progress.wanted_stops);
+  return name;
+}
+
+std::string advice(const CaptureProgress& progress) {
+  switch (progress.state) {
+    case CaptureState::idle:
+      return "not begun";
+    case CaptureState::checking:
+      return "hold still: waiting for " + joined(progress.absent);
+    case CaptureState::waiting_for_still:
+      return progress.left_early ? "moved too early, that stop does not count: hold still" : "hold still";
+    case CaptureState::settling:
+      return "hold still: the swing fades";
+    case CaptureState::capturing:
+      return capturing(progress);
+    case CaptureState::moving:
+      return progress.table_is_turning ? "the table turns"
+                                       : "turn by " + degrees(step_deg(progress)) + ", then hold still";
+    case CaptureState::complete:
+      return "complete: " + std::to_string(progress.stops) + (progress.stops == 1 ? " stop" : " stops");
+    case CaptureState::failed:
+      return progress.failure;
+  }
+  return {};
+}
+
+}  // namespace rigcal
