@@ -9,6 +9,7 @@
 
 #include "drivers/net/privileges.h"
 #include "drivers/net/waiter.h"
+#include "drivers/trigger/edge_levels.h"
 
 namespace rigcal::trigger {
 namespace {
@@ -194,6 +195,7 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
   std::array<Edge, 64> edges;
   auto waiter = net::Waiter::create({line->descriptor()});
   std::uint64_t last_sequence = 0;
+  EdgeLevels levels;
   while (is_running_.load() && waiter) {
     if (!waiter->wait(longest_wait_ns) || !waiter->is_ready(0)) continue;
     const auto count = line->read(edges);
@@ -204,6 +206,7 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
       if (!line) return;
       waiter = net::Waiter::create({line->descriptor()});
       last_sequence = 0;
+      levels.forget();
       continue;
     }
     for (std::size_t i = 0; i < *count; ++i) {
@@ -214,7 +217,9 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
       }
       last_sequence = sequence;
     }
-    read_strobe(std::span<const Edge>(edges.data(), *count));
+    const std::span<Edge> read(edges.data(), *count);
+    levels.mend(read);
+    read_strobe(read);
   }
   if (waiter) return;
   const std::lock_guard lock(mutex_);

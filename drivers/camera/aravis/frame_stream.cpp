@@ -79,7 +79,9 @@ Expected<std::unique_ptr<FrameStream>> FrameStream::start(Device& device, const 
   made->setup_ = setup;
   made->counter_ = FrameCounter(setup.frame_ids);
   const std::string& who = device.identity().id;
-  if (device.is_usb()) arv_camera_uv_set_usb_mode(device.get(), ARV_UV_USB_MODE_ASYNC);
+  // Not the asynchronous one: as Debian 12 has it (0.8.26), it keeps a core busy while all buffers are under way,
+  // notices late that a camera was unplugged, and does not always come back from the end of a stream.
+  if (device.is_usb()) arv_camera_uv_set_usb_mode(device.get(), ARV_UV_USB_MODE_SYNC);
   if (device.is_gige()) {
     arv_camera_gv_set_stream_options(
         device.get(), options.packet_socket ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);

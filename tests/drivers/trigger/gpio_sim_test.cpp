@@ -80,7 +80,7 @@ TEST_F(TriggerOnGpioSim, SeesAThousandPulsesAgainAndNoneMore) {
   EXPECT_EQ(ends, seen.size());
   EXPECT_EQ(report.strobe_lost, 0U);
   EXPECT_EQ(report.dropped_events, 0U);
-  EXPECT_GE(wire.passed(), 900U) << "the machine is too busy for this test";
+  EXPECT_GE(wire.passed(), 990U) << "the wire is a loop that polls; this machine is too busy for it";
   EXPECT_LE(wire.passed(), report.pulses);
   std::printf("%llu pulses given, %llu passed on by the wire, %zu seen\n",
               static_cast<unsigned long long>(report.pulses), static_cast<unsigned long long>(wire.passed()),
