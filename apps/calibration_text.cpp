@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/estimate_text.h"
 #include "core/report/result_texts.h"
 #include "core/report/summary_text.h"
 
@@ -37,10 +38,12 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
   return text;
 }
 
-std::string calibration_json(const CalibrationResult& result, const std::string& out) {
+std::string calibration_json(const CalibrationResult& result, const std::string& out,
+                             const std::vector<StopEstimate>& estimates) {
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(report_json(result));
   json["command"] = "calibrate";
   json["out"] = out;
+  if (!estimates.empty()) json["estimates"] = nlohmann::ordered_json::parse(estimates_json(estimates));
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -3,12 +3,14 @@
 
 #include "apps/calibration_text.h"
 #include "apps/command.h"
+#include "apps/estimate_text.h"
 #include "apps/input_digester.h"
 #include "apps/recording.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
 #include "core/pipeline/corner_calibration.h"
+#include "core/pipeline/incremental_calibration.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/report/result_folder.h"
 
@@ -27,6 +29,7 @@ struct CalibrateOptions {
   std::vector<double> pose_prior{0.05, 2.0};
   bool full_map = false;
   bool refine_intrinsics = false;
+  bool incremental = false;
 };
 
 // --initial is read before the recording is, which takes longer; nothing where it is not given.
@@ -80,9 +83,36 @@ RigCalibrationOptions calibration_options(const CalibrateOptions& options, const
   return out;
 }
 
+// As `capture --calibrate` does while the table turns: a line after each stop, then the result of all of them.
+Expected<CalibrationResult> calibrate_stop_by_stop(const Recording& recording,
+                                                   const std::vector<std::optional<SE3>>& guesses,
+                                                   const CalibrateOptions& options, const Tolerance& require,
+                                                   CommandContext& context, std::vector<StopEstimate>& estimates) {
+  const RigCalibrationOptions chosen = calibration_options(options, require);
+  IncrementalCalibration calibration(recording.rig, recording.lidar.lidar_sensors, guesses,
+                                     {chosen.lidars, chosen.lidars.require});
+  SilentReporter silent;
+  for (CalibrationStop& stop : stops_of(recording.lidar)) {
+    calibration.add_stop(std::move(stop));
+    Expected<StopEstimate> estimate = calibration.estimate({silent, context.stop});
+    if (!estimate) return estimate.error();
+    if (!context.json && !context.quiet) {
+      context.reporter.clear();
+      CommandContext::print(estimate_line(*estimate) + "\n");
+      for (const std::string& remark : estimate_remarks(*estimate)) CommandContext::print("  - " + remark + "\n");
+    }
+    estimates.push_back(std::move(*estimate));
+  }
+  return calibration.finish(recording.cameras, chosen.cameras, context.run_context());
+}
+
 Expected<CalibrationResult> calibrate(const Recording& recording, const std::vector<std::optional<SE3>>& guesses,
                                       const CalibrateOptions& options, const Tolerance& require,
-                                      const RunContext& context) {
+                                      CommandContext& command, std::vector<StopEstimate>& estimates) {
+  if (options.incremental) {
+    return calibrate_stop_by_stop(recording, guesses, options, require, command, estimates);
+  }
+  const RunContext context = command.run_context();
   if (options.method == "planes") {
     CornerCalibrationOptions corner;
     corner.require = {require.translation_m, require.rotation_rad};
@@ -133,8 +163,9 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
     camera.guess_T_base_camera = guess_of(recording->rig.sensors[static_cast<std::size_t>(camera.sensor)], *initial);
   }
   std::vector<StageReport> stages = clock.take();
+  std::vector<StopEstimate> estimates;
   Expected<CalibrationResult> result =
-      calibrate(*recording, lidar_guesses(*recording, *initial), options, *require, context.run_context());
+      calibrate(*recording, lidar_guesses(*recording, *initial), options, *require, context, estimates);
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
@@ -147,7 +178,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   }
   if (const auto written = write_result_folder(*result, options.out, &recording->rig); !written) return written.error();
   if (context.json) {
-    CommandContext::print(calibration_json(*result, options.out));
+    CommandContext::print(calibration_json(*result, options.out, estimates));
   } else if (!context.quiet) {
     CommandContext::print(calibration_text(*result, options.out));
   }
@@ -157,7 +188,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
 // The planes method knows neither stages nor poses nor cameras: who asks for these wants the other one.
 void check_options_of(const CalibrateOptions& options, const CLI::App& command) {
   if (options.method != "planes") return;
-  for (const char* name : {"--stages", "--images", "--refine-intrinsics", "--pose-prior"}) {
+  for (const char* name : {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"}) {
     if (command.count(name) > 0) throw CLI::ValidationError(name, "is of no use with --method planes");
   }
 }
@@ -203,6 +234,8 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::PositiveNumber)
       ->option_text("M,DEG");
   command->add_flag("--full-map", options->full_map, "map.ply with all points kept, not one for each 2 cm");
+  command->add_flag("--incremental", options->incremental,
+                    "Also solve after every stop, and say what is known by then and which turn would help most");
   command->footer("Example:\n  rigcal calibrate run.pcap --rig rig.yaml --out result");
   command->callback([options, command, &context] {
     check_options_of(*options, *command);

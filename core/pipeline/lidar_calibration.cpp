@@ -33,6 +33,9 @@ constexpr double map_at_guess_m = 0.05;
 constexpr double start_prior_m = 0.1;
 constexpr double start_prior_rad = to_rad(1.0);
 
+// Of an estimate while more stops are to come.
+constexpr int tight_passes_of_estimate = 3;
+
 Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
 
 // What carries through the stages.
@@ -45,28 +48,57 @@ class Calibration {
         guess_(guess),
         options_(options),
         context_(context),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
   Expected<CalibrationResult> run() {
-    const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
-    if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
-    base_ = static_cast<int>(base - recording_.lidar_sensors.begin());
-    if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
-    if (const auto done = find_rough(); !done) return done.error();
+    if (const auto right = check(); !right) return right.error();
+    if (const auto done = find_rough(nullptr); !done) return done.error();
     choose_patches();
     if (const auto done = solve(); !done) return done.error();
     return conclude();
   }
 
+  Expected<CalibrationResult> estimate(const WarmStart* warm, const std::vector<PatchSurfels>& surfels) {
+    if (const auto right = check(); !right) return right.error();
+    if (warm != nullptr) {
+      solution_.start = warm->start;
+      solution_.state = warm->start.state;
+      solution_.noise = warm->noise;
+      solution_.T_grid_G = warm->T_grid_G;
+    } else if (const auto done = find_rough(&surfels); !done) {
+      return done.error();
+    }
+    choose_patches();
+    set_priors();
+    const std::vector<RefinePass> passes = standard_passes(tight_passes_of_estimate);
+    if (const auto done = run_joint({passes.begin() + (warm != nullptr ? 1 : 0), passes.end()}); !done) {
+      return done.error();
+    }
+    clock_.begin("verdict");
+    CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
+    result.stages = clock_.take();
+    return result;
+  }
+
  private:
+  Expected<void> check() {
+    const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
+    if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
+    base_ = static_cast<int>(base - recording_.lidar_sensors.begin());
+    if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
+    return {};
+  }
+
   [[nodiscard]] int stops() const { return static_cast<int>(recording_.stops.size()); }
   [[nodiscard]] int lidars() const { return static_cast<int>(recording_.lidar_sensors.size()); }
 
-  Expected<void> find_rough() {
+  // `known`: the surfels of all patches, where they were made before.
+  Expected<void> find_rough(const std::vector<PatchSurfels>* known) {
     StageReport& stage = clock_.begin("start");
-    const std::vector<PatchSurfels> surfels = extract_surfels(recording_.patches, SurfelOptions{});
+    const std::vector<PatchSurfels> surfels =
+        known != nullptr ? *known : extract_surfels(recording_.patches, SurfelOptions{});
     std::size_t count = 0;
     for (const PatchSurfels& p : surfels) count += p.surfels.size();
     stage.counts.emplace_back("surfels", static_cast<double>(count));
@@ -84,7 +116,7 @@ class Calibration {
     if (!start) return start.error();
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
-    T_grid_G_ = frame_of(surfels);
+    solution_.T_grid_G = frame_of(surfels);
     tell("start");
     return {};
   }
@@ -170,7 +202,7 @@ class Calibration {
   Expected<void> run_stage(const std::string& name, const ParameterLayout& layout, const std::vector<char>& use,
                            const std::vector<RefinePass>& passes) {
     StageReport& stage = clock_.begin(name);
-    const RefineInput input{recording_.patches, solution_.noise, T_grid_G_, use, solution_.adjust};
+    const RefineInput input{recording_.patches, solution_.noise, solution_.T_grid_G, use, solution_.adjust};
     double done = 0.0;
     double floor_m = 0.0;
     for (RefinePass pass : passes) {
@@ -249,13 +281,18 @@ class Calibration {
       solution_.layout = layout_of(false, true);
       return {};
     }
+    return run_joint(has_base ? std::vector<RefinePass>(passes.begin() + 1, passes.end()) : passes);
+  }
+
+  // `passes`: the tight ones are run again where a stop had to be left out.
+  Expected<void> run_joint(const std::vector<RefinePass>& passes) {
     solution_.layout = layout_of(true, true);
-    const auto done = run_stage("joint", solution_.layout, solution_.use,
-                                has_base ? std::vector<RefinePass>(passes.begin() + 1, passes.end()) : passes);
+    const auto done = run_stage("joint", solution_.layout, solution_.use, passes);
     if (!done || !leave_out_misfits()) return done;
     solution_.layout = layout_of(true, true);
-    return run_stage("joint without misfits", solution_.layout, solution_.use,
-                     std::vector<RefinePass>(passes.begin() + 2, passes.end()));
+    std::vector<RefinePass> tight = passes;
+    std::erase_if(tight, [](const RefinePass& pass) { return pass.map.gate_slack_m > 0.0; });
+    return run_stage("joint without misfits", solution_.layout, solution_.use, tight);
   }
 
   // A stop of which much less lies on common planes than of the others stands in the wrong place, or was bumped. True
@@ -337,7 +374,6 @@ class Calibration {
   const LidarCalibrationOptions& options_;
   const RunContext& context_;
   int base_ = 0;
-  SE3 T_grid_G_;
   LidarSolution solution_;
   StageClock clock_;
 };
@@ -351,6 +387,17 @@ Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecordin
   Calibration calibration(rig, recording, guess_T_base_sensor, options, context);
   Expected<CalibrationResult> result = calibration.run();
   if (result && solution != nullptr) *solution = std::make_unique<LidarSolution>(calibration.take_solution());
+  return result;
+}
+
+Expected<CalibrationResult> estimate_lidars(const Rig& rig, const LidarRecording& recording,
+                                            const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                            const LidarCalibrationOptions& options, const RunContext& context,
+                                            const WarmStart* warm, const std::vector<PatchSurfels>& surfels,
+                                            std::unique_ptr<LidarSolution>& solution) {
+  Calibration calibration(rig, recording, guess_T_base_sensor, options, context);
+  Expected<CalibrationResult> result = calibration.estimate(warm, surfels);
+  if (result) solution = std::make_unique<LidarSolution>(calibration.take_solution());
   return result;
 }
 

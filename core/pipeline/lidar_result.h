@@ -16,7 +16,26 @@ struct LidarSolution {
   std::vector<char> use;  ///< Patches that took part.
   std::vector<NoiseModel> noise;
   double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
+  SE3 T_grid_G;
 };
+
+/// What a calibration begins with instead of a search: where an earlier one of the same recording's first stops ended,
+/// with the poses of the stops since, good to a few centimetres.
+struct WarmStart {
+  Start start;
+  std::vector<NoiseModel> noise;
+  SE3 T_grid_G;
+};
+
+/// Extrinsics, sigmas and verdicts of a recording that goes on, in a fraction of the time of `calibrate_lidars`: from
+/// `warm` where it is not null, else from a search on `surfels` (of all its patches); a few passes of the joint
+/// adjustment; no map, no comparison with the guess. Errors and `solution` as there.
+[[nodiscard]] Expected<CalibrationResult> estimate_lidars(const Rig& rig, const LidarRecording& recording,
+                                                          const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                                          const LidarCalibrationOptions& options,
+                                                          const RunContext& context, const WarmStart* warm,
+                                                          const std::vector<PatchSurfels>& surfels,
+                                                          std::unique_ptr<LidarSolution>& solution);
 
 /// Covariances, hold-out and verdict of every LiDAR of the rig, and the poses of the stops. Everything of the result
 /// but stages, warnings and map.

@@ -76,6 +76,19 @@ class Calibrate : public testing::Test {
   inline static ProgramRun first;
 };
 
+TEST_F(Calibrate, TellsAfterEachStopWhatIsKnownAndEndsAlike) {
+  const ProgramRun run = rigcal("calibrate session --out stepwise --incremental --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(file("stepwise/extrinsics.yaml") == file("first/extrinsics.yaml"));
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("calibrate.json").violations(json), IsEmpty());
+  const auto estimates = json["estimates"];
+  ASSERT_EQ(estimates.size(), 10U);
+  EXPECT_FALSE(estimates.front()["reached"]);
+  EXPECT_TRUE(estimates.back()["reached"]);
+  EXPECT_EQ(estimates.back()["advice"]["turns"].size(), 23U);
+}
+
 TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
   ASSERT_EQ(first.code, 0) << first.err << first.out;
   // Twice the sigma of the worst axis (2.4 mm, 0.007 deg), the turn with room for the walls' own; seen: 0.4 mm, 0.001.

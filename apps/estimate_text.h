@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/pipeline/incremental_calibration.h"
+
+namespace rigcal {
+
+/// What is known after a stop in one line: each LiDAR with its 95 % bounds.
+[[nodiscard]] std::string estimate_line(const StopEstimate& estimate);
+/// The lines that follow it for who has to do something: what is weak, and the advice.
+[[nodiscard]] std::vector<std::string> estimate_remarks(const StopEstimate& estimate);
+/// All that is known after each stop, as the JSON array `estimates` of docs/schema/calibrate.json.
+[[nodiscard]] std::string estimates_json(const std::vector<StopEstimate>& estimates);
+
+}  // namespace rigcal

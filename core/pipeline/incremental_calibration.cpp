@@ -1,0 +1,156 @@
+#include "core/pipeline/incremental_calibration.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "core/geometry/symmetric_eigen.h"
+#include "core/pipeline/stop_placement.h"
+#include "core/start/noise_estimate.h"
+
+namespace rigcal {
+namespace {
+
+// Up to so many stops a search from scratch costs little, and an early mistake does not stay.
+constexpr int few_stops = 3;
+
+int base_lidar(const Rig& rig, const std::vector<int>& lidar_sensors) {
+  const auto base = std::find(lidar_sensors.begin(), lidar_sensors.end(), rig.base);
+  return static_cast<int>(base - lidar_sensors.begin());
+}
+
+}  // namespace
+
+IncrementalCalibration::IncrementalCalibration(Rig rig, std::vector<int> lidar_sensors,
+                                               std::vector<std::optional<SE3>> guess_T_base_lidar,
+                                               const IncrementalOptions& options)
+    : rig_(std::move(rig)), guess_(std::move(guess_T_base_lidar)), options_(options) {
+  recording_.lidar_sensors = std::move(lidar_sensors);
+}
+
+void IncrementalCalibration::add_stop(CalibrationStop stop) {
+  const auto index = static_cast<int>(recording_.stops.size());
+  recording_.stops.push_back(stop.stop);
+  recording_.R_previous_this.push_back(stop.R_previous_this);
+  // A trajectory has a pose for every stop or is none.
+  if (stop.T_G_base) recording_.trajectory.push_back(stop.T_G_base);
+  recording_.trajectory_is_prior = !recording_.trajectory.empty();
+  for (PatchCells& patch : stop.patches) {
+    patch.stop = index;
+    surfels_.push_back(extract_surfels(patch, SurfelOptions{}));
+    recording_.patches.push_back(std::move(patch));
+  }
+}
+
+bool IncrementalCalibration::is_due_anew() const {
+  const auto stops = static_cast<int>(recording_.stops.size());
+  if (!solution_ || stops <= few_stops || stops >= 2 * stops_at_search_) return true;
+  for (const PatchSurfels& patch : surfels_) {
+    if (!solution_->start.lidar_known[static_cast<std::size_t>(patch.lidar)] && !patch.surfels.empty()) return true;
+  }
+  return false;
+}
+
+std::optional<WarmStart> IncrementalCalibration::warm_start() const {
+  if (is_due_anew()) return std::nullopt;
+  WarmStart warm{solution_->start, {}, solution_->T_grid_G};
+  Start& start = warm.start;
+  start.state = solution_->state;
+  for (std::size_t j = start.stop_known.size(); j < recording_.stops.size(); ++j) {
+    std::optional<SE3> T;
+    if (!recording_.trajectory.empty()) {
+      const SE3 T_given = recording_.trajectory.front()->inverse() * *recording_.trajectory[j];
+      T = start.state.T_G_base.back() * start.given_T_G_base.back().inverse() * T_given;
+      start.given_T_G_base.push_back(T_given);
+    } else if (recording_.R_previous_this[j]) {
+      T = place_stop({start, surfels_, static_cast<int>(j), *recording_.R_previous_this[j]});
+    }
+    if (!T) return std::nullopt;
+    start.state.T_G_base.push_back(*T);
+    start.stop_known.push_back(1);
+  }
+  for (std::size_t i = 0; i < recording_.lidar_sensors.size(); ++i) {
+    warm.noise.push_back(estimate_noise(surfels_, static_cast<int>(i), NoiseModel{}));
+  }
+  return warm;
+}
+
+Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& context) {
+  const auto begun = std::chrono::steady_clock::now();
+  LidarCalibrationOptions options = options_.lidars;
+  options.require = options_.goal;
+  const std::optional<WarmStart> warm = warm_start();
+  std::unique_ptr<LidarSolution> solution;
+  const Expected<CalibrationResult> result =
+      estimate_lidars(rig_, recording_, guess_, options, context, warm ? &*warm : nullptr, surfels_, solution);
+  if (!result) return result.error();
+  solution_ = std::move(solution);
+  if (!warm) stops_at_search_ = static_cast<int>(recording_.stops.size());
+  StopEstimate out;
+  out.stops = static_cast<int>(recording_.stops.size());
+  out.searched = !warm;
+  out.reached = result->status == Status::good;
+  for (const SensorResult& sensor : result->sensors) out.lidars.push_back(one_lidar(sensor));
+  if (options_.advise) advise(*result, out);
+  out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  return out;
+}
+
+LidarEstimate IncrementalCalibration::one_lidar(const SensorResult& sensor) const {
+  LidarEstimate out{sensor};
+  if (!sensor.T_base_sensor || sensor.covariance.isZero(0.0)) return out;
+  out.translation_bound_m = translation_bound(sensor.covariance);
+  out.rotation_bound_rad = rotation_bound(sensor.covariance);
+  const Matrix3d& R = sensor.T_base_sensor->R;
+  out.weak_rotation = R * symmetric_eigen(sensor.covariance.topLeftCorner<3, 3>()).vectors.col(2);
+  out.weak_translation = R * symmetric_eigen(sensor.covariance.bottomRightCorner<3, 3>()).vectors.col(2);
+  return out;
+}
+
+void IncrementalCalibration::advise(const CalibrationResult& result, StopEstimate& out) const {
+  const LidarSolution& solved = *solution_;
+  std::vector<SeenSurface> surfaces;
+  for (const PatchSurfels& patch : surfels_) {
+    for (const Surfel& s : patch.surfels) {
+      surfaces.push_back({patch.lidar, patch.stop, s.mean, s.normal, s.variance / s.N});
+    }
+  }
+  std::vector<Matrix6d> covariances(recording_.lidar_sensors.size(), Matrix6d::Zero());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < covariances.size(); ++i) {
+    names.push_back(rig_.sensors[static_cast<std::size_t>(recording_.lidar_sensors[i])].name);
+    for (const SensorResult& sensor : result.sensors) {
+      if (sensor.name == names.back()) covariances[i] = sensor.covariance;
+    }
+  }
+  const Vector3d about = rig_.turntable && rig_.turntable->axis ? *rig_.turntable->axis : Vector3d(Vector3d::UnitZ());
+  const TurningAxis axis = find_turning_axis(solved.state.T_G_base, solved.start.stop_known, about)
+                               .value_or(TurningAxis{about.normalized(), Vector3d::Zero()});
+  // What was not found yet stands about at its guess: enough to tell where it looks.
+  std::vector<char> placed = solved.start.lidar_known;
+  for (std::size_t i = 0; i < placed.size(); ++i) placed[i] = placed[i] || guess_[i];
+  out.advice = advise_stop({solved.state, solved.start.stop_known, placed, base_lidar(rig_, recording_.lidar_sensors),
+                            surfaces, covariances, options_.goal, axis});
+  if (out.advice) out.advice_text = advice_text(*out.advice, names);
+}
+
+Expected<CalibrationResult> IncrementalCalibration::finish(
+    const std::vector<CameraRecording>& cameras, const std::optional<CameraCalibrationOptions>& camera_options,
+    const RunContext& context) const {
+  return calibrate_rig(rig_, recording_, cameras, guess_, {options_.lidars, camera_options}, context);
+}
+
+std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
+  std::vector<CalibrationStop> out;
+  for (std::size_t j = 0; j < recording.stops.size(); ++j) {
+    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}});
+    if (j < recording.R_previous_this.size()) stop.R_previous_this = recording.R_previous_this[j];
+    if (j < recording.trajectory.size()) stop.T_G_base = recording.trajectory[j];
+  }
+  for (const PatchCells& patch : recording.patches) {
+    out[static_cast<std::size_t>(patch.stop)].patches.push_back(patch);
+  }
+  return out;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,142 @@
+#include "core/pipeline/incremental_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include "simdata/scene_file.h"
+#include "tests/support/light_recording.h"
+
+namespace rigcal {
+namespace {
+
+sim::LightRig courtyard(int stops, int shots = 20000) {
+  sim::LightRigOptions options;
+  options.seed = 3;
+  options.turntable.stops = stops;
+  options.shots_per_patch = shots;
+  return *sim::make_light_rig(*sim::load_scene("courtyard"), options);
+}
+
+IncrementalCalibration begin(const LightRecording& run, const Requirement& goal = {}) {
+  IncrementalOptions options;
+  options.goal = goal;
+  return {run.rig, run.recording.lidar_sensors, run.guess, options};
+}
+
+std::vector<StopEstimate> all_estimates(IncrementalCalibration& calibration, const LightRecording& run) {
+  SilentReporter silent;
+  std::vector<StopEstimate> out;
+  for (CalibrationStop& stop : stops_of(run.recording)) {
+    calibration.add_stop(std::move(stop));
+    auto estimate = calibration.estimate({silent});
+    EXPECT_TRUE(estimate) << estimate.error().message();
+    if (!estimate) break;
+    out.push_back(std::move(*estimate));
+  }
+  return out;
+}
+
+bool are_same(const SE3& a, const SE3& b) { return a.R == b.R && a.t == b.t; }
+
+TEST(IncrementalCalibration, TellsAfterEachStopWhatIsKnown) {
+  const LightRecording run = make_light_recording(courtyard(8, 10000));
+  IncrementalCalibration calibration = begin(run, {0.005, to_rad(0.05)});
+  const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
+  ASSERT_EQ(estimates.size(), 8U);
+  int from_before = 0;
+  for (std::size_t j = 0; j < estimates.size(); ++j) {
+    EXPECT_EQ(estimates[j].stops, static_cast<int>(j) + 1);
+    EXPECT_EQ(estimates[j].lidars.size(), run.rig.sensors.size());
+    from_before += estimates[j].searched ? 0 : 1;
+  }
+  EXPECT_GE(from_before, 3);
+  // One stop shares nothing between LiDARs that look opposite ways; all of them share everything.
+  EXPECT_FALSE(estimates.front().reached);
+  const StopEstimate& last = estimates.back();
+  EXPECT_TRUE(last.reached);
+  for (std::size_t i = 1; i < last.lidars.size(); ++i) {
+    const LidarEstimate& lidar = last.lidars[i];
+    ASSERT_TRUE(lidar.result.T_base_sensor);
+    EXPECT_LT((lidar.result.T_base_sensor->t - run.truth.T_base_sensor[i].t).norm(), 0.005);
+    EXPECT_LT(rotation_distance(lidar.result.T_base_sensor->R, run.truth.T_base_sensor[i].R), to_rad(0.05));
+    EXPECT_LT(lidar.translation_bound_m, 0.005);
+    EXPECT_NEAR(lidar.weak_translation.norm(), 1.0, 1e-9);
+  }
+  EXPECT_TRUE(last.advice);
+  EXPECT_FALSE(last.advice_text.empty());
+}
+
+TEST(IncrementalCalibration, EndsWithTheResultOfTheBatchToTheBit) {
+  const LightRecording run = make_light_recording(courtyard(4, 10000));
+  IncrementalCalibration calibration = begin(run, {0.002, to_rad(0.02)});
+  EXPECT_EQ(all_estimates(calibration, run).size(), 4U);
+  SilentReporter silent;
+  const auto at_once = calibrate_lidars(run.rig, run.recording, run.guess, {}, {silent});
+  const auto stepwise = calibration.finish({}, std::nullopt, {silent});
+  ASSERT_TRUE(at_once);
+  ASSERT_TRUE(stepwise);
+  ASSERT_EQ(stepwise->sensors.size(), at_once->sensors.size());
+  for (std::size_t i = 0; i < at_once->sensors.size(); ++i) {
+    EXPECT_EQ(stepwise->sensors[i].status, at_once->sensors[i].status);
+    EXPECT_TRUE(are_same(*stepwise->sensors[i].T_base_sensor, *at_once->sensors[i].T_base_sensor));
+    EXPECT_TRUE(stepwise->sensors[i].covariance == at_once->sensors[i].covariance);
+  }
+  for (std::size_t j = 0; j < at_once->trajectory.size(); ++j) {
+    EXPECT_TRUE(are_same(stepwise->trajectory[j].T_G_base, at_once->trajectory[j].T_G_base));
+  }
+  EXPECT_EQ(stepwise->map.size(), at_once->map.size());
+}
+
+TEST(IncrementalCalibration, WithoutAGyroItSearchesAnew) {
+  LightRecording run = make_light_recording(courtyard(5, 10000));
+  for (auto& R : run.recording.R_previous_this) R.reset();
+  IncrementalCalibration calibration = begin(run);
+  const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
+  ASSERT_EQ(estimates.size(), 5U);
+  for (const StopEstimate& estimate : estimates) EXPECT_TRUE(estimate.searched);
+}
+
+TEST(IncrementalCalibration, TakesAGivenTrajectory) {
+  LightRecording run = make_light_recording(courtyard(5, 10000));
+  run.recording.R_previous_this.clear();
+  const SE3 elsewhere{exp_so3(Vector3d(0.0, 0.0, 0.4)), Vector3d(3.0, 1.0, 0.0)};
+  for (const SE3& T : run.truth.T_G_base) {
+    run.recording.trajectory.emplace_back(elsewhere * T * SE3::exp((Vector6d() << 0, 0, 0.004, 0.01, 0, 0).finished()));
+  }
+  run.recording.trajectory_is_prior = true;
+  IncrementalCalibration calibration = begin(run);
+  const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
+  ASSERT_EQ(estimates.size(), 5U);
+  EXPECT_FALSE(estimates.back().searched);
+  for (std::size_t i = 1; i < estimates.back().lidars.size(); ++i) {
+    const auto& T = estimates.back().lidars[i].result.T_base_sensor;
+    ASSERT_TRUE(T);
+    EXPECT_LT((T->t - run.truth.T_base_sensor[i].t).norm(), 0.05);
+  }
+}
+
+TEST(IncrementalCalibration, AStopCostsTheSameHoweverManyPointsWereSeen) {
+  // Four times the points fill nearly the same cells: what is kept of them grows far less.
+  const auto cells = [](int shots) {
+    std::size_t count = 0;
+    for (const PatchCells& patch : make_light_recording(courtyard(2, shots)).recording.patches) {
+      count += patch.cells.size();
+    }
+    return static_cast<double>(count);
+  };
+  EXPECT_LT(cells(80000), 2.0 * cells(20000));
+}
+
+TEST(IncrementalCalibration, CanBeStopped) {
+  const LightRecording run = make_light_recording(courtyard(2));
+  IncrementalCalibration calibration = begin(run);
+  for (CalibrationStop& stop : stops_of(run.recording)) calibration.add_stop(std::move(stop));
+  SilentReporter silent;
+  std::stop_source source;
+  source.request_stop();
+  const auto estimate = calibration.estimate({silent, source.get_token()});
+  ASSERT_FALSE(estimate);
+  EXPECT_EQ(estimate.error().kind, ErrorKind::cancelled);
+}
+
+}  // namespace
+}  // namespace rigcal
