@@ -217,17 +217,17 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
   const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
-  scene.edges = find_lidar_edges(leaves, recording.patches, solution.state, solution.noise, solution.use, {});
+  scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
   int lines = 0;
   for (const LidarEdge& edge : scene.edges) lines = std::max(lines, edge.line + 1);
   OutlineOptions outlines;
   for (const int sensor : recording.lidar_sensors) {
     outlines.beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
   }
-  for (LidarEdge& edge : find_outlines(recording.patches, solution.state, solution.use, lines, outlines)) {
+  for (LidarEdge& edge : find_outlines(solution.patches(recording), solution.state, solution.use, lines, outlines)) {
     scene.edges.push_back(edge);
   }
-  scene.samples = sample_map(recording.patches, solution.state, solution.use, leaves);
+  scene.samples = sample_map(solution.patches(recording), solution.state, solution.use, leaves);
   scene.blocks = blocks_of(scene.samples);
   return scene;
 }

@@ -7,6 +7,7 @@
 
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
+#include "core/pipeline/range_stage.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/pipeline/surface_cuts.h"
 #include "core/quality/shared_surfaces.h"
@@ -36,6 +37,9 @@ constexpr double start_prior_rad = to_rad(1.0);
 // Of an estimate while more stops are to come.
 constexpr int tight_passes_of_estimate = 3;
 
+// Each takes out most of what the one before left.
+constexpr int most_range_rounds = 3;
+
 Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
 
 // What carries through the stages.
@@ -48,7 +52,7 @@ class Calibration {
         guess_(guess),
         options_(options),
         context_(context),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -57,6 +61,7 @@ class Calibration {
     if (const auto done = find_rough(nullptr); !done) return done.error();
     choose_patches();
     if (const auto done = solve(); !done) return done.error();
+    if (const auto done = take_out_range_offsets(); !done) return done.error();
     return conclude();
   }
 
@@ -202,7 +207,7 @@ class Calibration {
   Expected<void> run_stage(const std::string& name, const ParameterLayout& layout, const std::vector<char>& use,
                            const std::vector<RefinePass>& passes) {
     StageReport& stage = clock_.begin(name);
-    const RefineInput input{recording_.patches, solution_.noise, solution_.T_grid_G, use, solution_.adjust};
+    const RefineInput input{solution_.patches(recording_), solution_.noise, solution_.T_grid_G, use, solution_.adjust};
     double done = 0.0;
     double floor_m = 0.0;
     for (RefinePass pass : passes) {
@@ -332,6 +337,23 @@ class Calibration {
     return any;
   }
 
+  // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it.
+  Expected<void> take_out_range_offsets() {
+    if (options_.last_stage != LastStage::joint) return {};
+    const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
+    for (int round = 0; round < most_range_rounds; ++round) {
+      const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_, round == 0);
+      if (!offsets) break;
+      shorten_ranges(recording_, *offsets, solution_);
+      const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,
+                                  std::vector<RefinePass>(passes.begin() + 1, passes.end()));
+      if (!done) return done;
+    }
+    if (solution_.range_offset_m.empty()) return {};
+    context_.reporter.warn(range_offset_words(rig_, recording_, solution_.range_offset_m));
+    return {};
+  }
+
   CalibrationResult conclude() {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
@@ -340,7 +362,7 @@ class Calibration {
     // The result's sensors are the rig's LiDARs in its order, as the recording's are.
     std::vector<int> places(recording_.lidar_sensors.size());
     std::iota(places.begin(), places.end(), 0);
-    result.map = fuse_map(recording_.patches, solution_.state, solution_.use, places, options_.map_size_m);
+    result.map = fuse_map(solution_.patches(recording_), solution_.state, solution_.use, places, options_.map_size_m);
     stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
     compare_with_guess(places, result);
     result.stages = clock_.take();
@@ -363,9 +385,9 @@ class Calibration {
       names.push_back(rig_.sensors[static_cast<std::size_t>(sensor)].name);
     }
     result.shared_surfaces = shared_surfaces(solution_.refined.map.features, before, solution_.state, names);
-    result.cuts =
-        cut_surfaces(solution_.refined.map.features, recording_.patches, before, solution_.state, use, places);
-    result.map_at_guess = fuse_map(recording_.patches, before, use, places, map_at_guess_m);
+    result.cuts = cut_surfaces(solution_.refined.map.features, solution_.patches(recording_), before, solution_.state,
+                               use, places);
+    result.map_at_guess = fuse_map(solution_.patches(recording_), before, use, places, map_at_guess_m);
   }
 
   const Rig& rig_;

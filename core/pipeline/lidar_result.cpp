@@ -111,7 +111,7 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
                                  const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
                                  const LidarSolution& s) {
-  const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust};
+  const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust, usual_range_offset_m};
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i) start_extrinsics[i] = guess[i].value_or(SE3{});
   const Findings findings{lidar_covariances(solved), hold_out(solved, base_lidar, start_extrinsics),
@@ -133,6 +133,10 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
       one = judge_one(sensor, rig, lidar, base_lidar, recording, guess[static_cast<std::size_t>(lidar)], options, s,
                       findings);
       mark_unfinished(options.last_stage, one);
+    }
+    const auto i = static_cast<std::size_t>(lidar);
+    if (i < s.range_offset_m.size() && i < findings.covariances.range_sigma_m.size()) {
+      one.range_offset = RangeOffset{s.range_offset_m[i], findings.covariances.range_sigma_m[i]};
     }
     result.status = std::max(result.status, one.status);
     result.sensors.push_back(std::move(one));

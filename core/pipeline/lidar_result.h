@@ -17,6 +17,13 @@ struct LidarSolution {
   std::vector<NoiseModel> noise;
   double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
   SE3 T_grid_G;
+  /// By how much each LiDAR measures too far, where that was found and taken out; empty: not of any.
+  std::vector<double> range_offset_m;
+  std::vector<PatchCells> corrected;  ///< The recording's patches without these offsets.
+
+  [[nodiscard]] const std::vector<PatchCells>& patches(const LidarRecording& recording) const {
+    return corrected.empty() ? recording.patches : corrected;
+  }
 };
 
 /// What a calibration begins with instead of a search: where an earlier one of the same recording's first stops ended,

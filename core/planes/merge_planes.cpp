@@ -24,7 +24,7 @@ double information(const PlaneFeature& leaf) {
 
 class Merger {
  public:
-  Merger(const std::vector<PlaneFeature>& leaves, const MergeOptions& options)
+  Merger(std::vector<PlaneFeature>& leaves, const MergeOptions& options)
       : leaves_(leaves), options_(options), taken_(leaves.size(), 0) {
     for (const PlaneFeature& leaf : leaves) information_.push_back(information(leaf));
   }
@@ -114,33 +114,46 @@ class Merger {
     std::map<std::pair<double, double>, double> block_information;
     for (const std::size_t i : members) block_information[block_of(leaves_[i])] += information_[i];
 
-    std::map<std::pair<int, int>, std::vector<std::pair<const PlaneObservation*, double>>> by_patch;
+    std::map<std::pair<int, int>, std::vector<Part>> by_patch;
     for (const std::size_t i : members) {
-      const double scale = 1.0 / (1.0 + block_information[block_of(leaves_[i])] * flatness2);
-      for (const PlaneObservation& o : leaves_[i].observations) by_patch[{o.stop, o.lidar}].emplace_back(&o, scale);
+      PlaneFeature& leaf = leaves_[i];
+      leaf.counted_again = 1.0 / (1.0 + block_information[block_of(leaf)] * flatness2);
+      for (std::size_t k = 0; k < leaf.observations.size(); ++k) {
+        const PlaneObservation& o = leaf.observations[k];
+        const RayMoments* rays = leaf.rays.empty() ? nullptr : &leaf.rays[k];
+        by_patch[{o.stop, o.lidar}].push_back({&o, rays, leaf.counted_again});
+      }
     }
     PlaneFeature out;
     out.center_G = plane.center;
     out.normal_G = plane.normal;
     out.merged = true;
-    for (const auto& [patch, parts] : by_patch) out.observations.push_back(sum_of(patch, parts));
+    for (const auto& [patch, parts] : by_patch) {
+      out.observations.push_back(sum_of(patch, parts));
+      if (parts.front().rays != nullptr) out.rays.push_back(rays_of(parts, out.observations.back()));
+    }
     return out;
   }
 
+  struct Part {
+    const PlaneObservation* o;
+    const RayMoments* rays;
+    double scale;
+  };
+
   // One weighted cluster of all that a patch saw of the merged plane; the weights are in N, mean and scatter.
-  static PlaneObservation sum_of(const std::pair<int, int>& patch,
-                                 const std::vector<std::pair<const PlaneObservation*, double>>& parts) {
+  static PlaneObservation sum_of(const std::pair<int, int>& patch, const std::vector<Part>& parts) {
     PlaneObservation sum;
     sum.stop = patch.first;
     sum.lidar = patch.second;
-    for (const auto& [o, scale] : parts) {
+    for (const auto& [o, rays, scale] : parts) {
       const double w = scale * o->weight * o->N;
       sum.N += w;
       sum.mean += w * o->mean;
       sum.offset_variance += scale / o->offset_variance;
     }
     sum.mean /= sum.N;
-    for (const auto& [o, scale] : parts) {
+    for (const auto& [o, rays, scale] : parts) {
       const double w = scale * o->weight;
       const Vector3d d = o->mean - sum.mean;
       sum.scatter += w * (o->scatter + o->N * d * d.transpose());
@@ -149,7 +162,20 @@ class Merger {
     return sum;
   }
 
-  const std::vector<PlaneFeature>& leaves_;
+  static RayMoments rays_of(const std::vector<Part>& parts, const PlaneObservation& sum) {
+    RayMoments out;
+    for (const auto& [o, rays, scale] : parts) out.mean += scale * o->weight * o->N * rays->mean;
+    out.mean /= sum.N;
+    for (const auto& [o, rays, scale] : parts) {
+      const double w = scale * o->weight;
+      const Vector3d d = rays->mean - out.mean;
+      out.cross += w * (rays->cross + o->N * (o->mean - sum.mean) * d.transpose());
+      out.scatter += w * (rays->scatter + o->N * d * d.transpose());
+    }
+    return out;
+  }
+
+  std::vector<PlaneFeature>& leaves_;
   const MergeOptions& options_;
   std::vector<double> information_;
   std::vector<char> taken_;
@@ -157,7 +183,7 @@ class Merger {
 
 }  // namespace
 
-std::vector<PlaneFeature> merge_coplanar(const std::vector<PlaneFeature>& leaves, const MergeOptions& options) {
+std::vector<PlaneFeature> merge_coplanar(std::vector<PlaneFeature>& leaves, const MergeOptions& options) {
   return Merger(leaves, options).run();
 }
 

@@ -18,8 +18,8 @@ struct MergeOptions {
 /// turns in place sees every wall from one side only, so small planes leave its tilt against the axis nearly open (the
 /// world may bend into a cone); that a floor is flat across the whole room closes it. How flat is taken from the leaves
 /// themselves: each block of a merged plane weighs no more than one measurement with the spread of the leaves around
-/// it. Planes of fewer than four leaves are left alone. Deterministic.
-[[nodiscard]] std::vector<PlaneFeature> merge_coplanar(const std::vector<PlaneFeature>& leaves,
-                                                       const MergeOptions& options);
+/// it. Planes of fewer than four leaves are left alone. The leaves are told how much of them counts
+/// twice now (`counted_again`). Deterministic.
+[[nodiscard]] std::vector<PlaneFeature> merge_coplanar(std::vector<PlaneFeature>& leaves, const MergeOptions& options);
 
 }  // namespace rigcal

@@ -66,6 +66,8 @@ void plane_derivatives(const PlaneFeature& feature, const RigState& state, Hessi
   out.cost = eigen.values[0];
   out.centroid = total.q;
   out.normal = u;
+  out.tangent1 = u1;
+  out.tangent2 = u2;
   out.eigenvalues = eigen.values / total.N;
   out.N = total.N;
   out.c0 = -2.0 / total.N;

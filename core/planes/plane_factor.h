@@ -27,6 +27,8 @@ struct PlaneDerivatives {
   double cost = 0.0;
   Vector3d centroid = Vector3d::Zero();
   Vector3d normal = Vector3d::UnitZ();
+  Vector3d tangent1 = Vector3d::UnitX();  ///< The eigenvectors in the plane.
+  Vector3d tangent2 = Vector3d::UnitY();
   Vector3d eigenvalues = Vector3d::Zero();  ///< Of the weighted covariance, ascending, m^2.
   double N = 0.0;                           ///< Sum of the weights.
   double c0 = 0.0, c1 = 0.0, c2 = 0.0;      ///< Factors of the three rank-one couplings (c0 = -2/N).

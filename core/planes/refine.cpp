@@ -42,6 +42,7 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
 
 std::vector<RefinePass> standard_passes(int tight) {
   std::vector<RefinePass> passes(static_cast<std::size_t>(2 + tight));
+  for (RefinePass& pass : passes) pass.map.with_rays = true;
   for (std::size_t i = 0; i < 2; ++i) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;

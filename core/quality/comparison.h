@@ -28,7 +28,8 @@ struct ResultComparison {
 };
 
 /// Compares the extrinsics of two results by their joint sigma: moved is what one in a thousand differs by where
-/// nothing moved. Noise alone is in sigma; what a unit has wrong in the same way in both recordings cancels. Where the
+/// nothing moved. What a unit has wrong in the same way in both recordings cancels, though its
+/// ranges' share is in sigma. Where the
 /// results have two bases both are told from a sensor that both have: the first one's base, else the second one's, else
 /// the first that can be; sigma is then that of both sensors, which takes them for independent. Error: no such sensor.
 [[nodiscard]] Expected<ResultComparison> compare_results(const CalibrationResult& first,

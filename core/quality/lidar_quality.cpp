@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/planes/range_offsets.h"
 
 namespace rigcal {
 namespace {
@@ -102,6 +103,21 @@ void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held
   }
 }
 
+// What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view.
+void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& held, double factor,
+                            LidarCovariances& out) {
+  const RangeOffsets offsets =
+      find_range_offsets(solved.features, solved.state, solved.layout, held, {}, solved.range_offset_m);
+  if (!offsets.known) return;
+  const Eigen::MatrixXd of_offsets = factor * offsets.covariance;
+  for (Eigen::Index i = 0; i < of_offsets.rows(); ++i) out.range_sigma_m.push_back(std::sqrt(of_offsets(i, i)));
+  const std::vector<Matrix6d> wider = blocks_of(offsets.shift * of_offsets * offsets.shift.transpose(), solved.layout);
+  for (std::size_t i = 0; i < wider.size(); ++i) {
+    out.with_priors[i] += wider[i];
+    out.data_only[i] += wider[i];
+  }
+}
+
 // Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
 class HeldOut {
  public:
@@ -133,22 +149,25 @@ struct OffsetSums {
 
 }  // namespace
 
+double mean_square_offset(const std::vector<PlaneFeature>& features, const RigState& state, int parameters) {
+  double squares = 0.0;
+  double degrees = -static_cast<double>(parameters);
+  for (const PlaneFeature& feature : features) {
+    if (feature.merged) continue;
+    for_each_offset(feature, state, [&](const PlaneObservation& o, double e, double freedom) {
+      squares += e * e / o.offset_variance;
+      degrees += freedom;
+    });
+  }
+  return degrees > 0.0 ? squares / degrees : 0.0;
+}
+
 LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   LidarCovariances out;
   const int n = solved.layout.size();
   if (n == 0 || solved.features.empty()) return out;
   NormalEquations sum = build_normal_equations(solved.features, solved.state, solved.layout, HessianForm::gauss_newton);
-  double squares = 0.0;
-  double degrees = 0.0;
-  for (const PlaneFeature& feature : solved.features) {
-    if (feature.merged) continue;
-    for_each_offset(feature, solved.state, [&](const PlaneObservation& o, double e, double freedom) {
-      squares += e * e / o.offset_variance;
-      degrees += freedom;
-    });
-  }
-  degrees -= static_cast<double>(n);
-  out.chi2 = degrees > 0.0 ? squares / degrees : 0.0;
+  out.chi2 = mean_square_offset(solved.features, solved.state, n);
   const double factor = 2.0 * std::max(1.0, out.chi2);
   NormalEquations data = sum;
   const AdjustOptions held = with_honest_matches(solved.adjust);
@@ -158,6 +177,7 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
   out.observable = llt.info() == Eigen::Success;
   out.with_priors = blocks_of(factor * inverse_information(sum.H), solved.layout);
+  if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, out);
   // Given poses and guesses hold what they hold.
   if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, out);
   return out;

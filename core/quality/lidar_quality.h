@@ -20,7 +20,15 @@ struct SolvedPlanes {
   const RigState& state;
   const ParameterLayout& layout;
   const AdjustOptions& adjust;  ///< With its priors.
+  double range_offset_m = 0.0;  ///< By how much LiDARs may measure too far or too short, 1 sigma; 0: they do not.
 };
+
+/// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.
+constexpr double usual_range_offset_m = 0.015;
+
+/// Mean square of the observations' offsets from their planes over their expected variance; `parameters` were fitted.
+[[nodiscard]] double mean_square_offset(const std::vector<PlaneFeature>& features, const RigState& state,
+                                        int parameters);
 
 /// How sure the planes are of each LiDAR: marginal covariances of the extrinsics, stops marginalised.
 struct LidarCovariances {
@@ -28,11 +36,13 @@ struct LidarCovariances {
   double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
   std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero where it is fixed.
   std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
+  std::vector<double> range_sigma_m;  ///< Of each LiDAR's range offset; empty where they were not asked for.
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
-/// capped by the floor of the map), times chi2 where that is above one. A direction of a place that no plane faces is
-/// as wide as what else holds it, at most 2 m.
+/// capped by the floor of the map), times chi2 where that is above one, and what the LiDARs' ranges may be off by as
+/// far as the planes do not tell it (core/planes/range_offsets.h). A direction of a place that no plane faces is as
+/// wide as what else holds it, at most 2 m.
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the

@@ -18,6 +18,12 @@ enum class Status { good, weak, failed };
 
 [[nodiscard]] const char* to_string(Status status);
 
+/// By how much a LiDAR measures every range too far, as the planes show it; its points are as far from the truth.
+struct RangeOffset {
+  double value_m = 0.0;
+  double sigma_m = 0.0;
+};
+
 /// What was found for one sensor. A failed sensor has no transform.
 struct SensorResult {
   std::string name;
@@ -28,6 +34,7 @@ struct SensorResult {
   Matrix6d covariance = Matrix6d::Zero();
   std::optional<SE3> guess_T_base_sensor = std::nullopt;  ///< Where it was thought to be before.
   HoldOutFigures hold_out = {};
+  std::optional<RangeOffset> range_offset = std::nullopt;  ///< Where one stood out: the transform is that without it.
 };
 
 /// An image that took part.

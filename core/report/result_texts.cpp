@@ -65,6 +65,10 @@ Json sensor_json(const SensorResult& sensor) {
                         {"rms_at_guess", figures.start_rms},
                         {"unit", figures.unit}};
   }
+  if (sensor.range_offset) {
+    json["range_offset"] = {{"mm", 1e3 * sensor.range_offset->value_m},
+                            {"sigma_mm", 1e3 * sensor.range_offset->sigma_m}};
+  }
   return json;
 }
 

@@ -163,6 +163,7 @@ class Gate {
 
   bool collect(PlaneFeature& feature, std::size_t& kept_cells) const {
     feature.observations.clear();
+    feature.rays.clear();
     feature.center_G = q_;
     feature.normal_G = u_;
     std::size_t begin = 0;
@@ -208,6 +209,33 @@ class Gate {
     o.offset_variance = variance / o.N + floor;
     o.weight = 1.0 / (variance + o.N * floor);
     feature.observations.push_back(o);
+    if (context_.options.with_rays) feature.rays.push_back(rays_of(columns, patch, noise, o));
+  }
+
+  static Matrix3d across(const Vector3d& d) { return Matrix3d::Identity() - d * d.transpose(); }
+
+  // Within a cell the directions change with the points: d(p) = d + (1 - d d^T)(p - mean) / range.
+  RayMoments rays_of(std::span<const Column> columns, const PatchCells& patch, const NoiseModel& noise,
+                     const PlaneObservation& o) const {
+    RayMoments rays;
+    for_each_kept(columns, patch, [&](const Cell& cell) { rays.mean += cell.N * cell.mean.normalized(); });
+    rays.mean /= o.N;
+    for_each_kept(columns, patch, [&](const Cell& cell) {
+      const double range = cell.mean.norm();
+      const Vector3d d = cell.mean / range;
+      const Matrix3d own = (cell.scatter_matrix() - cell.N * noise.point_covariance(cell.mean)) * across(d) / range;
+      rays.cross += own + cell.N * (cell.mean - o.mean) * (d - rays.mean).transpose();
+      rays.scatter += across(d) * own / range + cell.N * (d - rays.mean) * (d - rays.mean).transpose();
+    });
+    return rays;
+  }
+
+  template <class F>
+  void for_each_kept(std::span<const Column> columns, const PatchCells& patch, const F& f) const {
+    for (const Column& column : columns) {
+      if (!column.kept) continue;
+      for (std::uint32_t i = 0; i < column.count; ++i) f(patch.cells[cell_of(column, i).cell]);
+    }
   }
 
   std::span<const WorldCell> cells_;

@@ -25,6 +25,7 @@ struct PlaneMapOptions {
   double offset_floor_m = 0.001;  ///< What a real plane is not, for each cluster: caps its weight.
   double min_kept = 0.7;          ///< Below this share of points kept, a voxel is split.
   double max_chi2 = 1.3;          ///< Likewise above this mean square of distance over noise.
+  bool with_rays = false;         ///< See PlaneFeature::rays.
 };
 
 /// What became of the cells.

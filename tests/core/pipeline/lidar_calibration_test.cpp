@@ -9,6 +9,7 @@
 
 #include "simdata/scene_file.h"
 #include "tests/support/light_recording.h"
+#include "tests/support/noting_reporter.h"
 
 namespace rigcal {
 namespace {
@@ -108,6 +109,35 @@ TEST(CalibrateLidars, ErrsAsMuchAsItSays) {
   }
   EXPECT_GT(sum / count, 0.2);
   EXPECT_LT(sum / count, 3.0);
+}
+
+TEST(CalibrateLidars, FindsALidarThatMeasuresFiveCentimetresTooFar) {
+  sim::LightRig light = make_courtyard(11, 14);
+  for (Patch& patch : light.patches) {
+    if (patch.sensor != 2) continue;
+    for (Point& p : patch.points) {
+      const Eigen::Vector3f at(p.x, p.y, p.z);
+      const Eigen::Vector3f moved = at + 0.05F * at.normalized();
+      p.x = moved.x();
+      p.y = moved.y();
+      p.z = moved.z();
+    }
+  }
+  const LightRecording run = make_light_recording(light);
+  NotingReporter reporter;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter});
+  ASSERT_TRUE(result);
+  expect_right_and_good(run, *result, 0.004);
+  ASSERT_TRUE(result->sensors[2].range_offset);
+  EXPECT_NEAR(result->sensors[2].range_offset->value_m, 0.05, 4.0 * result->sensors[2].range_offset->sigma_m);
+  EXPECT_LT(result->sensors[2].range_offset->sigma_m, 0.003);
+  EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr(run.rig.sensors[2].name + " by ")));
+}
+
+TEST(CalibrateLidars, TakesNoRangeForWrongThatIsNot) {
+  const LightRecording run = make_light_recording(make_courtyard(12));
+  const CalibrationResult result = calibrated(run);
+  for (const SensorResult& sensor : result.sensors) EXPECT_FALSE(sensor.range_offset) << sensor.name;
 }
 
 // The base looks forward, so stops a third of a turn apart share no surface that it sees; the others' view backwards

@@ -1,0 +1,57 @@
+#include "core/pipeline/range_stage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/base/text.h"
+#include "core/quality/lidar_quality.h"
+#include "core/voxel/range_correction.h"
+
+namespace rigcal {
+namespace {
+
+// Units are never quite alike, but what is taken out needlessly costs accuracy.
+constexpr double beyond_chance = 4.0;
+constexpr double settled = 0.25;
+
+}  // namespace
+
+std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution, bool first) {
+  const std::vector<PlaneFeature>& features = solution.refined.map.features;
+  RangeOffsets offsets = find_range_offsets(features, solution.state, solution.layout, solution.adjust,
+                                            solution.range_offset_m, usual_range_offset_m);
+  if (!offsets.known) return std::nullopt;
+  const double factor = std::max(1.0, mean_square_offset(features, solution.state, solution.layout.size()));
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < offsets.step_m.size(); ++i) {
+    most = std::max(most, std::abs(offsets.step_m[i]) / std::sqrt(factor * offsets.covariance(i, i)));
+  }
+  if (most < (first ? beyond_chance : settled)) return std::nullopt;
+  return offsets;
+}
+
+void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets, LidarSolution& solution) {
+  if (solution.corrected.empty()) solution.corrected = recording.patches;
+  solution.range_offset_m.resize(recording.lidar_sensors.size());
+  for (std::size_t i = 0; i < solution.range_offset_m.size(); ++i) {
+    solution.range_offset_m[i] += offsets.step_m[static_cast<Eigen::Index>(i)];
+  }
+  parallel_for(solution.corrected.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      shorten_ranges(solution.corrected[k], offsets.step_m[solution.corrected[k].lidar]);
+    }
+  });
+  solution.state = solution.layout.moved(solution.state, offsets.shift * offsets.step_m);
+}
+
+std::string range_offset_words(const Rig& rig, const LidarRecording& recording, const std::vector<double>& offset_m) {
+  std::string text = "ranges that are off by a constant were corrected for the calibration:";
+  for (std::size_t i = 0; i < offset_m.size(); ++i) {
+    text += (i == 0 ? " " : ", ") + rig.sensors[static_cast<std::size_t>(recording.lidar_sensors[i])].name + " by " +
+            fixed_text(1e3 * std::abs(offset_m[i]), 1) + (offset_m[i] > 0.0 ? " mm (too long)" : " mm (too short)");
+  }
+  return text + "; clouds of other programs lie on each other only with the same correction";
+}
+
+}  // namespace rigcal

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/pipeline/lidar_result.h"
+#include "core/planes/range_offsets.h"
+
+namespace rigcal {
+
+/// Range offsets that the planes of a solution show beyond doubt, on top of what was taken out already; nothing where
+/// none is. `first`: none was looked for before, and what may be chance is left alone.
+[[nodiscard]] std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution, bool first);
+
+/// Takes the offsets out of the patches and moves poses and extrinsics to where they are without them.
+void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets, LidarSolution& solution);
+
+/// "ranges of mid100_left are 49.1 mm too long, ...": all offsets that were taken out, in a sentence for a warning.
+[[nodiscard]] std::string range_offset_words(const Rig& rig, const LidarRecording& recording,
+                                             const std::vector<double>& offset_m);
+
+}  // namespace rigcal
