@@ -21,11 +21,12 @@ constexpr int kLooksBetweenSearches = 20;  ///< Of kLookNs: 2 s.
 constexpr std::size_t kSpareBuffers = 8;   ///< For frames that are on their way while others wait to be written.
 constexpr std::size_t kMostEvents = 10'000;
 constexpr std::size_t kMostPulses = 4096;  ///< For which the writing thread had no time yet.
+std::atomic<bool> has_left{false};
 constexpr auto kMatchPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
 
-Expected<std::unique_ptr<CameraRecorder>> CameraRecorder::start(const RigCamera& wanted, CameraDrivers& drivers,
+Expected<std::shared_ptr<CameraRecorder>> CameraRecorder::start(const RigCamera& wanted, CameraDrivers& drivers,
                                                                 const std::string& session,
                                                                 const net::ClockReading& session_start) {
   const std::string folder = (std::filesystem::path(session) / "images" / wanted.sensor).string();
@@ -34,11 +35,12 @@ Expected<std::unique_ptr<CameraRecorder>> CameraRecorder::start(const RigCamera&
   if (error) return cannot_write(folder, error.value());
   auto table = FrameTable::create((std::filesystem::path(folder) / "frames.csv").string());
   if (!table) return table.error();
-  std::unique_ptr<CameraRecorder> recorder(
+  std::shared_ptr<CameraRecorder> recorder(
       new CameraRecorder(wanted, drivers.make(wanted.driver), folder, *std::move(table), session_start));
-  recorder->taker_ = std::thread([made = recorder.get()] { made->take(); });
+  recorder->taker_ = std::thread([made = recorder] { made->take(); });
   recorder->writer_ = std::thread([made = recorder.get()] { made->write(); });
-  return recorder;
+  // Not the last owner: the thread that takes the frames is one, as it may have to be left behind.
+  return std::shared_ptr<CameraRecorder>(recorder.get(), [recorder](CameraRecorder*) { recorder->finish(); });
 }
 
 CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera> camera, std::string folder,
@@ -56,11 +58,32 @@ CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera>
   status_.state = "searching";
 }
 
-CameraRecorder::~CameraRecorder() { finish(); }
+bool CameraRecorder::has_left_a_camera() { return has_left; }
+
+void CameraRecorder::stop() {
+  is_stopped_ = true;
+  const std::lock_guard lock(mutex_);
+  if (!stopped_at_) stopped_at_ = std::chrono::steady_clock::now();
+}
 
 void CameraRecorder::finish() {
   stop();
-  if (taker_.joinable()) taker_.join();
+  if (taker_.joinable()) {
+    bool is_free = false;
+    {
+      std::unique_lock lock(mutex_);
+      is_free = changed_.wait_until(lock, *stopped_at_ + kMostClosing, [this] { return is_free_; });
+      has_ended_ = true;
+      changed_.notify_all();
+    }
+    if (is_free) {
+      taker_.join();
+    } else {
+      has_left = true;
+      taker_.detach();  // It keeps this recorder alive.
+      tell("the camera does not answer; it is left as it is, and put right at the next start", false);
+    }
+  }
   if (writer_.joinable()) writer_.join();
 }
 
@@ -86,11 +109,16 @@ void CameraRecorder::publish() {
 void CameraRecorder::take() {
   if (prepare_camera()) take_frames();
   publish();
+  {
+    const std::lock_guard lock(mutex_);
+    has_ended_ = true;
+    changed_.notify_all();
+  }
   camera_->close();
   for (const std::string& note : camera_->notes()) tell(note, false);
   set_state("ended");
   const std::lock_guard lock(mutex_);
-  has_ended_ = true;
+  is_free_ = true;
   changed_.notify_all();
 }
 
@@ -182,7 +210,7 @@ void CameraRecorder::queue(camera::Frame frame) {
       facts.device_stamp_ns ? device_clock_.add(*facts.device_stamp_ns, came_ns).stamp_ns : came_ns;
   record.stamp_ns = left_ns - std::llround(record.exposure_us.value_or(0.0) * 500.0);
   const std::lock_guard lock(mutex_);
-  if (!frame.is_whole()) return;
+  if (!frame.is_whole() || has_ended_) return;
   status_.state = "sends";
   if (count_ == kMostWaiting || failure_) {
     ++status_.dropped_by_queue;

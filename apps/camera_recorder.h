@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -38,24 +39,29 @@ struct CaptureCamera {
 /// a camera that waits for the rig's own pulses each image gets its pulse.
 class CameraRecorder {
  public:
+  /// How long the end waits for a camera to be free. One that does not answer is left as it is: what was set in it is
+  /// known on the disk, and put back at the next start.
+  static constexpr auto kMostClosing = std::chrono::milliseconds(1500);
   /// Frames that may wait to be written.
   static constexpr std::size_t kMostWaiting = 16;
 
-  /// Starts at once; `drivers` must outlive the call only. Errors: the disk.
-  [[nodiscard]] static Expected<std::unique_ptr<CameraRecorder>> start(const RigCamera& wanted, CameraDrivers& drivers,
+  /// Starts at once; `drivers` must outlive the call only. What it gives finishes when it is let go. Errors: the disk.
+  [[nodiscard]] static Expected<std::shared_ptr<CameraRecorder>> start(const RigCamera& wanted, CameraDrivers& drivers,
                                                                        const std::string& session,
                                                                        const net::ClockReading& session_start);
-  /// As `finish`.
-  ~CameraRecorder();
+  ~CameraRecorder() = default;
   CameraRecorder(const CameraRecorder&) = delete;
   CameraRecorder& operator=(const CameraRecorder&) = delete;
 
   /// A pulse on the rig's trigger line, in the order of time. From any thread; returns at once.
   void add_pulse(const TriggerPulse& pulse);
   /// No frames are taken any more; returns at once.
-  void stop() { is_stopped_ = true; }
-  /// Waits until the camera is free and what it sent is written.
+  void stop();
+  /// Waits until the camera is free, at most kMostClosing after `stop`, and until what it sent is written.
   void finish();
+  /// Whether any recorder left a camera: then a thread still waits for its answer, and the program must be left without
+  /// tidying up under it.
+  [[nodiscard]] static bool has_left_a_camera();
 
   [[nodiscard]] CaptureCamera status() const;
   /// Since the last call.
@@ -103,7 +109,9 @@ class CameraRecorder {
   bool has_dropped_pulses_ = false;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
-  bool has_ended_ = false;
+  bool has_ended_ = false;  ///< No more frames.
+  bool is_free_ = false;    ///< The camera is closed.
+  std::optional<std::chrono::steady_clock::time_point> stopped_at_;
   CaptureCamera status_;
   std::vector<CaptureEvent> events_;
   std::optional<Error> failure_;

@@ -67,7 +67,7 @@ void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t
 
 class Capture {
  public:
-  using Cameras = std::vector<std::unique_ptr<CameraRecorder>>;
+  using Cameras = std::vector<std::shared_ptr<CameraRecorder>>;
 
   Capture(const Rig& rig, livox::Driver& driver, PacketTaker& recording, Cameras& cameras, TriggerRecorder* trigger,
           const CaptureOptions& options)

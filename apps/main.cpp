@@ -3,12 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <new>
 #include <string>
 #include <thread>
 
+#include "apps/camera_recorder.h"
 #include "apps/command_line.h"
 #include "apps/stop_signal.h"
 #include "core/base/parallel.h"
@@ -76,7 +78,10 @@ int main(int argc, char** argv) {
   using rigcal::ExitCode;
   rigcal::ConsoleReporter reporter(std::cerr);
   try {
-    return rigcal::run_program(argc, argv, reporter);
+    const int code = rigcal::run_program(argc, argv, reporter);
+    // Everything is written; only a thread that waits for a camera is left, and must not find its world destroyed.
+    if (rigcal::CameraRecorder::has_left_a_camera()) std::_Exit(code);
+    return code;
   } catch (const std::bad_alloc&) {
     reporter.error("out of memory; use a machine with more, or a shorter recording");
   } catch (const std::exception& error) {

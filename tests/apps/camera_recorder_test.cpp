@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 #include <thread>
 
 #include "apps/camera_checks.h"
@@ -70,7 +71,7 @@ class CameraRecorderLive : public testing::Test {
   Rig rig(const std::string& more = "frame_rate: 20") {
     return rig_with("driver: aravis, device: \"" + camera::address_of(device) + "\", exposure_us: 1000, " + more);
   }
-  std::unique_ptr<CameraRecorder> record(const Rig& of) {
+  std::shared_ptr<CameraRecorder> record(const Rig& of) {
     auto recorder = CameraRecorder::start(rig_cameras(of)[0], drivers, session.string(), start);
     EXPECT_TRUE(recorder.has_value()) << recorder.error().message();
     return *std::move(recorder);
@@ -194,6 +195,22 @@ TEST_F(CameraRecorderLive, StopsWhileItSearches) {
   const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
   ASSERT_TRUE(frames.has_value());
   EXPECT_TRUE(frames->empty());
+}
+
+TEST_F(CameraRecorderLive, ACameraThatFellSilentHoldsNobodyUp) {
+  auto recorder = record(rig());
+  ASSERT_TRUE(wait_for([&] { return recorder->status().written >= 2; }));
+  server->fall_silent(0, std::numeric_limits<std::int64_t>::max());
+  const auto stopped = std::chrono::steady_clock::now();
+  recorder->finish();
+  // It would take three questions of 2.5 s each to be sure that the camera is gone.
+  EXPECT_LT(std::chrono::steady_clock::now() - stopped, CameraRecorder::kMostClosing + std::chrono::seconds(1));
+  EXPECT_THAT(recorder->take_events(), Contains(Field(&CaptureEvent::text, HasSubstr("does not answer"))));
+  EXPECT_TRUE(CameraRecorder::has_left_a_camera());
+  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value());
+  EXPECT_EQ(frames->size(), recorder->status().written);
+  EXPECT_TRUE(wait_for([&] { return recorder->status().state == "ended"; })) << "what was left behind ends, too";
 }
 
 TEST_F(CameraRecorderLive, TheDoctorTakesItAndSaysWhatItSees) {
