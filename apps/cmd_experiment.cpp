@@ -3,6 +3,7 @@
 
 #include "apps/command.h"
 #include "apps/planes_experiment_text.h"
+#include "apps/sigma_experiment.h"
 #include "core/io/output_file.h"
 #include "core/io/staged_folder.h"
 
@@ -14,6 +15,7 @@ struct ExperimentOptions {
   int trials = 100;
   int mountings = 1000;
   int places = 10;
+  SigmaExperimentOptions sigma;
   std::uint64_t seed = 1;
   std::string out;
 };
@@ -33,21 +35,51 @@ Expected<PlanesExperiment> run_planes(const ExperimentOptions& options, const Ru
   return experiment;
 }
 
-Expected<void> write_folder(const PlanesExperiment& experiment, StagedFolder& folder) {
+using Files = std::vector<std::pair<std::string, std::string>>;
+
+Files planes_files(const PlanesExperiment& experiment) {
   const VehicleMoment& moment = experiment.vehicle.moment;
-  const std::vector<std::pair<std::string, std::string>> files{
-      {"table.txt", planes_experiment_text(experiment)},
-      {"table.json", planes_experiment_json(experiment)},
-      {"before.svg",
-       moment_svg(moment, moment.T_guess, "Two LiDARs of a vehicle from above, by a guess without turns")},
-      {"after.svg", moment_svg(moment, moment.T_found, "The same, as calibrated")}};
+  return {{"table.txt", planes_experiment_text(experiment)},
+          {"table.json", planes_experiment_json(experiment)},
+          {"before.svg",
+           moment_svg(moment, moment.T_guess, "Two LiDARs of a vehicle from above, by a guess without turns")},
+          {"after.svg", moment_svg(moment, moment.T_found, "The same, as calibrated")}};
+}
+
+Expected<void> write_folder(const Files& files, StagedFolder& folder) {
   for (const auto& [name, text] : files) {
     if (const auto done = replace_file(folder.path() + "/" + name, text); !done) return done;
   }
   return folder.commit();
 }
 
+Expected<ExitCode> run_sigma(const ExperimentOptions& options, CommandContext& context) {
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made = StagedFolder::replace(options.out, {"table.txt", "table.json", "nees.svg"});
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  SigmaExperimentOptions sigma = options.sigma;
+  sigma.seed = options.seed;
+  const Expected<std::vector<SigmaRow>> rows = try_sigmas(sigma, context.run_context());
+  if (!rows) return rows.error();
+  if (folder) {
+    const Files files{{"table.txt", sigma_experiment_text(*rows)},
+                      {"table.json", sigma_experiment_json(*rows)},
+                      {"nees.svg", nees_svg(*rows)}};
+    if (const auto done = write_folder(files, *folder); !done) return done.error();
+  }
+  if (context.json) {
+    CommandContext::print(sigma_experiment_json(*rows));
+  } else if (!context.quiet) {
+    CommandContext::print(sigma_experiment_text(*rows));
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandContext& context) {
+  if (options.paper == "sigma") return run_sigma(options, context);
   std::optional<StagedFolder> folder;
   if (!options.out.empty()) {
     Expected<StagedFolder> made =
@@ -58,7 +90,7 @@ Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandConte
   const Expected<PlanesExperiment> experiment = run_planes(options, context.run_context());
   if (!experiment) return experiment.error();
   if (folder) {
-    if (const auto done = write_folder(*experiment, *folder); !done) return done.error();
+    if (const auto done = write_folder(planes_files(*experiment), *folder); !done) return done.error();
   }
   if (context.json) {
     CommandContext::print(planes_experiment_json(*experiment));
@@ -73,9 +105,11 @@ Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandConte
 void add_experiment_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<ExperimentOptions>();
   CLI::App* command = app.add_subcommand("experiment", "Repeat a paper's experiments, beside the paper's figures");
-  command->add_option("PAPER", options->paper, "planes: LiDARs from the planes of a corner")
+  command
+      ->add_option("PAPER", options->paper,
+                   "planes: LiDARs from the planes of a corner; sigma: whether errors are as large as sigma says")
       ->required()
-      ->check(CLI::IsMember({"planes"}));
+      ->check(CLI::IsMember({"planes", "sigma"}));
   command->add_option("--trials", options->trials, "Trials of each row of the paper's table (default 100)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
@@ -85,10 +119,15 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command->add_option("--places", options->places, "Places of the simulated vehicle (default 10)")
       ->check(CLI::Range(1, 1000))
       ->option_text("N");
+  command->add_option("--rigs", options->sigma.rigs, "sigma: rigs of each kind of errors (default 60)")
+      ->check(CLI::Range(1, 100000))
+      ->option_text("N");
   command->add_option("--seed", options->seed, "Of all random numbers (default 1)")->option_text("N");
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");
-  command->footer("Example:\n  rigcal experiment planes --trials 100 --out planes");
+  command->footer(
+      "Example:\n  rigcal experiment planes --trials 100 --out planes\n  rigcal experiment sigma --rigs 60 --out "
+      "sigma");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_experiment(*options, context); }; });
 }

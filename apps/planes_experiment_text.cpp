@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/report/palette.h"
+#include "apps/svg_file.h"
 #include "core/report/svg_plot.h"
 
 namespace rigcal {
@@ -50,19 +50,6 @@ Json figures_json(const ErrorFigures& f) {
           {"rotation_stddev_rad", f.rotation_stddev_rad},
           {"translation_m", f.translation_m},
           {"translation_stddev_m", f.translation_stddev_m}};
-}
-
-// A picture that stands alone brings the colours that a page would give it.
-std::string with_style(std::string svg) {
-  std::string style = "<style>.plot-text{font:11px sans-serif;fill:#444}.plot-grid{stroke:#ddd}.plot-axis{stroke:#666}";
-  for (std::size_t s = 0; s < series_rgb.size(); ++s) {
-    const auto& c = series_colour(s);
-    style += fmt::format(".s{}{{fill:rgb({},{},{});stroke:none}}", s, c[0], c[1], c[2]);
-  }
-  const std::size_t end = svg.find('>');
-  svg.insert(end + 1, style + "</style>");
-  svg.insert(svg.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
-  return svg + "\n";
 }
 
 }  // namespace
@@ -127,7 +114,7 @@ std::string moment_svg(const VehicleMoment& moment, const SE3& T_a_b, const std:
   plot.dots(from_above(moment.second, T_a_b), 1, 0.8);
   plot.legend("L1", 0);
   plot.legend("L2", 1);
-  return with_style(plot.svg());
+  return svg_file(plot.svg());
 }
 
 }  // namespace rigcal

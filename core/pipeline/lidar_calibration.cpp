@@ -342,7 +342,7 @@ class Calibration {
     if (options_.last_stage != LastStage::joint) return {};
     const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
     for (int round = 0; round < most_range_rounds; ++round) {
-      const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_, round == 0);
+      const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_);
       if (!offsets) break;
       shorten_ranges(recording_, *offsets, solution_);
       const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,

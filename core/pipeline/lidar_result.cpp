@@ -111,7 +111,8 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
                                  const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
                                  const LidarSolution& s) {
-  const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust, usual_range_offset_m};
+  const SolvedPlanes solved{s.refined.map.features,   s.state, s.layout, s.adjust, usual_range_offset_m,
+                            !s.range_offset_m.empty()};
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i) start_extrinsics[i] = guess[i].value_or(SE3{});
   const Findings findings{lidar_covariances(solved), hold_out(solved, base_lidar, start_extrinsics),

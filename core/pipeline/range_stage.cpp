@@ -11,23 +11,28 @@
 namespace rigcal {
 namespace {
 
-// Units are never quite alike, but what is taken out needlessly costs accuracy.
-constexpr double beyond_chance = 4.0;
-constexpr double settled = 0.25;
+// Even odds are what data give that say nothing.
+constexpr double beyond_doubt = 0.9;
+// Of the sigma of a step: what is less than this is not worth another round.
+constexpr double settled = 0.5;
+
+double most_sigmas(const RangeOffsets& offsets) {
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < offsets.step_m.size(); ++i) {
+    most = std::max(most, std::abs(offsets.step_m[i]) / std::sqrt(offsets.covariance(i, i)));
+  }
+  return most;
+}
 
 }  // namespace
 
-std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution, bool first) {
-  const std::vector<PlaneFeature>& features = solution.refined.map.features;
-  RangeOffsets offsets = find_range_offsets(features, solution.state, solution.layout, solution.adjust,
-                                            solution.range_offset_m, usual_range_offset_m);
+std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution) {
+  RangeOffsets offsets = find_range_offsets(solution.refined.map.features, solution.state, solution.layout,
+                                            solution.adjust, solution.range_offset_m, usual_range_offset_m);
   if (!offsets.known) return std::nullopt;
-  const double factor = std::max(1.0, mean_square_offset(features, solution.state, solution.layout.size()));
-  double most = 0.0;
-  for (Eigen::Index i = 0; i < offsets.step_m.size(); ++i) {
-    most = std::max(most, std::abs(offsets.step_m[i]) / std::sqrt(factor * offsets.covariance(i, i)));
-  }
-  if (most < (first ? beyond_chance : settled)) return std::nullopt;
+  const bool stands_out =
+      solution.range_offset_m.empty() ? offsets.likely > beyond_doubt : most_sigmas(offsets) > settled;
+  if (!stands_out) return std::nullopt;
   return offsets;
 }
 

@@ -9,9 +9,9 @@
 
 namespace rigcal {
 
-/// Range offsets that the planes of a solution show beyond doubt, on top of what was taken out already; nothing where
-/// none is. `first`: none was looked for before, and what may be chance is left alone.
-[[nodiscard]] std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution, bool first);
+/// Range offsets that the planes of a solution make likely, on top of what was taken out already; nothing where there
+/// seem to be none, or next to nothing is left.
+[[nodiscard]] std::optional<RangeOffsets> offsets_that_stand_out(const LidarSolution& solution);
 
 /// Takes the offsets out of the patches and moves poses and extrinsics to where they are without them.
 void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets, LidarSolution& solution);

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/base/parallel.h"
 
@@ -11,6 +12,10 @@ namespace rigcal {
 namespace {
 
 constexpr std::size_t grain = 128;
+
+// What a wrong noise law does to all offsets alike, and to each on its own.
+constexpr double common_error_m = 0.002;
+constexpr double own_error_m = 0.0005;
 
 // Derivatives of one observation with respect to its LiDAR's offset b, p -> p - b d: the distance of a point to the
 // plane changes by -u.d. Names as in ObservationDerivatives.
@@ -97,6 +102,25 @@ class OffsetSum {
   std::vector<std::array<double, 3>> by_lidar_;
 };
 
+double log_determinant(const Eigen::MatrixXd& A) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(A);
+  return 2.0 * llt.matrixLLT().diagonal().array().log().sum();
+}
+
+// Estimates without a prior are N(0, noise) where there are no offsets, N(0, noise + prior^2) where there are.
+double likelihood_of_offsets(const Eigen::VectorXd& estimate, const Eigen::MatrixXd& noise, double prior_m) {
+  Eigen::MatrixXd with = noise;
+  with.diagonal().array() += prior_m * prior_m;
+  const double chance = estimate.dot(noise.llt().solve(estimate)) + log_determinant(noise);
+  const double offsets = estimate.dot(with.llt().solve(estimate)) + log_determinant(with);
+  return 1.0 / (1.0 + std::exp(std::clamp(0.5 * (offsets - chance), -700.0, 700.0)));
+}
+
+void add_law_error(Eigen::MatrixXd& covariance) {
+  covariance.array() += common_error_m * common_error_m;
+  covariance.diagonal().array() += own_error_m * own_error_m;
+}
+
 bool has_rays(const std::vector<PlaneFeature>& features) {
   return !features.empty() && std::all_of(features.begin(), features.end(), [](const PlaneFeature& feature) {
     return feature.rays.size() == feature.observations.size();
@@ -147,6 +171,14 @@ RangeOffsets find_range_offsets(const std::vector<PlaneFeature>& features, const
   if (schur.info() != Eigen::Success) return out;
   out.step_m = -schur.solve(offsets.g + out.shift.transpose() * poses.g);
   out.covariance = 2.0 * schur.solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
+  // What the data alone say; where they say nothing a little of the prior keeps it finite.
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(S.rows(), S.cols());
+  const Eigen::LLT<Eigen::MatrixXd> data(S - 0.999 * prior * one);
+  if (data.info() != Eigen::Success) return out;
+  Eigen::MatrixXd noise = 2.0 * data.solve(one);
+  add_law_error(noise);
+  out.likely = likelihood_of_offsets(data.solve(S * out.step_m), noise, prior_m);
+  add_law_error(out.covariance);
   out.known = true;
   return out;
 }

@@ -10,10 +10,15 @@ namespace rigcal {
 /// than one that the beam meets head on, so that a wrong range bends flat walls and lays what two LiDARs see of one
 /// wall apart: that tells it from a wrong place, the less so the narrower the view.
 struct RangeOffsets {
-  bool known = false;          ///< The planes carry what is needed (PlaneFeature::rays) and hold all poses.
-  Eigen::VectorXd step_m;      ///< Of each LiDAR: ranges are too long by so much more than what was taken out already.
-  Eigen::MatrixXd covariance;  ///< Of these, by the noise of the planes' weights and the prior.
-  Eigen::MatrixXd shift;       ///< How the free parameters move for each metre of an offset, a column a LiDAR.
+  bool known = false;      ///< The planes carry what is needed (PlaneFeature::rays) and hold all poses.
+  Eigen::VectorXd step_m;  ///< Of each LiDAR: ranges are too long by so much more than what was taken out already.
+  /// Of these, by the noise of the planes' weights and the prior, and by how well that noise is known: what is taken
+  /// out of the scatter of leaves that beams meet aslant tilts them (5 % of noise: 2 mm in all offsets alike).
+  Eigen::MatrixXd covariance;
+  /// How likely it is that there are offsets as large as the prior says, against none at all: by the evidence of both
+  /// for the same data, even odds before. Tells nothing where some were taken out.
+  double likely = 0.5;
+  Eigen::MatrixXd shift;  ///< How the free parameters move for each metre of an offset, a column a LiDAR.
 };
 
 /// One Gauss-Newton step in all offsets with poses and extrinsics eliminated (Schur complement), at the optimum of

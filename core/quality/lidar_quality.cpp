@@ -103,13 +103,18 @@ void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held
   }
 }
 
-// What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view.
+// What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view. Where nothing
+// was taken out: as likely as it is that there is something, and then by what it seems to be.
 void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& held, double factor,
                             LidarCovariances& out) {
   const RangeOffsets offsets =
       find_range_offsets(solved.features, solved.state, solved.layout, held, {}, solved.range_offset_m);
   if (!offsets.known) return;
-  const Eigen::MatrixXd of_offsets = factor * offsets.covariance;
+  Eigen::MatrixXd of_offsets = factor * offsets.covariance;
+  if (!solved.ranges_corrected) {
+    of_offsets += offsets.step_m * offsets.step_m.transpose();
+    of_offsets *= offsets.likely;
+  }
   for (Eigen::Index i = 0; i < of_offsets.rows(); ++i) out.range_sigma_m.push_back(std::sqrt(of_offsets(i, i)));
   const std::vector<Matrix6d> wider = blocks_of(offsets.shift * of_offsets * offsets.shift.transpose(), solved.layout);
   for (std::size_t i = 0; i < wider.size(); ++i) {

@@ -19,8 +19,9 @@ struct SolvedPlanes {
   const std::vector<PlaneFeature>& features;
   const RigState& state;
   const ParameterLayout& layout;
-  const AdjustOptions& adjust;  ///< With its priors.
-  double range_offset_m = 0.0;  ///< By how much LiDARs may measure too far or too short, 1 sigma; 0: they do not.
+  const AdjustOptions& adjust;    ///< With its priors.
+  double range_offset_m = 0.0;    ///< By how much LiDARs may measure too far or too short, 1 sigma; 0: they do not.
+  bool ranges_corrected = false;  ///< What they were off by was found and taken out.
 };
 
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.

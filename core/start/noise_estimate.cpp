@@ -15,6 +15,14 @@ struct Bin {
   double r2 = 0.0;
 };
 
+// Where the lower third of what a scatter of `points` points gives ends, over its variance: a chi-square variable with
+// three degrees of freedom taken by the plane, by Wilson and Hilferty.
+double lower_third(double points) {
+  const double nu = points - 3.0;
+  const double root = 1.0 - 2.0 / (9.0 * nu) - 0.4307 * std::sqrt(2.0 / (9.0 * nu));
+  return root * root * root;
+}
+
 // The surfels of one LiDAR by range (thirds of an octave) and incidence (five steps of cos^2).
 std::map<std::pair<int, int>, Bin> binned(const std::vector<PatchSurfels>& patches, int lidar) {
   std::map<std::pair<int, int>, Bin> bins;
@@ -24,7 +32,7 @@ std::map<std::pair<int, int>, Bin> binned(const std::vector<PatchSurfels>& patch
       const double r2 = s.mean.squaredNorm();
       const double cos2 = std::pow(s.normal.dot(s.mean), 2) / r2;
       Bin& bin = bins[{static_cast<int>(std::floor(1.5 * std::log2(r2))), std::min(4, static_cast<int>(5.0 * cos2))}];
-      bin.variances.push_back(s.variance);
+      bin.variances.push_back(s.variance / lower_third(s.N));
       bin.cos2 += cos2;
       bin.r2 += r2;
     }

@@ -1,0 +1,133 @@
+#include "apps/sigma_experiment.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+
+#include "core/base/random.h"
+#include "core/pipeline/lidar_calibration.h"
+#include "simdata/light_rig.h"
+#include "simdata/scene_file.h"
+
+namespace rigcal {
+namespace {
+
+constexpr std::array<const char*, 3> scenes{"courtyard", "room", "sparse"};
+constexpr std::uint64_t stops_stream = 900;
+// Of the chi-square distribution with six degrees of freedom.
+constexpr double chi2_95 = 12.592;
+constexpr double chi2_68 = 7.0058;
+
+const std::array<SigmaCase, 2>& cases() {
+  static const std::array<SigmaCase, 2> all{
+      {{"noise alone", 0.0, 0.0}, {"10 mm of range bias, whole footprints", 0.010, 1.0}}};
+  return all;
+}
+
+LidarRecording recording_of(sim::LightRig& light) {
+  LidarRecording out;
+  for (std::size_t i = 0; i < light.rig.sensors.size(); ++i) out.lidar_sensors.push_back(static_cast<int>(i));
+  for (std::size_t j = 0; j < light.T_G_base.size(); ++j) {
+    out.stops.push_back({static_cast<int>(j), 0, 0});
+    out.R_previous_this.emplace_back();
+    if (j > 0) out.R_previous_this.back() = exp_so3(light.step_rotations[j - 1]);
+  }
+  for (Patch& patch : light.patches) {
+    CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
+    builder.add(patch.points);
+    out.patches.push_back(builder.finish());
+    patch.points = {};
+  }
+  return out;
+}
+
+Expected<void> try_rig(const SigmaExperimentOptions& options, std::uint64_t seed, const RunContext& context,
+                       SigmaRow& row) {
+  const std::string scene_name = scenes[seed % scenes.size()];
+  const Expected<sim::Scene> scene = sim::load_scene(scene_name);
+  if (!scene) return scene.error();
+  sim::LightRigOptions light_options;
+  light_options.seed = seed;
+  light_options.shots_per_patch = options.points;
+  light_options.unit_errors.range_bias_sigma_m = row.kind.range_bias_m;
+  light_options.unit_errors.footprint_share = row.kind.footprint_share;
+  light_options.turntable.stops = 12 + static_cast<int>(Random(seed, stops_stream).below(13));
+  Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
+  if (!light) return light.error();
+  std::vector<std::optional<SE3>> guess;
+  for (const Sensor& sensor : light->rig.sensors) guess.push_back(sensor.initial_T_base_sensor);
+  guess[static_cast<std::size_t>(light->rig.base)] = SE3{};
+  const Expected<CalibrationResult> result = calibrate_lidars(light->rig, recording_of(*light), guess, {}, context);
+  if (!result) return result.error();
+  ++row.rigs;
+  for (std::size_t i = 0; i < result->sensors.size(); ++i) {
+    const SensorResult& sensor = result->sensors[i];
+    if (sensor.name == result->base) continue;
+    if (!sensor.T_base_sensor) {
+      ++row.failed;
+      continue;
+    }
+    const Vector6d xi = (light->T_base_sensor[i].inverse() * *sensor.T_base_sensor).log();
+    row.trials.push_back({scene_name, xi.dot(sensor.covariance.ldlt().solve(xi)), xi.tail<3>().norm(),
+                          xi.head<3>().norm(), sensor.status});
+  }
+  return {};
+}
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+SigmaFigures sigma_figures(const SigmaRow& row, const std::string& scene) {
+  SigmaFigures out;
+  std::vector<double> metres;
+  std::vector<double> radians;
+  double good_within = 0.0;
+  for (const SigmaTrial& trial : row.trials) {
+    if (!scene.empty() && trial.scene != scene) continue;
+    const bool inside = trial.nees <= chi2_95;
+    ++out.lidars;
+    out.mean_nees += trial.nees;
+    out.within_95 += inside ? 1.0 : 0.0;
+    out.within_68 += trial.nees <= chi2_68 ? 1.0 : 0.0;
+    metres.push_back(trial.translation_m);
+    radians.push_back(trial.rotation_rad);
+    if (trial.status != Status::good) continue;
+    ++out.good;
+    good_within += inside ? 1.0 : 0.0;
+  }
+  if (out.lidars == 0) return out;
+  out.mean_nees /= out.lidars;
+  out.within_95 /= out.lidars;
+  out.within_68 /= out.lidars;
+  out.good_within_95 = out.good > 0 ? good_within / out.good : 0.0;
+  out.median_m = median_of(std::move(metres));
+  out.median_rad = median_of(std::move(radians));
+  return out;
+}
+
+Expected<std::vector<SigmaRow>> try_sigmas(const SigmaExperimentOptions& options, const RunContext& context) {
+  std::vector<SigmaRow> rows;
+  SilentReporter silent;
+  const RunContext quiet{silent, context.stop};
+  const auto all = static_cast<double>(cases().size() * static_cast<std::size_t>(options.rigs));
+  double done = 0.0;
+  for (const SigmaCase& kind : cases()) {
+    SigmaRow& row = rows.emplace_back();
+    row.kind = kind;
+    for (int k = 0; k < options.rigs; ++k) {
+      context.reporter.progress("sigma", done / all);
+      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
+      const auto tried = try_rig(options, options.seed + static_cast<std::uint64_t>(k), quiet, row);
+      if (!tried) return tried.error();
+      done += 1.0;
+    }
+  }
+  return rows;
+}
+
+}  // namespace rigcal
