@@ -105,6 +105,7 @@ Expected<ExitCode> run_live(const SimulateOptions& options, const Rig& rig, cons
   if (!mount_error) return mount_error.error();
   sim::LiveOptions live = options.live;
   live.run = run_options(options, *mount_error);
+  if (!live.table.empty()) live.run.turntable.step_sigma_deg = 0.0;  // No hand turns it.
   const Expected<sim::LiveSummary> summary = sim::serve_live(scene, rig, live, context.run_context());
   if (!summary) return summary.error();
   if (context.json) {

@@ -71,6 +71,22 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
       ->needs(&live)
       ->option_text("PORT");
   command
+      .add_option("--table", options.table,
+                  "With --live: a turntable on a serial line, a link to which is made here; it turns as the run does, "
+                  "in equal steps")
+      ->needs(&live)
+      ->option_text("PATH");
+  command
+      .add_flag_callback(
+          "--table-ascii", [&options] { options.table_speaks_grbl = false; },
+          "With --table: it speaks plain words instead of grbl's G-code")
+      ->needs(&live);
+  command
+      .add_option("--table-jams", options.table_jams_s, "With --table: it turns no more from this second of the run on")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(&live)
+      ->option_text("SECONDS");
+  command
       .add_option_function<std::vector<std::string>>(
           "--incident",
           [&options](const std::vector<std::string>& texts) {

@@ -9,6 +9,7 @@
 #include "simdata/camera_units.h"
 #include "simdata/live_stamp.h"
 #include "simdata/render_ahead.h"
+#include "simdata/virtual_table.h"
 
 namespace rigcal::sim {
 namespace {
@@ -23,8 +24,10 @@ std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 class LiveRun {
  public:
   LiveRun(const std::vector<SimDevice>& devices, int stops, double duration_s, VirtualRack& rack, RenderAhead& ahead,
-          LiveCameras& cameras, const LiveOptions& options)
+          LiveCameras& cameras, VirtualTable* table, const TurntableMotion& motion, const LiveOptions& options)
       : options_(options),
+        table_(table),
+        motion_(motion),
         duration_s_(duration_s),
         ahead_(ahead),
         cameras_(cameras),
@@ -52,6 +55,7 @@ class LiveRun {
         if (const auto sent = send_due(now); !sent) return sent.error();
         const double run_s = std::max(0.0, static_cast<double>(now - *start_ns_) * 1e-9 * options_.speed);
         summary_.seconds = options_.loop ? run_s : std::min(run_s, duration_s_);
+        if (table_ != nullptr) turn_table(run_s);
         context.reporter.progress("serve", options_.loop ? -1.0 : summary_.seconds / duration_s_);
         if (summary_.latest_s > late_s)
           context.reporter.warn(
@@ -73,6 +77,12 @@ class LiveRun {
   }
 
  private:
+  void turn_table(double run_s) {
+    if (options_.table_jams_s >= 0.0 && run_s >= options_.table_jams_s) table_->jam(true);
+    const double turns = std::floor(run_s / duration_s_);
+    table_->follow(to_deg(turns * motion_.angle_rad(duration_s_) + motion_.angle_rad(run_s - turns * duration_s_)));
+  }
+
   struct Unit {
     SimDevice device;
     std::int64_t booted_ns = 0;
@@ -181,6 +191,8 @@ class LiveRun {
   }
 
   const LiveOptions& options_;
+  VirtualTable* table_;  ///< Nothing where there is none.
+  const TurntableMotion& motion_;
   double duration_s_;
   RenderAhead& ahead_;
   LiveCameras& cameras_;
@@ -268,8 +280,18 @@ Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveO
   const auto cameras =
       LiveCameras::start(scene, caster, rig, *simulated, options.run, options.cameras, options.incidents);
   if (!cameras) return cameras.error();
+  std::unique_ptr<VirtualTable> table;
+  if (!options.table.empty()) {
+    VirtualTableOptions wanted;
+    wanted.speaks_grbl = options.table_speaks_grbl;
+    wanted.link = options.table;
+    auto started = VirtualTable::start(wanted);
+    if (!started) return started.error();
+    table = *std::move(started);
+    table->follow(0.0);
+  }
   LiveRun run(*devices, simulated->motion.stop_count(), simulated->motion.duration_s(), **rack, ahead, **cameras,
-              options);
+              table.get(), simulated->motion, options);
   return run.run(context);
 }
 

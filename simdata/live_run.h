@@ -21,6 +21,9 @@ struct LiveOptions {
   TimeSource time_source = TimeSource::none;  ///< Of all of them: pulses at the full seconds of this machine's UTC.
   VirtualLivoxOptions device;                 ///< Times of all of them; who they are comes from the rig.
   LiveCameraOptions cameras;
+  std::string table;              ///< A link to a table's serial line that is to be made; empty: there is none.
+  bool table_speaks_grbl = true;  ///< Otherwise plain words.
+  double table_jams_s = -1.0;     ///< From this time of the run on it turns no more; below 0: never.
 };
 
 struct LiveSummary {
@@ -37,7 +40,8 @@ struct LiveSummary {
 
 /// Serves the LiDARs and the GigE cameras of a rig as virtual devices on the network, each on its own address, until
 /// the run is over or the work is cancelled. The run begins when all LiDARs are told to sample, or some seconds after
-/// the first was (without LiDARs: with the first camera), so that who takes all of them misses nothing. Errors: what
+/// the first was (without LiDARs: with the first camera), so that who takes all of them misses nothing. A table is one
+/// that turns as the run does, whenever it is told to. Errors: what
 /// simulate_run and LiveCameras refuse; an address that this machine does not have, a port that is taken.
 [[nodiscard]] Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveOptions& options,
                                                const RunContext& context);

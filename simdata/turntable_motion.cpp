@@ -96,19 +96,26 @@ Vector3d TurntableMotion::vibration_at(double time_s) const {
   return options_.vibration.amplitude_rad * std::sin(phase) * vibration_axis_;
 }
 
-SE3 TurntableMotion::pose_at(double time_s, const Vector3d& bend) const {
+TurntableMotion::Way TurntableMotion::way_at(double time_s) const {
   const auto after = std::upper_bound(stops_.begin(), stops_.end(), time_s,
                                       [](double time, const StopPose& stop) { return time < stop.start_s; });
   const StopPose& stop = after == stops_.begin() ? stops_.front() : *(after - 1);
   const double crept = options_.creep_rad_per_s * time_s;
-  if (time_s <= stop.end_s || after == stops_.end()) return compose(stop.angle + crept, stop.jitter, bend);
+  if (time_s <= stop.end_s || after == stops_.end()) return {stop.angle + crept, stop.jitter};
   const double since = time_s - stop.end_s;
   const double s = s_curve(since / options_.turn_s);
   const double back =
       options_.overshoot_rad != 0.0 ? s_curve((since - options_.turn_s) / options_.overshoot_return_s) : 0.0;
   const double angle = stop.angle + s * (after->angle - stop.angle) + (s - back) * options_.overshoot_rad;
-  return compose(angle + crept, stop.jitter + s * (after->jitter - stop.jitter), bend);
+  return {angle + crept, stop.jitter + s * (after->jitter - stop.jitter)};
 }
+
+SE3 TurntableMotion::pose_at(double time_s, const Vector3d& bend) const {
+  const Way way = way_at(time_s);
+  return compose(way.angle, way.jitter, bend);
+}
+
+double TurntableMotion::angle_rad(double time_s) const { return way_at(time_s).angle - stops_.front().angle; }
 
 SE3 TurntableMotion::T_scene_base(double time_s) const {
   Vector3d bend = swing_at(time_s);

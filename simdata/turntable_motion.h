@@ -74,6 +74,8 @@ class TurntableMotion {
   [[nodiscard]] std::vector<Rest> rests() const;
 
   [[nodiscard]] SE3 T_scene_base(double time_s) const;
+  /// How far the table has turned since the first stop, rad.
+  [[nodiscard]] double angle_rad(double time_s) const;
   /// The same without the swing.
   [[nodiscard]] SE3 T_scene_base_unswung(double time_s) const {
     return pose_at(time_s, bump_at(time_s) + vibration_at(time_s));
@@ -104,6 +106,11 @@ class TurntableMotion {
     Vector6d jitter = Vector6d::Zero();
     Vector3d swing = Vector3d::Zero();  ///< Direction and size of the swing after arriving here.
   };
+  struct Way {
+    double angle = 0.0;
+    Vector6d jitter = Vector6d::Zero();
+  };
+  [[nodiscard]] Way way_at(double time_s) const;
   [[nodiscard]] SE3 pose_at(double time_s, const Vector3d& bend) const;
   [[nodiscard]] SE3 compose(double angle, const Vector6d& jitter, const Vector3d& bend) const;
   [[nodiscard]] Vector3d swing_at(double time_s) const;

@@ -1,6 +1,7 @@
 #include "core/io/frame_files.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/base/text.h"
@@ -15,6 +16,8 @@ namespace {
 constexpr std::size_t max_bytes = std::size_t{256} << 20U;
 constexpr std::string_view frames_header = "file,stamp_ns,trigger,exposure_us,device_stamp,stop";
 constexpr std::string_view trigger_header = "pulse,stamp_ns";
+constexpr std::string_view turntable_header = "stamp_ns,angle_deg";
+constexpr double most_degrees = 1e6;
 
 // Reads the values of one line; the first that is wrong stays in `error`.
 class RowReader {
@@ -167,6 +170,41 @@ Expected<TriggerTable> TriggerTable::create(const std::string& path) {
 
 Expected<void> TriggerTable::add(const TriggerPulse& pulse) {
   file_.write(line_of(pulse));
+  return file_.flush();
+}
+
+Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name) {
+  const auto rows = parse_csv(text, turntable_header, name);
+  if (!rows) return rows.error();
+  std::vector<TableAngle> angles;
+  for (const CsvRow& row : *rows) {
+    RowReader reader(row, name);
+    const auto stamp_ns = reader.required<std::int64_t>(0, "stamp_ns");
+    const std::optional<double> angle = row.number<double>(1);
+    if (!angle || std::abs(*angle) > most_degrees)
+      reader.fail("angle_deg is '" + std::string(row.values[1].substr(0, 40)) + "'", "write degrees");
+    if (!angles.empty() && stamp_ns <= angles.back().stamp_ns)
+      reader.fail("the stamp does not lie after the one before", "sort the lines, and keep one of each");
+    if (reader.error()) return *reader.error();
+    angles.push_back({stamp_ns, *angle});
+  }
+  return angles;
+}
+
+Expected<std::vector<TableAngle>> read_turntable(const std::string& path) {
+  const Expected<std::string> text = read_text_file(path, max_bytes);
+  if (!text) return text.error();
+  return parse_turntable(*text, path);
+}
+
+Expected<TurntableTable> TurntableTable::create(const std::string& path) {
+  Expected<OutputFile> file = begin_table(path, turntable_header);
+  if (!file) return file.error();
+  return TurntableTable(*std::move(file));
+}
+
+Expected<void> TurntableTable::add(const TableAngle& angle) {
+  file_.write(std::to_string(angle.stamp_ns) + "," + number_text(angle.angle_deg) + "\n");
   return file_.flush();
 }
 

@@ -9,7 +9,7 @@
 #include "core/io/output_file.h"
 #include "core/records/image.h"
 
-/// The tables beside a session's images: frames.csv of each camera and trigger.csv.
+/// The tables beside a session's packets: frames.csv of each camera, trigger.csv and turntable.csv.
 namespace rigcal {
 
 /// Reads frames.csv: file,stamp_ns,trigger,exposure_us,device_stamp,stop; the last four may be empty. Errors name
@@ -44,6 +44,22 @@ class TriggerTable {
 
  private:
   explicit TriggerTable(OutputFile file) : file_(std::move(file)) {}
+  OutputFile file_;
+};
+
+/// Reads turntable.csv: stamp_ns,angle_deg; stamps must go up from line to line.
+[[nodiscard]] Expected<std::vector<TableAngle>> read_turntable(const std::string& path);
+[[nodiscard]] Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name);
+/// A turntable.csv that grows while the table is asked: what was added can be read at any time.
+class TurntableTable {
+ public:
+  /// Errors: the disk.
+  [[nodiscard]] static Expected<TurntableTable> create(const std::string& path);
+  Expected<void> add(const TableAngle& angle);
+  Expected<void> close() { return file_.close(); }
+
+ private:
+  explicit TurntableTable(OutputFile file) : file_(std::move(file)) {}
   OutputFile file_;
 };
 

@@ -51,4 +51,10 @@ struct TriggerPulse {
   std::int64_t stamp_ns = 0;  ///< Of its leading edge, session time.
 };
 
+/// Where the turntable says it was: a line of turntable.csv.
+struct TableAngle {
+  std::int64_t stamp_ns = 0;  ///< Session time.
+  double angle_deg = 0.0;     ///< Right-handed about the rig's axis, from wherever the table counts.
+};
+
 }  // namespace rigcal

@@ -105,7 +105,9 @@ void read_initial_extrinsics(const YamlMap& top, Rig& rig) {
 }
 
 void read_turntable(const YamlMap& top, Rig& rig) {
-  const std::optional<YamlMap> map = top.map("turntable", {"driver", "axis", "port", "baud", "protocol"});
+  const std::optional<YamlMap> map =
+      top.map("turntable", {"driver", "axis", "port", "baud", "protocol", "reverse", "letter", "speed_deg_s", "move",
+                            "ask", "answer", "done", "fault"});
   if (!map) return;
   TurntableSettings turntable;
   if (const auto driver = map->choice("driver", {"manual", "serial"}))
@@ -117,7 +119,17 @@ void read_turntable(const YamlMap& top, Rig& rig) {
   }
   turntable.port = map->text("port").value_or("");
   if (const auto baud = map->integer("baud", 50, 10'000'000)) turntable.baud = static_cast<int>(*baud);
-  turntable.protocol = map->text("protocol").value_or("");
+  if (const auto protocol = map->choice("protocol", {"grbl", "ascii"}))
+    turntable.protocol = *protocol == 0 ? "grbl" : "ascii";
+  turntable.is_reversed = map->flag("reverse").value_or(false);
+  if (const auto letter = map->choice("letter", {"X", "Y", "Z", "A", "B", "C"}))
+    turntable.letter = std::string(1, "XYZABC"[*letter]);
+  turntable.speed_deg_s = map->number("speed_deg_s", 0.01, 1000.0);
+  turntable.move = map->text("move").value_or("");
+  turntable.ask = map->text("ask").value_or("");
+  turntable.answer = map->text("answer").value_or("");
+  turntable.done = map->text("done").value_or("");
+  turntable.fault = map->text("fault").value_or("");
   if (turntable.driver == "serial") map->require("port", "name the serial port, for example /dev/ttyUSB0");
   rig.turntable = turntable;
 }

@@ -80,9 +80,13 @@ struct Sensor {
 struct TurntableSettings {
   std::string driver = "manual";
   std::optional<Vector3d> axis;  ///< Unit vector in the base frame, right-handed.
-  std::string port;
+  std::string port;              ///< Of a table on a serial line, like all that follows.
   std::optional<int> baud;
-  std::string protocol;
+  std::string protocol;                        ///< grbl or ascii; empty: grbl.
+  bool is_reversed = false;                    ///< Its angles run against the right-hand rule about the axis.
+  std::string letter;                          ///< grbl: the axis that turns the table.
+  std::optional<double> speed_deg_s;           ///< grbl.
+  std::string move, ask, answer, done, fault;  ///< ascii: its lines; empty: the usual ones, "none": there is none.
 };
 
 struct TriggerLineSettings {

@@ -110,6 +110,14 @@ void write_table_and_trigger(std::string& text, const Rig& rig) {
     out.text("port", rig.turntable->port);
     out.integer("baud", rig.turntable->baud);
     out.text("protocol", rig.turntable->protocol);
+    if (rig.turntable->is_reversed) out.flag("reverse", true);
+    out.text("letter", rig.turntable->letter);
+    out.number("speed_deg_s", rig.turntable->speed_deg_s);
+    out.text("move", rig.turntable->move);
+    out.text("ask", rig.turntable->ask);
+    out.text("answer", rig.turntable->answer);
+    out.text("done", rig.turntable->done);
+    out.text("fault", rig.turntable->fault);
   }
   if (rig.trigger) {
     text += "trigger:\n";

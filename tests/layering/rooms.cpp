@@ -91,6 +91,7 @@ const Table& rooms() {
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},
         {"drivers/trigger", {"drivers/net"}},
+        {"drivers/turntable", {"drivers/net"}},
         {"drivers/gige_codec", {"core/records"}},
         {"drivers/camera", {"core/frames"}},
         {"drivers/camera/aravis", {"drivers/camera", "drivers/net", "core/io"}},

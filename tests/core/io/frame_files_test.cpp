@@ -93,5 +93,33 @@ TEST(FrameFiles, PulsesMustGoUp) {
   EXPECT_THAT(refusal("0\n"), HasSubstr("2 values"));
 }
 
+TEST(FrameFiles, TableAnglesGoThereAndBack) {
+  const std::string path = testing::TempDir() + "/rigcal_turntable.csv";
+  auto table = TurntableTable::create(path);
+  ASSERT_TRUE(table.has_value());
+  ASSERT_TRUE(table->add({5, -12.25}).has_value());
+  ASSERT_TRUE(table->add({1'700'000'000'000'000'000, 378.0}).has_value());
+  const auto angles = read_turntable(path);  // While it is being written.
+  ASSERT_TRUE(angles) << angles.error().message();
+  ASSERT_EQ(angles->size(), 2U);
+  EXPECT_EQ((*angles)[0].angle_deg, -12.25);
+  EXPECT_EQ((*angles)[1].stamp_ns, 1'700'000'000'000'000'000);
+  EXPECT_TRUE(table->close().has_value());
+  std::remove(path.c_str());
+}
+
+TEST(FrameFiles, TableAnglesThatMakeNoSenseAreRefused) {
+  const auto refusal = [](const std::string& lines) {
+    const auto angles = parse_turntable("stamp_ns,angle_deg\n" + lines, "turntable.csv");
+    return angles ? std::string() : angles.error().message();
+  };
+  EXPECT_EQ(refusal(""), "");
+  EXPECT_THAT(refusal("1,2\n1,3\n"), HasSubstr("turntable.csv:3"));
+  EXPECT_THAT(refusal("1,nan\n"), HasSubstr("angle_deg is 'nan'"));
+  EXPECT_THAT(refusal("1,1e9\n"), HasSubstr("angle_deg"));
+  EXPECT_THAT(refusal("1\n"), HasSubstr("2 values"));
+  EXPECT_THAT(parse_turntable("angle_deg,stamp_ns\n", "t").error().message(), HasSubstr("header"));
+}
+
 }  // namespace
 }  // namespace rigcal

@@ -86,6 +86,7 @@ const Mistake mistakes[] = {
     {"BaseNotIdentity", ONE "initial_extrinsics:\n  a: {translation: [0, 0, 1e-3], rotation_xyzw: [0, 0, 0, 1]}\n",
      "rig.yaml:6", "identity"},
     {"AxisWithoutDirection", ONE "turntable: {axis: [0, 0, 0]}\n", "rig.yaml:5", "no direction"},
+    {"UnknownTableProtocol", ONE "turntable: {driver: serial, port: p, protocol: gerbl}\n", "rig.yaml:5", "protocol"},
     {"SerialWithoutPort", ONE "turntable: {driver: serial}\n", "rig.yaml:5", "'port' is missing"},
     {"LineWithoutChip", ONE "trigger: {line: 3}\n", "rig.yaml:5", "'gpiochip' is missing"},
     {"HostIp", ONE "lidar: {host_ip: here}\n", "rig.yaml:5", "no IPv4 address"},

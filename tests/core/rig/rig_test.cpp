@@ -35,7 +35,8 @@ sensors:
                  distortion: [-0.1, 0.2, 1e-3, -2e-3, 0.05]}
 initial_extrinsics:
   mid100_left: {translation: [0.0, 0.10, -0.05], rotation_xyzw: [0, 0, 0.2588, 0.9659]}
-turntable: {driver: serial, axis: [0, 0, 2], port: /dev/ttyUSB0, baud: 9600, protocol: g}
+turntable: {driver: serial, axis: [0, 0, 2], port: /dev/ttyUSB0, baud: 9600, protocol: ascii, reverse: true,
+             letter: A, speed_deg_s: 12.5, move: "GO {angle}", ask: none, answer: "AT {angle}", done: OK, fault: "E"}
 trigger:   {gpiochip: gpiochip0, line: 17, pulse_us: 500, strobe_line: 18, pps: /dev/pps0}
 lidar:     {interface: eth0, host_ip: 192.168.1.50, send_utc: true}
 board:     {type: checkerboard, inner_corners: [10, 8], square: 0.07, size: [0.77, 0.63], offset: [0, 0.01]}
@@ -76,6 +77,13 @@ TEST(Rig, ReadsEveryKeyOfTheContract) {
   EXPECT_EQ(camera.intrinsics->fy, 864.0);
   EXPECT_THAT(camera.intrinsics->distortion, testing::ElementsAre(-0.1, 0.2, 1e-3, -2e-3, 0.05));
   EXPECT_EQ(rig.turntable->axis->z(), 1.0);  // made a unit vector
+  EXPECT_EQ(rig.turntable->protocol, "ascii");
+  EXPECT_TRUE(rig.turntable->is_reversed);
+  EXPECT_EQ(rig.turntable->letter, "A");
+  EXPECT_EQ(rig.turntable->speed_deg_s, 12.5);
+  EXPECT_EQ(rig.turntable->move, "GO {angle}");
+  EXPECT_EQ(rig.turntable->ask, "none");
+  EXPECT_EQ(rig.turntable->done, "OK");
   EXPECT_EQ(rig.trigger->strobe_line, 18);
   EXPECT_EQ(rig.network.interface, "eth0");
   EXPECT_EQ(rig.board->inner_corners[1], 8);
