@@ -1,5 +1,6 @@
 #include "apps/camera_recorder.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -50,6 +51,8 @@ CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera>
       folder_(std::move(folder)),
       table_(std::move(table)),
       clock_(session_start),
+      taking_("frames of " + wanted_.sensor),
+      writing_("images of " + wanted_.sensor),
       waiting_(kMostWaiting) {
   pulses_.reserve(kMostPulses);
   taken_pulses_.reserve(kMostPulses);
@@ -108,6 +111,7 @@ void CameraRecorder::publish() {
 
 void CameraRecorder::take() {
   if (prepare_camera()) take_frames();
+  taking_.rest();
   publish();
   {
     const std::lock_guard lock(mutex_);
@@ -172,6 +176,7 @@ void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
 
 void CameraRecorder::take_frames() {
   while (!is_stopped_) {
+    taking_.beat();
     auto delivery = camera_->next(kLookNs);
     if (!delivery) {
       tell(delivery.error().message(), true);
@@ -221,11 +226,13 @@ void CameraRecorder::queue(camera::Frame frame) {
   place.frame = std::move(frame);
   place.record = std::move(record);
   ++count_;
+  status_.most_waiting = std::max(status_.most_waiting, count_);
   changed_.notify_all();
 }
 
 void CameraRecorder::write() {
   while (true) {
+    writing_.beat();
     Waiting next;
     bool has_frame = false;
     bool is_last = false;
@@ -262,6 +269,7 @@ void CameraRecorder::write() {
     if (!done && !failure_) failure_ = done.error();
     if (is_last) break;
   }
+  writing_.rest();
   const Expected<void> closed = table_.close();
   const std::lock_guard lock(mutex_);
   if (!closed && !failure_) failure_ = closed.error();
@@ -309,6 +317,7 @@ Expected<FrameRecord> CameraRecorder::write(const Waiting& waiting) {
   record.file = name.data();
   const std::lock_guard lock(mutex_);
   ++status_.written;
+  status_.last_image_ns = record.stamp_ns;
   status_.bytes += png->size();
   return record;
 }

@@ -13,6 +13,7 @@
 
 #include "apps/capture_event.h"
 #include "apps/frame_matching.h"
+#include "apps/heartbeat.h"
 #include "apps/rig_cameras.h"
 #include "core/clocks/device_clock.h"
 #include "core/io/frame_files.h"
@@ -28,7 +29,9 @@ struct CaptureCamera {
   std::uint64_t written = 0;           ///< Images on the disk.
   std::uint64_t dropped_by_queue = 0;  ///< Frames that the disk, or packing them, was too slow for.
   std::uint64_t bytes = 0;
-  double frames_per_s = 0.0;  ///< Since the last look.
+  std::size_t most_waiting = 0;    ///< Frames that waited for the disk at once.
+  std::int64_t last_image_ns = 0;  ///< Stamp of the last image on the disk; 0: none yet.
+  double frames_per_s = 0.0;       ///< Since the last look.
   /// Of a camera that waits for the pulses of the rig's own line: what became of both.
   std::optional<MatchLedger> matching;
   std::optional<CameraClockFigures> clock;  ///< Likewise, once its clock is mapped by its pulses.
@@ -68,6 +71,9 @@ class CameraRecorder {
   [[nodiscard]] std::vector<CaptureEvent> take_events();
   /// What went wrong with the disk.
   [[nodiscard]] std::optional<Error> failure() const;
+  /// Of the thread that takes frames, and of the one that writes them.
+  [[nodiscard]] const Heartbeat& taking() const { return taking_; }
+  [[nodiscard]] const Heartbeat& writing() const { return writing_; }
 
  private:
   struct Waiting {
@@ -101,6 +107,8 @@ class CameraRecorder {
   DeviceClock device_clock_;
   std::optional<double> exposure_us_;
   std::atomic<bool> is_stopped_{false};
+  Heartbeat taking_;
+  Heartbeat writing_;
 
   mutable std::mutex mutex_;  ///< Of what follows.
   std::condition_variable changed_;

@@ -2,16 +2,18 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <thread>
 #include <utility>
 
+#include "apps/capture_guide.h"
 #include "apps/capture_log.h"
-#include "apps/packet_taker.h"
-#include "apps/session_counters.h"
+#include "apps/capture_record.h"
+#include "apps/session_keeper.h"
+#include "apps/table_recorder.h"
 #include "apps/trigger_recorder.h"
-#include "core/base/text.h"
-#include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
@@ -21,100 +23,90 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds look_period{100};
-constexpr std::chrono::seconds show_period{1};
-constexpr std::int64_t pair_period_ns = 10'000'000'000;
-constexpr std::int64_t pair_step_ns = 1'000;
-constexpr std::size_t most_pairs = 1U << 20U;
+constexpr std::chrono::milliseconds show_period{500};
+constexpr std::chrono::seconds disk_period{1};
+constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
+constexpr double disk_warning_s = 120.0;
+constexpr double stuck_s = 3.0;
+constexpr std::size_t shown_events = 20;
 
-/// Pairs of clock readings, ten a second where CLOCK_REALTIME is being set, otherwise one in ten seconds.
-class ClockPairs {
- public:
-  void add(const net::ClockReading& reading) {
-    if (!pairs_.empty() && reading.monotonic_ns - pairs_.back().monotonic_ns < pair_period_ns) {
-      const std::int64_t step =
-          (reading.realtime_ns - reading.monotonic_ns) - (pairs_.back().realtime_ns - pairs_.back().monotonic_ns);
-      if (std::abs(step) < pair_step_ns) return;
-    }
-    if (pairs_.size() < most_pairs) pairs_.push_back({reading.realtime_ns, reading.monotonic_ns});
+std::vector<std::string> names_of_lidars(const Rig& rig) {
+  std::vector<std::string> names;
+  for (const Sensor& sensor : rig.sensors)
+    if (sensor.is_lidar() && sensor.lidar->model != LidarModel::other) names.push_back(sensor.name);
+  return names;
+}
+
+/// What takes part in a capture. Members are ended in the order of `Capture::shut_down`.
+struct Parts {
+  livox::Driver& driver;
+  PacketTaker& recording;
+  std::vector<std::shared_ptr<CameraRecorder>>& cameras;
+  TriggerRecorder* trigger;  ///< Nothing where the rig has no lines.
+  TableRecorder* table;      ///< Nothing where it is turned by hand.
+  LiveStops& stops;
+  SessionKeeper& keeper;
+
+  [[nodiscard]] std::vector<std::string> camera_names() const {
+    std::vector<std::string> names;
+    for (const auto& camera : cameras) names.push_back(camera->status().sensor);
+    return names;
   }
-  [[nodiscard]] const std::vector<ClockPair>& pairs() const { return pairs_; }
-
- private:
-  std::vector<ClockPair> pairs_;
+  [[nodiscard]] std::vector<const Heartbeat*> heartbeats() const {
+    std::vector<const Heartbeat*> beats{&recording.heartbeat(), &keeper.heartbeat()};
+    for (const auto& camera : cameras) beats.insert(beats.end(), {&camera->taking(), &camera->writing()});
+    if (trigger != nullptr) beats.push_back(&trigger->heartbeat());
+    return beats;
+  }
 };
-
-// What the stamps of a stream say is missing.
-void list_gaps(const std::string& sensor, const char* what, const StreamBook& book, std::vector<std::string>& gaps) {
-  std::uint64_t listed = 0;
-  for (const StreamGap& gap : book.listed_gaps) {
-    gaps.push_back(utc_text(gap.start_ns) + " " + sensor + ": " + std::to_string(gap.lost) + " " + what +
-                   " are missing, " + fixed_text(1e-6 * static_cast<double>(gap.length_ns), 1) + " ms");
-    listed += gap.lost;
-  }
-  if (book.lost > listed && !book.listed_gaps.empty())
-    gaps.push_back(utc_text(book.listed_gaps.back().start_ns) + " " + sensor + ": and after that " +
-                   std::to_string(book.lost - listed) + " more " + what);
-}
-
-void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t>& counters) {
-  counters.insert({{"matched", ledger.matched},
-                   {"doubled", ledger.doubled},
-                   {"without_pulse", ledger.without_pulse},
-                   {"doubtful", ledger.doubtful + ledger.strays},
-                   {"pulses_without_frame", ledger.pulses_without_frame},
-                   {"pulses_too_soon", ledger.pulses_too_soon}});
-}
 
 class Capture {
  public:
-  using Cameras = std::vector<std::shared_ptr<CameraRecorder>>;
-
-  Capture(const Rig& rig, livox::Driver& driver, PacketTaker& recording, Cameras& cameras, TriggerRecorder* trigger,
-          const CaptureOptions& options)
+  Capture(const Rig& rig, const Parts& parts, const CaptureOptions& options)
       : rig_(rig),
-        driver_(driver),
-        recording_(recording),
-        cameras_(cameras),
-        trigger_(trigger),
+        parts_(parts),
         options_(options),
-        log_(names_of(rig)) {}
+        names_(names_of_lidars(rig)),
+        guide_(options.goal, names_, parts.camera_names(), parts.stops, parts.table),
+        log_(names_) {}
 
   void run(const RunContext& context, const std::function<void(const CaptureStatus&)>& show) {
     auto shown = started_;
-    while (!context.cancelled() && !is_over()) {
+    while (true) {
       std::this_thread::sleep_for(look_period);
       look();
-      if (recording_.has_ended()) break;
+      const bool is_enough = options_.is_enough && options_.is_enough();
+      if (context.cancelled() || is_over() || is_enough) guide_.end(now_ns());
+      if (parts_.recording.has_ended()) {
+        const auto error = parts_.recording.figures().error;
+        guide_.end(now_ns(), error ? error->message() : "the recording has ended");
+      }
+      look_at_disk(context.reporter);
+      watch();
+      const CaptureGuide::Wish wish = guide_.look(now_ns(), parts_.driver.devices(), cameras());
+      take_guide_events();
+      if (wish.end) break;
+      if (wish.secure || Clock::now() - secured_ >= secure_period) secure();
       if (Clock::now() - shown < show_period) continue;
       shown = Clock::now();
-      show(status());
+      CaptureStatus now = status();
+      add_rates(now);
+      show(now);
     }
-    look();
-    log_.end();
-    if (trigger_ != nullptr) trigger_->finish();
-    for (const auto& camera : cameras_) camera->stop();
-    driver_.stop();
-    recording_.finish();
-    for (const auto& camera : cameras_) camera->finish();
-    look();
+    shut_down(context);
   }
 
   void note_gap(const std::string& about, const std::string& what) { log_.add(now_ns(), about, what, true); }
 
   [[nodiscard]] CaptureStatus status() {
-    const PacketTaker::Figures figures = recording_.figures();
+    const PacketTaker::Figures figures = parts_.recording.figures();
     CaptureStatus status;
-    const auto now = Clock::now();
-    status.seconds = std::chrono::duration<double>(now - started_).count();
+    status.seconds = std::chrono::duration<double>(Clock::now() - started_).count();
     status.bytes = figures.bytes;
-    const double since = std::chrono::duration<double>(now - last_look_).count();
-    std::vector<livox::DeviceReport> reports = driver_.devices();
-    last_packets_.resize(reports.size(), 0);
+    std::vector<livox::DeviceReport> reports = parts_.driver.devices();
     for (std::size_t i = 0; i < reports.size(); ++i) {
       CaptureDevice device;
       device.sensor = names_[i];
-      if (since > 0.0) device.packets_per_s = static_cast<double>(reports[i].packets - last_packets_[i]) / since;
-      last_packets_[i] = reports[i].packets;
       if (const DeviceIngest* heard = figures.ingest.of_sensor(rig_.find(device.sensor))) {
         device.lost = heard->point_stream.lost + heard->imu_stream.lost;
         device.expected = heard->point_stream.expected() + heard->imu_stream.expected();
@@ -123,97 +115,73 @@ class Capture {
       device.report = std::move(reports[i]);
       status.devices.push_back(std::move(device));
     }
-    last_written_.resize(cameras_.size(), 0);
-    for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      CaptureCamera camera = cameras_[i]->status();
-      if (since > 0.0) camera.frames_per_s = static_cast<double>(camera.counters.whole() - last_written_[i]) / since;
-      last_written_[i] = camera.counters.whole();
-      status.cameras.push_back(std::move(camera));
+    status.cameras = cameras();
+    if (parts_.trigger != nullptr) status.trigger = parts_.trigger->report();
+    status.progress = guide_.progress();
+    status.stops = guide_.stops();
+    status.live = parts_.stops.status();
+    if (parts_.table != nullptr) status.table_deg = parts_.table->angle_deg();
+    status.disk = disk_;
+    status.worst_wait_s = 1e-9 * static_cast<double>(figures.worst_wait_ns);
+    status.worst_write_s = 1e-9 * static_cast<double>(figures.worst_write_ns);
+    for (const auto& [name, is_stuck] : stuck_) {
+      if (is_stuck) status.stuck_threads.push_back(name);
     }
-    if (trigger_ != nullptr) status.trigger = trigger_->report();
-    last_look_ = now;
+    status.events = log_.count();
+    status.news = log_.last_events(shown_events);
     return status;
   }
 
   [[nodiscard]] CaptureSummary summary() {
-    const PacketTaker::Figures figures = recording_.figures();
+    const PacketTaker::Figures figures = parts_.recording.figures();
     CaptureSummary summary;
     summary.session = options_.out;
     summary.status = status();
-    summary.interfaces = driver_.interfaces();
-    summary.control_datagrams = driver_.control_datagrams();
+    summary.interfaces = parts_.driver.interfaces();
+    summary.control_datagrams = parts_.driver.control_datagrams();
     summary.recorded = figures.recorded;
-    summary.dropped_control = driver_.dropped_control();
+    summary.dropped_control = parts_.driver.dropped_control();
     summary.forgotten_until_ns = figures.forgotten_until_ns;
     if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
     summary.gaps = log_.gaps();
-    for (const DeviceIngest& device : figures.ingest.devices) {
-      if (device.sensor < 0) continue;
-      const std::string& name = rig_.sensors[static_cast<std::size_t>(device.sensor)].name;
-      list_gaps(name, "packets of points", device.point_stream, summary.gaps);
-      list_gaps(name, "packets of the IMU", device.imu_stream, summary.gaps);
-    }
+    const std::vector<std::string> gaps = stream_gaps(rig_, figures.ingest);
+    summary.gaps.insert(summary.gaps.end(), gaps.begin(), gaps.end());
     std::sort(summary.gaps.begin(), summary.gaps.end());  // Each begins with its time.
-    summary.notes = driver_.notes();
+    summary.notes = parts_.driver.notes();
     if (summary.status.trigger)
       summary.notes.insert(summary.notes.end(), summary.status.trigger->notes.begin(),
                            summary.status.trigger->notes.end());
+    if (reading_) {
+      summary.status.stops.clear();
+      for (const StopRecord& stop : reading_->stops) summary.status.stops.push_back(stop.stop);
+    }
+    summary.reading = std::move(reading_);
     return summary;
   }
 
-  [[nodiscard]] SessionRecord record(const CaptureSummary& summary) const {
-    const PacketTaker::Figures figures = recording_.figures();
+  [[nodiscard]] SessionRecord record(const CaptureStatus& status, std::vector<std::string> gaps) const {
     SessionRecord record;
     record.software = version();
-    record.start_ns = driver_.session_start().realtime_ns;
-    record.end_ns = now_ns();
+    record.start_ns = parts_.driver.session_start().realtime_ns;
     record.clock_pairs = clock_pairs_.pairs();
-    record.counters = session_counters(rig_, figures.ingest);
-    for (auto& [name, counters] : record.counters) {
-      counters.erase("points");  // Nobody has looked at them.
-      counters.erase("imu_samples");
-    }
-    for (const CaptureDevice& device : summary.status.devices)
-      record.counters[device.sensor]["connection_losses"] = device.report.link.counters.losses;
-    for (const CaptureCamera& camera : summary.status.cameras) {
-      const camera::CameraCounters& counters = camera.counters;
-      record.counters[camera.sensor] = {{"frames", counters.whole()},
-                                        {"images", camera.written},
-                                        {"damaged", counters.damaged()},
-                                        {"missing", counters.missing},
-                                        {"no_buffer", counters.no_buffer},
-                                        {"dropped_by_queue", camera.dropped_by_queue},
-                                        {"resent_packets", counters.resent_packets},
-                                        {"connection_losses", counters.losses}};
-      if (camera.matching) add_matching(*camera.matching, record.counters[camera.sensor]);
-    }
-    if (const auto& trigger = summary.status.trigger) {
-      record.counters["trigger"] = {{"pulses", trigger->pulses},
-                                    {"skipped", trigger->skipped},
-                                    {"strobe_pulses", trigger->strobe_pulses},
-                                    {"pps_pulses", trigger->pps_pulses},
-                                    {"dropped_events", trigger->dropped_events},
-                                    {"connection_losses", trigger->losses}};
-    }
-    for (const livox::InterfaceReport& report : summary.interfaces) {
-      auto& counters = record.counters["interface " + report.interface.name + " " + to_string(report.interface.ip)];
-      counters = {{"received", report.counters.received},
-                  {"dropped_by_kernel", report.counters.dropped_by_kernel},
-                  {"dropped_by_queue", report.counters.dropped_by_queue},
-                  {"strangers", report.counters.strangers},
-                  {"errors", report.counters.errors}};
-    }
-    record.gaps = summary.gaps;
+    record.counters = capture_counters(rig_, parts_.recording.figures(), status, parts_.driver.interfaces());
+    for (const Heartbeat* heartbeat : parts_.heartbeats())
+      record.counters["thread " + heartbeat->name()] = {
+          {"worst_pause_us", static_cast<std::uint64_t>(heartbeat->worst_ns() / 1000)}};
+    record.counters["recording"]["secured"] = parts_.keeper.secured();
+    record.counters["recording"]["worst_secure_us"] = static_cast<std::uint64_t>(1e6 * parts_.keeper.worst_s());
+    record.gaps = std::move(gaps);
     record.events = log_.events();
     return record;
   }
-
-  static std::vector<std::string> names_of(const Rig& rig) {
-    std::vector<std::string> names;
-    for (const Sensor& sensor : rig.sensors)
-      if (sensor.is_lidar() && sensor.lidar->model != LidarModel::other) names.push_back(sensor.name);
-    return names;
+  [[nodiscard]] SessionRecord last_record(const CaptureSummary& summary) const {
+    SessionRecord last = record(summary.status, summary.gaps);
+    last.end_ns = now_ns();
+    return last;
   }
+
+  /// The disk ran out of room; what was there is recorded.
+  [[nodiscard]] const std::optional<Error>& disk_failure() const { return disk_failure_; }
 
  private:
   [[nodiscard]] bool is_over() const {
@@ -221,34 +189,131 @@ class Capture {
            std::chrono::duration<double>(Clock::now() - started_).count() >= *options_.duration_s;
   }
   [[nodiscard]] std::int64_t now_ns() const {
-    return net::SessionClock(driver_.session_start()).from_monotonic(net::read_clocks().monotonic_ns);
+    return net::SessionClock(parts_.driver.session_start()).from_monotonic(net::read_clocks().monotonic_ns);
   }
+  [[nodiscard]] std::vector<CaptureCamera> cameras() const {
+    std::vector<CaptureCamera> cameras;
+    for (const auto& camera : parts_.cameras) cameras.push_back(camera->status());
+    return cameras;
+  }
+
   void look() {
     clock_pairs_.add(net::read_clocks());
-    for (const livox::Event& event : driver_.control().take_events()) log_.add(event);
-    log_.compare(now_ns(), driver_.interfaces());
-    for (const auto& camera : cameras_) {
+    for (const livox::Event& event : parts_.driver.control().take_events()) log_.add(event);
+    log_.compare(now_ns(), parts_.driver.interfaces());
+    for (const auto& camera : parts_.cameras) {
       for (const CaptureEvent& event : camera->take_events())
         log_.add(event.stamp_ns, camera->status().sensor, event.text, event.is_gap);
     }
-    if (trigger_ == nullptr) return;
-    for (const CaptureEvent& event : trigger_->take_events())
+    if (parts_.trigger == nullptr) return;
+    for (const CaptureEvent& event : parts_.trigger->take_events())
       log_.add(event.stamp_ns, "trigger", event.text, event.is_gap);
+  }
+  void take_guide_events() {
+    for (const CaptureEvent& event : guide_.take_events())
+      log_.add(event.stamp_ns, "capture", event.text, event.is_gap);
+  }
+
+  void look_at_disk(Reporter& reporter) {
+    if (disk_ && Clock::now() - disk_looked_ < disk_period) return;
+    disk_looked_ = Clock::now();
+    const auto free = free_bytes(options_.out);
+    if (!free || disk_failure_) return;
+    std::uint64_t bytes = parts_.recording.figures().bytes;
+    for (const CaptureCamera& camera : cameras()) bytes += camera.bytes;
+    disk_ = forecast_.add(std::chrono::duration<double>(Clock::now() - started_).count(), bytes, *free);
+    const std::string megabytes = std::to_string(*free >> 20U) + " MiB";
+    if (*free < DiskForecast::kReserveBytes) {
+      disk_failure_ =
+          system_error("the disk is full but for " + megabytes + ": the capture was ended, and is whole so far",
+                       options_.out, "make room or choose another disk");
+      guide_.end(now_ns(), disk_failure_->message());
+    } else if (disk_->seconds_left && *disk_->seconds_left < disk_warning_s && !is_disk_warned_) {
+      is_disk_warned_ = true;
+      const std::string text = "the disk will be full in about " + std::to_string(std::lround(*disk_->seconds_left)) +
+                               " s (" + megabytes + " free)";
+      log_.add(now_ns(), "recording", text, false);
+      reporter.warn(text);
+    }
+  }
+
+  // Threads that do not move any more.
+  void watch() {
+    for (const Heartbeat* heartbeat : parts_.heartbeats()) {
+      bool& is_stuck = stuck_[heartbeat->name()];
+      const double pause_s = heartbeat->pause_s();
+      if (pause_s >= stuck_s && !is_stuck)
+        log_.add(now_ns(), "thread " + heartbeat->name(),
+                 "has not moved for " + std::to_string(std::lround(stuck_s)) + " s: the disk or the device holds it up",
+                 false);
+      if (pause_s < stuck_s && is_stuck) log_.add(now_ns(), "thread " + heartbeat->name(), "moves again", false);
+      is_stuck = pause_s >= stuck_s;
+    }
+  }
+
+  void secure() {
+    secured_ = Clock::now();
+    parts_.keeper.secure(record(status(), log_.gaps()));
+  }
+  // Since the last call.
+  void add_rates(CaptureStatus& status) {
+    const auto now = Clock::now();
+    const double since = std::chrono::duration<double>(now - std::exchange(last_rates_, now)).count();
+    if (!(since > 0.0)) return;
+    last_packets_.resize(status.devices.size(), 0);
+    for (std::size_t i = 0; i < status.devices.size(); ++i) {
+      const std::uint64_t packets = status.devices[i].report.packets;
+      status.devices[i].packets_per_s = static_cast<double>(packets - std::exchange(last_packets_[i], packets)) / since;
+    }
+    last_frames_.resize(status.cameras.size(), 0);
+    for (std::size_t i = 0; i < status.cameras.size(); ++i) {
+      const std::uint64_t frames = status.cameras[i].counters.whole();
+      status.cameras[i].frames_per_s = static_cast<double>(frames - std::exchange(last_frames_[i], frames)) / since;
+    }
+  }
+
+  // No more pulses, then no more frames, then no more packets; then what is on its way is written; then the stops are
+  // read to the end.
+  void shut_down(const RunContext& context) {
+    look();
+    log_.end();
+    if (parts_.trigger != nullptr) parts_.trigger->finish();
+    for (const auto& camera : parts_.cameras) camera->stop();
+    parts_.driver.stop();
+    parts_.recording.finish();
+    for (const auto& camera : parts_.cameras) camera->finish();
+    parts_.keeper.finish();
+    // Not to be cut short: that it was told to stop is a normal end.
+    Expected<StopReading> reading = parts_.stops.finish({context.reporter, {}});
+    if (reading) {
+      reading_ = std::move(*reading);
+    } else {
+      log_.add(now_ns(), "stops", reading.error().message(), false);
+    }
+    guide_.look(now_ns(), parts_.driver.devices(), cameras());
+    take_guide_events();
+    look();
   }
 
   const Rig& rig_;
-  livox::Driver& driver_;
-  PacketTaker& recording_;
-  Cameras& cameras_;
-  TriggerRecorder* trigger_;  ///< Nothing where the rig has no lines.
+  Parts parts_;
   const CaptureOptions& options_;
-  std::vector<std::string> names_ = names_of(rig_);
+  std::vector<std::string> names_;
+  CaptureGuide guide_;
   CaptureLog log_;
   ClockPairs clock_pairs_;
   Clock::time_point started_ = Clock::now();
-  Clock::time_point last_look_ = started_;
-  std::vector<std::uint64_t> last_packets_;
-  std::vector<std::uint64_t> last_written_;  ///< Frames, by camera.
+  Clock::time_point last_rates_ = started_;
+  Clock::time_point secured_ = started_;
+  Clock::time_point disk_looked_ = started_;
+  DiskForecast forecast_;
+  std::optional<DiskRoom> disk_;
+  bool is_disk_warned_ = false;
+  std::optional<Error> disk_failure_;
+  std::map<std::string, bool> stuck_;        ///< By thread.
+  std::vector<std::uint64_t> last_packets_;  ///< By device, at `last_rates_`.
+  std::vector<std::uint64_t> last_frames_;   ///< By camera, likewise.
+  std::optional<StopReading> reading_;
 };
 
 }  // namespace
@@ -264,7 +329,9 @@ bool CaptureSummary::is_complete() const {
     return camera.written > 0 && camera.dropped_by_queue == 0 && camera.counters.no_buffer == 0 &&
            camera.counters.losses == 0;
   });
-  return all_there && all_kept && all_seen;
+  const CaptureProgress& progress = status.progress;
+  const bool all_in = progress.state != CaptureState::failed && progress.stops >= progress.wanted_stops;
+  return all_there && all_kept && all_seen && all_in;
 }
 
 Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver_options,
@@ -275,16 +342,28 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
     return input_error("exists already, and a session is never overwritten", options.out, "choose another name");
   auto driver = livox::Driver::start(driver_options);
   if (!driver) return driver.error();
+  std::unique_ptr<turntable::Table> turns;  // Before a session is made.
+  if (const auto wanted = table_options(rig)) {
+    auto started = turntable::Table::start(*wanted, (*driver)->session_start());
+    if (!started) return started.error();
+    turns = *std::move(started);
+  }
   SessionRecord begun;
   begun.software = version();
   begun.start_ns = (*driver)->session_start().realtime_ns;
   if (const auto created = create_session(options.out, rig, begun); !created) return created.error();
   auto recorder = PacketRecorder::create(options.out, options.keep_bytes);
   if (!recorder) return recorder.error();
+  std::unique_ptr<TableRecorder> table;
+  if (turns) {
+    auto made = TableRecorder::create(std::move(turns), options.out);
+    if (!made) return made.error();
+    table = *std::move(made);
+  }
   PacketTaker recording(**driver, *std::move(recorder), rig);
   for (const std::string& note : (*driver)->notes()) context.reporter.warn(note);
   CameraDrivers camera_drivers(camera_settings_folder());
-  Capture::Cameras cameras;
+  std::vector<std::shared_ptr<CameraRecorder>> cameras;
   for (const RigCamera& wanted : rig_cameras(rig)) {
     auto camera = CameraRecorder::start(wanted, camera_drivers, options.out, (*driver)->session_start());
     if (!camera) return camera.error();
@@ -304,12 +383,23 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
       context.reporter.warn(no_trigger);
     }
   }
-  Capture running(rig, **driver, recording, cameras, trigger.get(), options);
+  NoPoints no_sink;
+  StreamSource source;
+  source.path = options.out;
+  source.file = session_packets_path(options.out);
+  source.rig = rig;
+  LiveStops stops(std::move(source), recording.progress(), options.sink != nullptr ? *options.sink : no_sink);
+  SessionKeeper keeper(options.out);
+  CaptureOptions wanted = options;
+  wanted.goal.turns_itself = table != nullptr;
+  Capture running(rig, {**driver, recording, cameras, trigger.get(), table.get(), stops, keeper}, wanted);
   if (!no_trigger.empty()) running.note_gap("trigger", no_trigger);
   running.run(context, show);
-  const CaptureSummary summary = running.summary();
-  const Expected<void> recorded = write_session_record(options.out, running.record(summary));
+  CaptureSummary summary = running.summary();
+  const Expected<void> recorded = write_session_record(options.out, running.last_record(summary));
+  if (const auto& failure = running.disk_failure()) return *failure;
   if (const auto failure = recording.figures().error) return *failure;
+  if (table && table->failure()) return *table->failure();
   for (const auto& camera : cameras) {
     if (const auto failure = camera->failure()) return *failure;
   }

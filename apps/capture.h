@@ -17,6 +17,9 @@ struct CaptureOptions {
   std::string out;
   std::uint64_t keep_bytes = 0;      ///< Keep only the newest packets; 0: all.
   std::optional<double> duration_s;  ///< Nothing: until told to stop.
+  CaptureGoal goal;                  ///< `turns_itself` is set by the rig.
+  StopSink* sink = nullptr;          ///< Gets the points of each stop as it is found, see LiveStops; may be null.
+  std::function<bool()> is_enough;   ///< Asked ten times a second; true ends the capture. May be empty.
 };
 
 struct CaptureSummary {
@@ -28,16 +31,19 @@ struct CaptureSummary {
   std::uint64_t dropped_control = 0;
   std::optional<std::int64_t> forgotten_until_ns;
   std::vector<std::string> gaps;
-  std::vector<std::string> notes;  ///< What was less good than it could be, with its mend.
+  std::vector<std::string> notes;      ///< What was less good than it could be, with its mend.
+  std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
 
-  /// Every LiDAR and every camera has sent and was there to the end, and nothing got lost in this machine.
+  /// Every LiDAR and every camera has sent and was there to the end, nothing got lost in this machine, and all stops
+  /// that were asked for are in.
   [[nodiscard]] bool is_complete() const;
 };
 
-/// Records the LiDARs and cameras of a rig into a session until it is told to stop or its time is over; looks out for
-/// them, tells `show` every second how they do, and writes into session.json what happened. Trouble of a sensor or of
-/// the network ends nothing. Errors: the session exists already; no LiDAR in the rig; no interface, a port that is
-/// taken; the disk (the session is closed then, and holds what was written).
+/// Records the LiDARs and cameras of a rig into a session until it is told to stop, its time is over or its stops are
+/// in; looks out for them, turns a table that turns itself, tells `show` twice a second how they do, and writes into
+/// session.json what happened. Trouble of a sensor or of the network ends nothing. Errors: the session exists already;
+/// no LiDAR in the rig; no interface, a port that is taken; a table that cannot be had; the disk (the session is closed
+/// then, and holds what was written).
 [[nodiscard]] Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver,
                                                const CaptureOptions& options, const RunContext& context,
                                                const std::function<void(const CaptureStatus&)>& show);

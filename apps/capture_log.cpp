@@ -1,5 +1,6 @@
 #include "apps/capture_log.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "apps/doctor.h"
@@ -68,7 +69,14 @@ void CaptureLog::add(std::int64_t stamp_ns, const std::string& about, const std:
     }
   };
   keep(events_, left_out_events_);
+  newest_.push_back(dated);
+  if (newest_.size() > kNewest) newest_.pop_front();
   if (is_gap) keep(gaps_, left_out_gaps_);
+}
+
+std::vector<std::string> CaptureLog::last_events(std::size_t count) const {
+  const std::size_t first = newest_.size() - std::min(count, newest_.size());
+  return {newest_.begin() + static_cast<std::ptrdiff_t>(first), newest_.end()};
 }
 
 std::vector<std::string> CaptureLog::closed(std::vector<std::string> sentences, std::uint64_t left_out) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ namespace rigcal {
 class CaptureLog {
  public:
   static constexpr std::size_t kMost = 10'000;
+  static constexpr std::size_t kNewest = 100;
 
   /// `sensors`: names by device of the driver.
   explicit CaptureLog(std::vector<std::string> sensors) : sensors_(std::move(sensors)) {}
@@ -27,6 +29,9 @@ class CaptureLog {
 
   /// The oldest first; the last one says how many more there were.
   [[nodiscard]] std::vector<std::string> events() const { return closed(events_, left_out_events_); }
+  /// The newest `count`, the newest last.
+  [[nodiscard]] std::uint64_t count() const { return events_.size() + left_out_events_; }
+  [[nodiscard]] std::vector<std::string> last_events(std::size_t count) const;
   [[nodiscard]] std::vector<std::string> gaps() const { return closed(gaps_, left_out_gaps_); }
 
  private:
@@ -35,6 +40,7 @@ class CaptureLog {
   std::vector<std::string> sensors_;
   std::vector<std::string> events_;
   std::vector<std::string> gaps_;
+  std::deque<std::string> newest_;  ///< Also those that are left out.
   bool is_over_ = false;
   std::uint64_t left_out_events_ = 0;
   std::uint64_t left_out_gaps_ = 0;

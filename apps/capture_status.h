@@ -8,6 +8,8 @@
 
 #include "apps/camera_recorder.h"
 #include "apps/live_stops.h"
+#include "apps/session_keeper.h"
+#include "core/turntable/capture_machine.h"
 #include "drivers/livox/device/driver.h"
 #include "drivers/trigger/trigger.h"
 
@@ -30,8 +32,16 @@ struct CaptureStatus {
   std::vector<CaptureCamera> cameras;
   std::optional<trigger::TriggerReport> trigger;  ///< Of the rig's own lines.
   std::uint64_t bytes = 0;                        ///< On the disk, without images.
-  std::vector<Stop> stops;                        ///< Complete ones, in order.
+  CaptureProgress progress;                       ///< State, stops that count, what is awaited.
+  std::vector<Stop> stops;                        ///< Complete ones, in order; also those that do not count.
   LiveStopStatus live;                            ///< The rest that goes on.
+  std::optional<double> table_deg;                ///< Where a table that turns itself says it is.
+  std::optional<DiskRoom> disk;
+  double worst_wait_s = 0.0;               ///< Of a packet, from its arrival to the file.
+  double worst_write_s = 0.0;              ///< Of the disk, to take what it was given.
+  std::vector<std::string> stuck_threads;  ///< Threads of the program that do not move, and since when.
+  std::uint64_t events = 0;                ///< That were ever told of.
+  std::vector<std::string> news;           ///< The last things that happened, each with its time; the newest last.
 };
 
 }  // namespace rigcal

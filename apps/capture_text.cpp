@@ -7,6 +7,7 @@
 #include "apps/doctor.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
+#include "core/turntable/coach.h"
 #include "drivers/livox_codec/status.h"
 
 namespace rigcal {
@@ -179,6 +180,12 @@ std::string capture_text(const CaptureSummary& summary) {
                 static_cast<unsigned long long>(summary.recorded), 1e-6 * static_cast<double>(summary.status.bytes),
                 summary.is_complete() ? "" : ", incomplete");
   std::string text = summary.session + head.data();
+  const CaptureProgress& progress = summary.status.progress;
+  if (progress.state != CaptureState::idle) {
+    text += "  " + advice(progress);
+    if (progress.short_stops > 0) text += ", " + std::to_string(progress.short_stops) + " more were left too early";
+    text += "; " + std::to_string(summary.status.stops.size()) + " stops found\n";
+  }
   for (const CaptureDevice& device : summary.status.devices) {
     std::array<char, 160> line{};
     std::snprintf(line.data(), line.size(), "  %s: %llu packets, %llu lost%s\n", device.sensor.c_str(),
@@ -219,6 +226,15 @@ std::string capture_json(const CaptureSummary& summary) {
                               {"control_datagrams", summary.control_datagrams},
                               {"dropped_control", summary.dropped_control},
                               {"bytes", summary.status.bytes}};
+  const CaptureProgress& progress = summary.status.progress;
+  json["state"] = to_string(progress.state);
+  if (!progress.failure.empty()) json["failure"] = progress.failure;
+  json["stops_that_count"] = progress.stops;
+  json["stops"] = nlohmann::ordered_json::array();
+  for (const Stop& stop : summary.status.stops)
+    json["stops"].push_back({{"stop", stop.index}, {"start_ns", stop.start_ns}, {"end_ns", stop.end_ns}});
+  json["worst_wait_ms"] = 1e3 * summary.status.worst_wait_s;
+  json["worst_write_ms"] = 1e3 * summary.status.worst_write_s;
   json["forgotten_until_ns"] = nullptr;
   if (summary.forgotten_until_ns) json["forgotten_until_ns"] = *summary.forgotten_until_ns;
   json["sensors"] = nlohmann::ordered_json::array();

@@ -1,11 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <csignal>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "apps/capture.h"
+#include "apps/capture_dashboard.h"
 #include "apps/capture_text.h"
 #include "apps/command.h"
 #include "apps/live_datagrams.h"
@@ -43,6 +45,7 @@ std::string check_keep(const std::string& text) {
 }
 
 Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) {
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
   const auto devices = driver_options(*rig);
@@ -51,7 +54,12 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   command.driver.interface = devices->interface;
   command.driver.host_ip = devices->host_ip;
   command.driver.receive_bytes = static_cast<std::size_t>(command.receive_buffer_mib) << 20U;
-  const auto show = [&context](const CaptureStatus& status) { context.reporter.block(capture_lines(status)); };
+  std::uint64_t told = 0;
+  const auto show = [&context, &told](const CaptureStatus& status) {
+    for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
+    told = status.events;
+    context.reporter.block(dashboard_lines(status));
+  };
   const Expected<CaptureSummary> summary = capture(*rig, command.driver, command.capture, context.run_context(), show);
   context.reporter.clear();
   if (!summary) return summary.error();
@@ -88,6 +96,21 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::Range(0.1, 1e7))
       ->option_text("S");
   command
+      ->add_option("--stops", options->capture.goal.stops,
+                   "End when the rig has stood still at so many places (default: when told to)")
+      ->check(CLI::Range(1, 10'000))
+      ->option_text("N");
+  command
+      ->add_option("--dwell", options->capture.goal.dwell_s,
+                   "Seconds of rest that a stop is to have before the rig is turned on (default 1)")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->option_text("S");
+  command
+      ->add_option("--table-timeout", options->capture.goal.table_s,
+                   "Seconds that a table on a serial line may take for a step (default 60)")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->option_text("S");
+  command
       ->add_option_function<std::string>(
           "--keep", [options](const std::string& text) { options->capture.keep_bytes = *parse_bytes(text); },
           "Keep only the newest packets, so many bytes (default: all)")
@@ -100,7 +123,7 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command->add_flag("--lock-memory", options->driver.lock_memory, "Keep the program's memory from being swapped out");
   command->add_flag("--bind-interface", options->driver.bind_to_interface,
                     "Keep each socket to its interface (SO_BINDTODEVICE; needs CAP_NET_RAW)");
-  command->footer("Example:\n  rigcal capture --rig turntable --out session");
+  command->footer("Example:\n  rigcal capture --rig turntable --out session --stops 20");
   command->callback([options, &context] { context.run = [=, &context] { return run_capture(*options, context); }; });
 }
 

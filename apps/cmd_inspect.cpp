@@ -2,9 +2,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/command.h"
 #include "apps/inspection.h"
+#include "apps/session_repair.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
@@ -16,6 +18,7 @@ struct InspectOptions {
   std::string path;
   std::string other;  ///< A second result, or empty.
   std::string rig;
+  bool repair = false;
 };
 
 Expected<Inspection> inspect(const InspectOptions& options, const RunContext& context) {
@@ -44,8 +47,16 @@ Expected<Inspection> inspect(const InspectOptions& options, const RunContext& co
 }
 
 Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& context) {
-  const Expected<Inspection> inspection = inspect(options, context.run_context());
+  std::vector<std::string> repairs;
+  if (options.repair) {
+    Expected<std::vector<std::string>> done = repair_session(options.path, context.run_context());
+    if (!done) return done.error();
+    repairs = *std::move(done);
+    context.reporter.clear();
+  }
+  Expected<Inspection> inspection = inspect(options, context.run_context());
   if (!inspection) return inspection.error();
+  if (options.repair) (*inspection)["repairs"] = repairs;
   for (const auto& warning : inspection->at("warnings")) context.reporter.warn(warning.get<std::string>());
   if (context.json) {
     CommandContext::print(inspection->dump(2) + "\n");
@@ -66,6 +77,9 @@ void add_inspect_command(CLI::App& app, CommandContext& context) {
   command->add_option("OTHER", options->other, "A second result: says which sensors moved between the two");
   command->add_option("--rig", options->rig, "Rig file: then the stops of a dump or bag are shown too")
       ->option_text("RIG");
+  command->add_flag(
+      "--repair", options->repair,
+      "Finish a session that was cut short (power cut, full disk), so that it is as if it had been ended");
   command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_inspect(*options, context); }; });

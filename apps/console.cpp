@@ -70,6 +70,12 @@ void ConsoleReporter::block(const std::vector<std::string>& lines) {
   if (options_.terminal) block_lines_ = lines.size();
 }
 
+void ConsoleReporter::news(std::string_view line) {
+  const std::lock_guard lock(mutex_);
+  if (options_.quiet || options_.level > LogLevel::info || options_.terminal) return;
+  print_line("rigcal: ", line);
+}
+
 void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
   erase_bar();
   if (fraction < 0.0) {

@@ -39,6 +39,8 @@ class ConsoleReporter final : public Reporter {
   void progress(std::string_view stage, double fraction) override;
   /// Progress of several lines: on a terminal drawn over themselves, elsewhere printed at most every five seconds.
   void block(const std::vector<std::string>& lines);
+  /// Something that happened, as a line; not on a terminal, where the block shows it.
+  void news(std::string_view line);
   /// Shown once, however often it is said.
   void warn(std::string message) override;
   void debug(std::string message) override;

@@ -14,15 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Only counts.
-class CountingSink final : public StopSink {
- public:
-  Expected<void> restart() override { return {}; }
-  [[nodiscard]] Expected<void> status() const override { return {}; }
-  void points(int, int, std::span<const Point>) override {}
-  void stop_done(const StopRecord&) override {}
-};
-
 Inspection gap_json(const StreamGap& gap) {
   return {{"start_ns", gap.start_ns}, {"seconds", 1e-9 * static_cast<double>(gap.length_ns)}, {"packets", gap.lost}};
 }
@@ -231,7 +222,7 @@ Expected<Inspection> inspect_stream(const std::string& path, const RunContext& c
   StreamSource source;
   source.path = path;
   source.file = path;
-  CountingSink sink;
+  NoPoints sink;
   const Expected<StopReading> summary = read_stops(source, {}, sink, context);
   if (!summary) return summary.error();
   if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
@@ -246,7 +237,7 @@ Expected<Inspection> inspect_stream(const std::string& path, const RunContext& c
 }
 
 Expected<Inspection> inspect_recording(const StreamSource& source, const RunContext& context) {
-  CountingSink sink;
+  NoPoints sink;
   const StopOptions options;
   const Expected<StopReading> summary = read_stops(source, options, sink, context);
   if (!summary) return summary.error();

@@ -7,9 +7,11 @@
 #include <cerrno>
 #include <fstream>
 
+#include "apps/table_recorder.h"
 #include "drivers/camera/aravis/usb_cameras.h"
 #include "drivers/net/privileges.h"
 #include "drivers/trigger/pps.h"
+#include "drivers/turntable/serial_port.h"
 
 namespace rigcal {
 namespace {
@@ -85,6 +87,12 @@ Check check_pps_of_rig(const std::string& wanted, const std::vector<PpsFinding>&
           "load the driver of its input: sudo modprobe pps-gpio, or for a serial port: sudo ldattach PPS /dev/ttyS0"};
 }
 
+Check check_table(const Expected<void>& table, const Rig* rig) {
+  const std::string port = rig != nullptr && rig->turntable ? rig->turntable->port : "its port";
+  if (table) return {CheckLevel::good, "turntable", port + " can be used", {}};
+  return {CheckLevel::bad, "turntable", port + ": " + table.error().what, table.error().mend};
+}
+
 }  // namespace
 
 MachineFindings find_machine(const Rig* rig) {
@@ -98,6 +106,10 @@ MachineFindings find_machine(const Rig* rig) {
   rlimit limit{};
   if (geteuid() != 0 && getrlimit(RLIMIT_RTPRIO, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
     findings.realtime_priority = static_cast<int>(std::min<rlim_t>(limit.rlim_cur, 99));
+  if (const auto table = rig == nullptr ? std::nullopt : table_options(*rig)) {
+    const auto port = turntable::SerialPort::open(table->port, table->baud);
+    findings.table = port ? Expected<void>() : Expected<void>(port.error());
+  }
   if (rig == nullptr || !rig->trigger || rig->trigger->gpiochip.empty()) return findings;
   for (const std::optional<int>& line : {rig->trigger->line, rig->trigger->strobe_line}) {
     if (!line) continue;
@@ -116,6 +128,7 @@ std::vector<Check> check_machine(const MachineFindings& findings, const Rig* rig
     for (const PpsFinding& pps : findings.pps) checks.push_back(check_pps(pps, mend));
   }
   for (const LineFinding& line : findings.lines) checks.push_back(check_line(line, findings.chips, mend));
+  if (findings.table) checks.push_back(check_table(*findings.table, rig));
   if (has_trigger && !rig->trigger->pps.empty())
     checks.push_back(check_pps_of_rig(rig->trigger->pps, findings.pps, mend));
   if ((rig == nullptr || findings.has_usb_camera) && findings.usbfs_memory_mb)

@@ -35,6 +35,15 @@ class StopSink : public PatchSink {
   [[nodiscard]] virtual Expected<void> status() const = 0;
 };
 
+/// For who wants to know of the stops alone.
+class NoPoints final : public StopSink {
+ public:
+  Expected<void> restart() override { return {}; }
+  [[nodiscard]] Expected<void> status() const override { return {}; }
+  void points(int, int, std::span<const Point>) override {}
+  void stop_done(const StopRecord&) override {}
+};
+
 /// What was found in a recording beside the points themselves.
 struct StopReading {
   IngestSummary ingest;

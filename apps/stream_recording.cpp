@@ -2,6 +2,7 @@
 
 #include "apps/lidar_findings.h"
 #include "apps/stop_reader.h"
+#include "apps/table_angles.h"
 #include "core/base/parallel.h"
 
 namespace rigcal {
@@ -113,6 +114,11 @@ Expected<Recording> read_stream(const StreamSource& source, const CellOptions& c
     return input_error("no points while the rig stood still", source.path, "check that sampling was on");
   }
   take_rotations(out.rig, reading->stops, out.lidar);
+  const auto angles = session_table_angles(source.path);
+  if (!angles) return angles.error();
+  const std::string doubt =
+      merge_table_turns(table_turns(out.rig, *angles, out.lidar.stops), out.lidar.R_previous_this);
+  if (!doubt.empty()) context.reporter.warn(doubt);
   context.reporter.debug(source.path + ": " + std::to_string(reading->stops.size()) + " stops");
   return out;
 }

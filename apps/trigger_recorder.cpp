@@ -76,6 +76,7 @@ void TriggerRecorder::take() {
   Expected<void> written;
   trigger::TriggerEvent event;
   while (true) {
+    heartbeat_.beat();
     const bool was_stopped = is_stopped_;
     if (!trigger_->next(event, kLookNs)) {
       if (was_stopped) break;
@@ -89,6 +90,7 @@ void TriggerRecorder::take() {
     for (CameraRecorder* camera : cameras_) camera->add_pulse(pulse);
     if (written) written = table_.add(pulse);
   }
+  heartbeat_.rest();
   const Expected<void> closed = table_.close();
   if (written && !closed) written = closed;
   const std::lock_guard lock(mutex_);

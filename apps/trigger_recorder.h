@@ -9,6 +9,7 @@
 
 #include "apps/camera_recorder.h"
 #include "apps/capture_event.h"
+#include "apps/heartbeat.h"
 #include "core/io/frame_files.h"
 #include "core/rig/rig.h"
 #include "drivers/trigger/trigger.h"
@@ -40,6 +41,7 @@ class TriggerRecorder {
   [[nodiscard]] std::vector<CaptureEvent> take_events();
   /// What went wrong with the disk.
   [[nodiscard]] std::optional<Error> failure() const;
+  [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   TriggerRecorder(std::unique_ptr<trigger::Trigger> trigger, TriggerTable table, std::vector<CameraRecorder*> cameras);
@@ -49,6 +51,7 @@ class TriggerRecorder {
   std::unique_ptr<trigger::Trigger> trigger_;
   TriggerTable table_;
   std::vector<CameraRecorder*> cameras_;
+  Heartbeat heartbeat_{"pulses"};
   std::atomic<bool> is_stopped_{false};
   mutable std::mutex mutex_;  ///< Of what follows.
   std::vector<CaptureEvent> events_;

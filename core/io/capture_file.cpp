@@ -102,6 +102,7 @@ Expected<void> CaptureFile::read_head() {
   interface.link_type = u32(head, 20) & 0x03FF'FFFF;  // above that: the length of a frame check sequence
   interface.resolution = native == pcap_nano ? 9 : 6;
   interfaces_.push_back(interface);
+  whole_bytes_ = pcap_head_bytes;
   return {};
 }
 
@@ -126,7 +127,9 @@ bool CaptureFile::next_record(CapturedFrame& frame) {
   if (fraction < ticks_per_s) frame.stamp_ns = stamp_ns(interfaces_[0], seconds * ticks_per_s + fraction);
   frame.broken = false;
   frame.bytes = file_.take(size);
-  return frame.bytes.size() == size || damaged(offset, "a frame is cut");
+  if (frame.bytes.size() != size) return damaged(offset, "a frame is cut");
+  whole_bytes_ = file_.offset();
+  return true;
 }
 
 bool CaptureFile::begin_section() {
@@ -166,6 +169,7 @@ bool CaptureFile::next_packet_block(CapturedFrame& frame) {
     if (u32(rest, body_bytes) != size) return damaged(offset, "a block tells two lengths of itself");
     const ByteView body = rest.first(body_bytes);
     if (type == interface_description && !add_interface(body)) return damaged(offset, "an interface is no such");
+    whole_bytes_ = file_.offset();
     if (!packet) continue;
     read_packet(type, body, frame);
     return true;

@@ -30,6 +30,8 @@ class CaptureFile {
   [[nodiscard]] bool next(CapturedFrame& frame);
   /// Why reading ended before the file did, one clause with the offset in the file.
   [[nodiscard]] const std::string& damage() const { return damage_; }
+  /// Where the last whole block or frame ends: so much of a damaged file is worth keeping.
+  [[nodiscard]] std::uint64_t whole_bytes() const { return whole_bytes_; }
 
  private:
   struct Interface {
@@ -55,6 +57,7 @@ class CaptureFile {
   bool swapped_ = false;               ///< Of the other byte order than this machine.
   std::vector<Interface> interfaces_;  ///< Of this section; the only one of a pcap file.
   std::string damage_;
+  std::uint64_t whole_bytes_ = 0;
 };
 
 }  // namespace rigcal

@@ -22,6 +22,18 @@ class SessionClock {
   [[nodiscard]] std::int64_t from_realtime(std::int64_t stamp_ns) const {
     return from_monotonic(stamp_ns - latest_.realtime_ns + latest_.monotonic_ns);
   }
+  /// The same for a stamp of which it is known that it was taken within the last seconds before `now`: one from the
+  /// other side of a step of CLOCK_REALTIME, which no pair maps, is `now`.
+  [[nodiscard]] std::int64_t from_recent_realtime(std::int64_t stamp_ns, const ClockReading& now) const {
+    const std::int64_t mapped_ns = from_realtime(stamp_ns);
+    const std::int64_t now_ns = from_monotonic(now.monotonic_ns);
+    return mapped_ns > now_ns - kRecentNs && mapped_ns < now_ns + kRecentNs ? mapped_ns : now_ns;
+  }
+  /// Whether CLOCK_REALTIME was set between the latest pair and this one.
+  [[nodiscard]] bool has_stepped(const ClockReading& now) const {
+    const std::int64_t step = (now.realtime_ns - latest_.realtime_ns) - (now.monotonic_ns - latest_.monotonic_ns);
+    return step > kStepNs || step < -kStepNs;
+  }
   [[nodiscard]] std::int64_t from_monotonic(std::int64_t stamp_ns) const {
     return stamp_ns - start_.monotonic_ns + start_.realtime_ns;
   }
@@ -29,6 +41,8 @@ class SessionClock {
   [[nodiscard]] const ClockReading& latest() const { return latest_; }
 
  private:
+  static constexpr std::int64_t kRecentNs = 10'000'000'000;
+  static constexpr std::int64_t kStepNs = 1'000'000;
   ClockReading start_;
   ClockReading latest_;
 };

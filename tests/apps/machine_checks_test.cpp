@@ -101,6 +101,20 @@ TEST(MachineChecks, NeedTheLinesAndPulsesThatTheRigNames) {
   EXPECT_THAT(wrong(findings, &rig)[0], HasSubstr("sudo adduser $USER plugdev"));
 }
 
+TEST(MachineChecks, NeedThePortOfATableThatTurnsItself) {
+  Rig rig = rig_with_trigger();
+  rig.turntable.emplace();
+  rig.turntable->driver = "serial";
+  rig.turntable->port = "/dev/no_such_port";
+  MachineFindings findings = good_machine();
+  findings.table = Expected<void>();
+  EXPECT_THAT(wrong(findings, &rig), IsEmpty());
+  EXPECT_EQ(check_machine(findings, &rig, script).size(), 4U);
+  findings.table = find_machine(&rig).table;
+  EXPECT_THAT(wrong(findings, &rig),
+              ElementsAre(HasSubstr("turntable: /dev/no_such_port: there is no such serial port")));
+}
+
 TEST(MachineChecks, LookAtThisMachine) {
   const MachineFindings findings = find_machine(nullptr);
   EXPECT_THAT(findings.lines, IsEmpty());

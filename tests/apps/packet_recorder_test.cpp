@@ -10,6 +10,7 @@
 #include "apps/datagram_file.h"
 #include "core/io/session_folder.h"
 #include "drivers/livox_codec/discovery.h"
+#include "tests/support/allocation_counter.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal {
@@ -102,6 +103,21 @@ TEST_F(Recorder, APowerCutBetweenPartsLeavesThoseBefore) {
   EXPECT_THAT(cut.truncation, HasSubstr("ends before its last part"));
   fs::remove(newest);
   EXPECT_EQ(read().packets.size(), cut.packets.size());
+}
+
+TEST_F(Recorder, AsksForNoMemoryWhileItRecords) {
+  auto recorder = record(0, 100);
+  const std::vector<std::uint8_t> bytes(1300, 5);
+  bool is_written = true;
+  const std::uint64_t before = allocations_in_this_thread();
+  for (int i = 0; i < 5000; ++i) {
+    const auto written = recorder->write({1000 + i, {{127, 0, 0, 179}, 60001}, {{127, 0, 0, 1}, 56001}, bytes});
+    const auto handed_over = i % 100 == 0 ? recorder->hand_over() : Expected<void>();
+    is_written = is_written && written.has_value() && handed_over.has_value();
+  }
+  EXPECT_EQ(allocations_in_this_thread() - before, 0U);
+  EXPECT_TRUE(is_written);
+  EXPECT_TRUE(recorder->close().has_value());
 }
 
 TEST_F(Recorder, OtherFilesAreNoParts) {

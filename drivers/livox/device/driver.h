@@ -18,7 +18,7 @@ struct DriverOptions {
   std::string host_ip = "auto";
   bool bind_to_interface = false;           ///< Also keep the sockets to their interfaces; needs CAP_NET_RAW.
   std::size_t receive_bytes = 8U << 20U;    ///< Buffer of each data socket.
-  std::size_t queue_datagrams = 1U << 14U;  ///< Of each interface: 24 MiB, 3 s of a rig of 5500 packets a second.
+  std::size_t queue_datagrams = 1U << 15U;  ///< Of each interface: 48 MiB, 6 s of a rig of 5500 packets a second.
   std::uint16_t discovery_port = kDiscoveryPort;
   bool send_utc = false;  ///< Each second tell devices that have a PPS what time it is, by this machine's clock.
   bool realtime = false;

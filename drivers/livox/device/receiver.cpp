@@ -60,7 +60,7 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
     }
   }
   const net::ClockReading now = net::read_clocks();
-  if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns) clock_.update(now);
+  if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns || clock_.has_stepped(now)) clock_.update(now);
   std::size_t total = 0;
   for (int i = 0; i < most_batches; ++i) {
     const auto count = socket_.receive(batch_);
@@ -70,7 +70,7 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
       pause_for(pause_after_error_ns);
       return total > 0;
     }
-    queue(*count);
+    queue(*count, now);
     total += *count;
     if (*count < batch_.capacity()) break;
   }
@@ -80,7 +80,7 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
   return is_flowing_;
 }
 
-void Receiver::queue(std::size_t count) {
+void Receiver::queue(std::size_t count, const net::ClockReading& now) {
   for (std::size_t i = 0; i < count; ++i) {
     const net::Received& received = batch_[i];
     const std::size_t device = senders_.find(received.from.ip);
@@ -88,7 +88,7 @@ void Receiver::queue(std::size_t count) {
       strangers_.fetch_add(1, std::memory_order_relaxed);
       continue;
     }
-    const std::int64_t stamp_ns = clock_.from_realtime(received.realtime_ns);
+    const std::int64_t stamp_ns = clock_.from_recent_realtime(received.realtime_ns, now);
     if (!ring_.push({stamp_ns, received.from, received.to, received.bytes})) continue;
     received_.fetch_add(1, std::memory_order_relaxed);
     DeviceTraffic& traffic = traffic_[device];

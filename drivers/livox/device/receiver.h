@@ -86,7 +86,7 @@ class Receiver {
  private:
   Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& senders, const net::ClockReading& session_start,
            std::size_t queue_datagrams);
-  void queue(std::size_t count);
+  void queue(std::size_t count, const net::ClockReading& now);
 
   net::UdpSocket socket_;
   net::Waiter waiter_;

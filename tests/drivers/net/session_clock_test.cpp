@@ -17,6 +17,27 @@ TEST(SessionClock, ReadsAsUtcAndDoesNotStepWithIt) {
   EXPECT_EQ(clock.from_monotonic(53 * second), 1'700'000'003 * second);
 }
 
+TEST(SessionClock, StampsOnTheOtherSideOfAStepAreNotAnHourOff) {
+  constexpr std::int64_t hour = 3600 * second;
+  const ClockReading start{1'700'000'000 * second, 50 * second};
+  SessionClock clock(start);
+  // Set forth by an hour after the last pair, and not yet known of: what the kernel stamps now seems an hour early.
+  const ClockReading set{start.realtime_ns + second + hour, start.monotonic_ns + second};
+  EXPECT_TRUE(clock.has_stepped(set));
+  EXPECT_EQ(clock.from_recent_realtime(set.realtime_ns, set), 1'700'000'001 * second);
+  clock.update(set);
+  EXPECT_FALSE(clock.has_stepped({set.realtime_ns + second, set.monotonic_ns + second}));
+  // What it stamped before is taken out of the socket after.
+  EXPECT_EQ(clock.from_recent_realtime(start.realtime_ns + second - 1000, set), 1'700'000'001 * second);
+  EXPECT_EQ(clock.from_recent_realtime(set.realtime_ns - 1000, set), 1'700'000'001 * second - 1000);
+  // Back again.
+  const ClockReading back{start.realtime_ns + 2 * second, start.monotonic_ns + 2 * second};
+  EXPECT_TRUE(clock.has_stepped(back));
+  EXPECT_EQ(clock.from_recent_realtime(back.realtime_ns, back), 1'700'000'002 * second);
+  // Slewing is no step.
+  EXPECT_FALSE(clock.has_stepped({set.realtime_ns + second + 500'000, set.monotonic_ns + second}));
+}
+
 TEST(SessionClock, ReadsBothClocksAtOnce) {
   const ClockReading first = read_clocks();
   const ClockReading second_reading = read_clocks();

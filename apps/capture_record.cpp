@@ -1,0 +1,103 @@
+#include "apps/capture_record.h"
+
+#include <cstdlib>
+
+#include "core/base/text.h"
+#include "core/base/utc_text.h"
+
+namespace rigcal {
+namespace {
+
+constexpr std::int64_t pair_period_ns = 10'000'000'000;
+constexpr std::int64_t pair_step_ns = 1'000;
+constexpr std::size_t most_pairs = 1U << 20U;
+
+void list_gaps(const std::string& sensor, const char* what, const StreamBook& book, std::vector<std::string>& gaps) {
+  std::uint64_t listed = 0;
+  for (const StreamGap& gap : book.listed_gaps) {
+    gaps.push_back(utc_text(gap.start_ns) + " " + sensor + ": " + std::to_string(gap.lost) + " " + what +
+                   " are missing, " + fixed_text(1e-6 * static_cast<double>(gap.length_ns), 1) + " ms");
+    listed += gap.lost;
+  }
+  if (book.lost > listed && !book.listed_gaps.empty())
+    gaps.push_back(utc_text(book.listed_gaps.back().start_ns) + " " + sensor + ": and after that " +
+                   std::to_string(book.lost - listed) + " more " + what);
+}
+
+void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t>& counters) {
+  counters.insert({{"matched", ledger.matched},
+                   {"doubled", ledger.doubled},
+                   {"without_pulse", ledger.without_pulse},
+                   {"doubtful", ledger.doubtful + ledger.strays},
+                   {"pulses_without_frame", ledger.pulses_without_frame},
+                   {"pulses_too_soon", ledger.pulses_too_soon}});
+}
+
+std::uint64_t microseconds(double seconds) { return static_cast<std::uint64_t>(1e6 * seconds); }
+
+}  // namespace
+
+void ClockPairs::add(const net::ClockReading& reading) {
+  if (!pairs_.empty() && reading.monotonic_ns - pairs_.back().monotonic_ns < pair_period_ns) {
+    const std::int64_t step =
+        (reading.realtime_ns - reading.monotonic_ns) - (pairs_.back().realtime_ns - pairs_.back().monotonic_ns);
+    if (std::abs(step) < pair_step_ns) return;
+  }
+  if (pairs_.size() < most_pairs) pairs_.push_back({reading.realtime_ns, reading.monotonic_ns});
+}
+
+std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest) {
+  std::vector<std::string> gaps;
+  for (const DeviceIngest& device : ingest.devices) {
+    if (device.sensor < 0) continue;
+    const std::string& name = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
+    list_gaps(name, "packets of points", device.point_stream, gaps);
+    list_gaps(name, "packets of the IMU", device.imu_stream, gaps);
+  }
+  return gaps;
+}
+
+SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures, const CaptureStatus& status,
+                                 const std::vector<livox::InterfaceReport>& interfaces) {
+  SessionCounters all = session_counters(rig, figures.ingest);
+  for (auto& [name, counters] : all) {
+    counters.erase("points");  // Nobody has looked at them.
+    counters.erase("imu_samples");
+  }
+  for (const CaptureDevice& device : status.devices)
+    all[device.sensor]["connection_losses"] = device.report.link.counters.losses;
+  for (const CaptureCamera& camera : status.cameras) {
+    const camera::CameraCounters& counters = camera.counters;
+    all[camera.sensor] = {{"frames", counters.whole()},          {"images", camera.written},
+                          {"damaged", counters.damaged()},       {"missing", counters.missing},
+                          {"no_buffer", counters.no_buffer},     {"dropped_by_queue", camera.dropped_by_queue},
+                          {"most_waiting", camera.most_waiting}, {"resent_packets", counters.resent_packets},
+                          {"connection_losses", counters.losses}};
+    if (camera.matching) add_matching(*camera.matching, all[camera.sensor]);
+  }
+  if (const auto& trigger = status.trigger) {
+    all["trigger"] = {{"pulses", trigger->pulses},
+                      {"skipped", trigger->skipped},
+                      {"strobe_pulses", trigger->strobe_pulses},
+                      {"pps_pulses", trigger->pps_pulses},
+                      {"dropped_events", trigger->dropped_events},
+                      {"connection_losses", trigger->losses}};
+  }
+  for (const livox::InterfaceReport& report : interfaces) {
+    all["interface " + report.interface.name + " " + to_string(report.interface.ip)] = {
+        {"received", report.counters.received},
+        {"dropped_by_kernel", report.counters.dropped_by_kernel},
+        {"dropped_by_queue", report.counters.dropped_by_queue},
+        {"strangers", report.counters.strangers},
+        {"errors", report.counters.errors},
+        {"most_waiting", report.queue_high_water},
+        {"queue", report.queue_capacity}};
+  }
+  all["recording"] = {{"worst_wait_us", microseconds(status.worst_wait_s)},
+                      {"worst_write_us", microseconds(status.worst_write_s)},
+                      {"stops", static_cast<std::uint64_t>(status.progress.stops)},
+                      {"short_stops", static_cast<std::uint64_t>(status.progress.short_stops)}};
+  return all;
+}
+
+}  // namespace rigcal

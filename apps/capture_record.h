@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "apps/capture.h"
+#include "apps/packet_taker.h"
+#include "apps/session_counters.h"
+#include "core/io/session_folder.h"
+#include "drivers/net/session_clock.h"
+
+namespace rigcal {
+
+/// Pairs of clock readings, ten a second where CLOCK_REALTIME is being set, otherwise one in ten seconds.
+class ClockPairs {
+ public:
+  void add(const net::ClockReading& reading);
+  [[nodiscard]] const std::vector<ClockPair>& pairs() const { return pairs_; }
+
+ private:
+  std::vector<ClockPair> pairs_;
+};
+
+/// What the stamps of the LiDARs' streams say is missing, one sentence each, with its time.
+[[nodiscard]] std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest);
+
+/// What session.json counts of a capture: by sensor, by interface, of the trigger, and of the recording itself.
+[[nodiscard]] SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures,
+                                               const CaptureStatus& status,
+                                               const std::vector<livox::InterfaceReport>& interfaces);
+
+}  // namespace rigcal
