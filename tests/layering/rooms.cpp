@@ -87,6 +87,7 @@ const Table& rooms() {
         {"core/planes", {"core/voxel"}},
         {"core/start", {"core/planes"}},
         {"core/corner", {"core/start"}},
+        {"core/board", {"core/corner", "core/edges"}},
         {"core/quality", {"core/planes", "core/camera"}},
         {"core/report", {"core/quality", "core/io"}},
         {"drivers/net", {"core/records"}},

@@ -1,0 +1,137 @@
+#include "core/board/board_squares.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rigcal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr std::size_t most_scored = 20000;
+constexpr std::size_t least_scored = 300;
+constexpr double clear_contrast = 0.8;  // difference of the colours' means over their spread
+constexpr double beside_line = 0.12;    // of a square: nearer to a line the beam meets both colours
+constexpr double across_sigmas = 3.0;
+
+struct Spot {
+  Vector2d at;
+  double reflectivity = 0.0;
+};
+
+struct Colours {
+  double n[2] = {};
+  double sum[2] = {};
+  double squares[2] = {};
+
+  void add(int which, double value) {
+    n[which] += 1.0;
+    sum[which] += value;
+    squares[which] += value * value;
+  }
+  [[nodiscard]] double mean(int which) const { return sum[which] / std::max(1.0, n[which]); }
+  [[nodiscard]] double variance(int which) const {
+    return std::max(0.0, squares[which] / std::max(1.0, n[which]) - mean(which) * mean(which));
+  }
+  /// Positive where the squares of the first one's colour are the darker ones.
+  [[nodiscard]] double contrast() const {
+    const double spread = std::sqrt(0.5 * (variance(0) + variance(1)) + 1e-6);
+    return n[0] < 50.0 || n[1] < 50.0 ? 0.0 : (mean(1) - mean(0)) / spread;
+  }
+};
+
+struct Shift {
+  Vector2d t = Vector2d::Zero();
+  double angle_rad = 0.0;
+};
+
+Vector2d moved_back(const Vector2d& p, const Shift& shift) {
+  const double c = std::cos(shift.angle_rad);
+  const double s = std::sin(shift.angle_rad);
+  const Vector2d q = p - shift.t;
+  return {c * q.x() + s * q.y(), -s * q.x() + c * q.y()};
+}
+
+double contrast_at(const std::vector<Spot>& spots, const BoardModel& board, const Shift& shift) {
+  Colours colours;
+  for (const Spot& spot : spots) {
+    const Vector2d q = moved_back(spot.at, shift);
+    const int colour = board.colour_at(q.x(), q.y(), 0.0);
+    if (colour != 0) colours.add(colour > 0 ? 0 : 1, spot.reflectivity);
+  }
+  return colours.contrast();
+}
+
+// Steps along each of the three until none helps, then finer ones.
+Shift sharpest(const std::vector<Spot>& spots, const BoardModel& board) {
+  Shift best;
+  double most = std::abs(contrast_at(spots, board, best));
+  for (double step = 0.08; step > 0.004; step *= 0.5) {
+    for (bool better = true; better;) {
+      better = false;
+      for (int k = 0; k < 6; ++k) {
+        Shift next = best;
+        const double by = (k % 2 == 0 ? 1.0 : -1.0) * step * board.square();
+        if (k < 4) {
+          next.t[k / 2] += by;
+        } else {
+          next.angle_rad += by / (0.5 * board.size().maxCoeff());
+        }
+        if (next.t.norm() > 0.45 * board.square() || std::abs(next.angle_rad) > to_rad(3.0)) continue;
+        const double here = std::abs(contrast_at(spots, board, next));
+        if (here <= most + 1e-9) continue;
+        most = here;
+        best = next;
+        better = true;
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void look_at_squares(std::span<const Point> points, const BoardModel& board, CloudBoard& found) {
+  const SE3 to_board = found.T_lidar_board.inverse();
+  const double tolerance = std::max(0.02, across_sigmas * found.plane_rms_m);
+  std::vector<Spot> all;
+  for (const Point& point : points) {
+    const Vector3d q = to_board * Vector3d(point.x, point.y, point.z);
+    if (std::abs(q.z()) > tolerance || (q.head<2>().cwiseAbs() - 0.5 * board.size()).maxCoeff() > 0.0) continue;
+    all.push_back({q.head<2>(), static_cast<double>(point.reflectivity)});
+  }
+  if (all.size() < least_scored) return;
+  std::vector<Spot> spots;
+  const std::size_t every = std::max<std::size_t>(1, all.size() / most_scored);
+  for (std::size_t k = 0; k < all.size(); k += every) spots.push_back(all[k]);
+  const Shift shift = sharpest(spots, board);
+  const double contrast = contrast_at(spots, board, shift);
+  if (std::abs(contrast) < clear_contrast) return;
+  SE3 in_plane;
+  in_plane.R = exp_so3({0.0, 0.0, shift.angle_rad});
+  in_plane.t << shift.t, 0.0;
+  found.T_lidar_board = found.T_lidar_board * in_plane;
+  SquareCue& cue = found.squares.emplace();
+  cue.contrast = std::abs(contrast);
+  cue.first_is_dark = contrast > 0.0;
+  // How much farther dark squares seem, by the points' distances from the plate.
+  const SE3 back = found.T_lidar_board.inverse();
+  Colours across;
+  for (const Vector3d& p : found.points) {
+    const Vector3d q = back * p;
+    const int colour = board.colour_at(q.x(), q.y(), beside_line);
+    if (colour != 0) across.add((colour > 0) == cue.first_is_dark ? 0 : 1, q.z());
+  }
+  const double cosine = std::abs(found.T_lidar_board.R.col(2).dot(found.T_lidar_board.t.normalized()));
+  cue.dark_farther_m = (across.mean(0) - across.mean(1)) / std::max(0.1, cosine);
+  cue.dark_farther_sigma_m =
+      std::sqrt(across.variance(0) / std::max(1.0, across.n[0]) + across.variance(1) / std::max(1.0, across.n[1])) /
+      std::max(0.1, cosine);
+  for (Vector3d& p : found.points) {
+    const Vector3d q = back * p;
+    const int colour = board.colour_at(q.x(), q.y(), 0.0);
+    if (colour != 0 && (colour > 0) == cue.first_is_dark) p -= cue.dark_farther_m * p.normalized();
+  }
+}
+
+}  // namespace rigcal

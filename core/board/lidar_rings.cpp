@@ -1,0 +1,222 @@
+#include "core/board/lidar_rings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/geometry/point_cluster.h"
+#include "core/geometry/symmetric_eigen.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double ring_gap_rad = to_rad(0.08);
+constexpr double ring_spread_rad = to_rad(0.3);
+constexpr std::size_t least_ring_points = 8;
+constexpr std::size_t least_rings = 4;
+constexpr double most_stray = 0.1;  // of the points: in no ring
+constexpr double jump_m = 0.12;
+constexpr double most_steps = 3.5;    // without a return, within one segment
+constexpr std::size_t most_tail = 3;  // points between two surfaces that hang on a segment's end
+
+struct Polar {
+  Vector3d p;
+  double azimuth;
+  double elevation;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<std::vector<Polar>> by_elevation(std::vector<Polar> all) {
+  std::stable_sort(all.begin(), all.end(), [](const Polar& a, const Polar& b) { return a.elevation < b.elevation; });
+  std::vector<std::vector<Polar>> rings;
+  std::size_t stray = 0;
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= all.size(); ++k) {
+    if (k < all.size() && all[k].elevation - all[k - 1].elevation < ring_gap_rad) continue;
+    const bool is_ring =
+        k - begin >= least_ring_points && all[k - 1].elevation - all[begin].elevation < ring_spread_rad;
+    if (is_ring) {
+      rings.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(begin),
+                         all.begin() + static_cast<std::ptrdiff_t>(k));
+    } else {
+      stray += k - begin;
+    }
+    begin = k;
+  }
+  if (static_cast<double>(stray) > most_stray * static_cast<double>(all.size())) rings.clear();
+  return rings;
+}
+
+LidarRing make_ring(std::vector<Polar> points) {
+  std::stable_sort(points.begin(), points.end(), [](const Polar& a, const Polar& b) { return a.azimuth < b.azimuth; });
+  // Where the circle is cut: no surface goes on over the largest jump.
+  std::size_t cut = 0;
+  double largest = -1.0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double jump = (points[k].p - points[(k + points.size() - 1) % points.size()].p).norm();
+    if (jump > largest) {
+      largest = jump;
+      cut = k;
+    }
+  }
+  LidarRing ring;
+  std::vector<double> elevations;
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Polar& p = points[(cut + i) % points.size()];
+    const double azimuth = p.azimuth + (cut + i >= points.size() ? 2.0 * pi : 0.0);
+    if (i > 0) steps.push_back(azimuth - ring.azimuth_rad.back());
+    ring.points.push_back(p.p);
+    ring.azimuth_rad.push_back(azimuth);
+    elevations.push_back(p.elevation);
+  }
+  ring.elevation_rad = median(elevations);
+  ring.step_rad = median(steps);
+  return ring;
+}
+
+// Splits at the point farthest from the chord until all are near it (Ramer 1972, Duda and Hart 1973).
+void split_line(const LidarRing& ring, std::size_t begin, std::size_t end, double tolerance,
+                std::vector<std::pair<std::size_t, std::size_t>>& out) {
+  std::vector<std::pair<std::size_t, std::size_t>> open{{begin, end}};
+  while (!open.empty()) {
+    const auto [from, to] = open.back();
+    open.pop_back();
+    if (to - from < 3) continue;
+    // Chords between means of the ends: single points carry the noise of their range.
+    const std::size_t few = std::min<std::size_t>(3, (to - from) / 2);
+    Vector3d a = Vector3d::Zero();
+    Vector3d b = Vector3d::Zero();
+    for (std::size_t k = 0; k < few; ++k) {
+      a += ring.points[from + k] / static_cast<double>(few);
+      b += ring.points[to - 1 - k] / static_cast<double>(few);
+    }
+    const Vector3d chord = (b - a).normalized();
+    double farthest = tolerance;
+    std::size_t at = to;
+    for (std::size_t k = from + 1; k + 1 < to; ++k) {
+      const Vector3d off = ring.points[k] - a;
+      const double distance = (off - chord * chord.dot(off)).norm();
+      if (distance > farthest) {
+        farthest = distance;
+        at = k;
+      }
+    }
+    if (at == to) {
+      out.emplace_back(from, to);
+    } else {
+      open.emplace_back(at, to);
+      open.emplace_back(from, at + 1);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<LidarRing> split_rings(std::span<const Point> points, bool rings_in_shot, double min_range_m) {
+  std::vector<Polar> all;
+  std::map<int, std::vector<Polar>> by_number;
+  for (const Point& q : points) {
+    const Vector3d p(q.x, q.y, q.z);
+    const double range = p.norm();
+    if (!(range > min_range_m)) continue;
+    const Polar polar{p, std::atan2(p.y(), p.x()), std::asin(p.z() / range)};
+    if (rings_in_shot) {
+      by_number[q.shot].push_back(polar);
+    } else {
+      all.push_back(polar);
+    }
+  }
+  std::vector<std::vector<Polar>> found;
+  if (rings_in_shot) {
+    for (auto& [number, ring] : by_number) {
+      if (ring.size() >= least_ring_points) found.push_back(std::move(ring));
+    }
+  } else {
+    found = by_elevation(std::move(all));
+  }
+  if (found.size() < least_rings) return {};
+  std::vector<LidarRing> rings;
+  for (auto& ring : found) rings.push_back(make_ring(std::move(ring)));
+  std::stable_sort(rings.begin(), rings.end(),
+                   [](const LidarRing& a, const LidarRing& b) { return a.elevation_rad < b.elevation_rad; });
+  return rings;
+}
+
+std::vector<RingSegment> ring_segments(const std::vector<LidarRing>& rings, const SegmentOptions& options) {
+  std::vector<RingSegment> out;
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    const LidarRing& ring = rings[r];
+    std::vector<std::pair<std::size_t, std::size_t>> pieces;
+    std::vector<std::pair<std::size_t, std::size_t>> lines;
+    std::size_t begin = 0;
+    for (std::size_t k = 1; k <= ring.points.size(); ++k) {
+      if (k < ring.points.size()) {
+        const double step = ring.azimuth_rad[k] - ring.azimuth_rad[k - 1];
+        const double far = jump_m + 3.0 * ring.points[k].norm() * ring.step_rad;
+        if (step < most_steps * ring.step_rad && (ring.points[k] - ring.points[k - 1]).norm() < far) continue;
+      }
+      lines.clear();
+      if (k - begin >= 4) split_line(ring, begin, k, options.line_tolerance_m, lines);
+      for (const auto& [from, to] : lines) {
+        if (from - begin <= most_tail && k - to <= most_tail) pieces.emplace_back(from, to);
+      }
+      begin = k;
+    }
+    for (const auto& [from, to] : pieces) {
+      if (to - from < 4) continue;
+      PointCluster cluster;
+      for (std::size_t k = from; k < to; ++k) cluster.add(ring.points[k]);
+      const Vector3d middle = cluster.mean();
+      const double length = (ring.points[to - 1] - ring.points[from]).norm();
+      if (middle.norm() > options.max_range_m || length > options.max_length_m || length < options.min_length_m)
+        continue;
+      const SymmetricEigen eigen = symmetric_eigen(cluster.covariance());
+      if (eigen.values[2] < options.eigenvalue_ratio * eigen.values.sum()) continue;
+      out.push_back({static_cast<int>(r), from, to, middle, length});
+    }
+  }
+  return out;
+}
+
+std::vector<std::vector<std::size_t>> cluster_segments(const std::vector<RingSegment>& segments,
+                                                       const std::vector<double>& reach_m) {
+  constexpr int none = -1;
+  std::vector<int> cluster(segments.size(), none);
+  const auto neighbours = [&](std::size_t i) {
+    std::vector<std::size_t> out;
+    for (std::size_t k = 0; k < segments.size(); ++k) {
+      const double reach = std::max(reach_m[i], reach_m[k]);
+      if (k != i && (segments[k].middle - segments[i].middle).squaredNorm() < reach * reach) out.push_back(k);
+    }
+    return out;
+  };
+  std::vector<std::vector<std::size_t>> out;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (cluster[i] != none) continue;
+    std::vector<std::size_t> open = neighbours(i);
+    if (open.size() < 2) continue;
+    const int id = static_cast<int>(out.size());
+    out.emplace_back().push_back(i);
+    cluster[i] = id;
+    while (!open.empty()) {
+      const std::size_t k = open.back();
+      open.pop_back();
+      if (cluster[k] != none) continue;
+      cluster[k] = id;
+      out.back().push_back(k);
+      const std::vector<std::size_t> next = neighbours(k);
+      if (next.size() >= 2) open.insert(open.end(), next.begin(), next.end());
+    }
+    std::sort(out.back().begin(), out.back().end());
+  }
+  return out;
+}
+
+}  // namespace rigcal

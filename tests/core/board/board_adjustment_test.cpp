@@ -1,0 +1,263 @@
+#include "core/board/board_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "core/board/board_costs.h"
+#include "core/geometry/numeric_derivative.h"
+#include "tests/support/make_planes.h"
+
+namespace rigcal {
+namespace {
+
+const BoardModel& test_board() {
+  static const BoardModel board({"checkerboard", {7, 5}, 0.095, {0.85, 0.61}, {0.0, 0.0}});
+  return board;
+}
+
+CameraIntrinsics test_camera() {
+  return {DistortionModel::radtan, 1280, 720, 640.0, 640.0, 639.5, 359.5, {-0.1, 0.02, 1e-3, -1e-3, 0.0}};
+}
+
+struct World {
+  SE3 T_lidar_camera;
+  std::vector<SE3> T_lidar_board;
+  std::vector<BoardSighting> sightings;
+};
+
+BoardSighting see_by_camera(int stop, const SE3& T_camera_board, double sigma_px, Random& random) {
+  const CameraModel camera(test_camera());
+  ImageBoard seen;
+  for (int id = 0; id < test_board().corner_count(); ++id) {
+    const auto pixel = camera.project(T_camera_board * test_board().corner(id));
+    EXPECT_TRUE(pixel);
+    seen.ids.push_back(id);
+    seen.pixels.push_back(*pixel + sigma_px * Eigen::Vector2d(random.normal(), random.normal()));
+  }
+  // Which end is up the image cannot tell.
+  if (random.uniform() < 0.5) std::reverse(seen.pixels.begin(), seen.pixels.end());
+  seen.alternatives = test_board().pattern_turns();
+  const auto pose = find_image_pose(seen, test_board(), camera);
+  EXPECT_TRUE(pose);
+  return image_sighting(1, stop, seen, *pose, test_board(), camera);
+}
+
+BoardSighting see_by_lidar(int stop, const SE3& T_lidar_board, double sigma_m, double range_offset_m, Random& random) {
+  CloudBoard seen;
+  const Eigen::Vector2d half = 0.5 * test_board().size();
+  const auto measured = [&](const Vector3d& on_board, double sigma) {
+    const Vector3d p = T_lidar_board * on_board;
+    return Vector3d(p + (sigma * random.normal() - range_offset_m) * p.normalized());
+  };
+  for (int k = 0; k < 300; ++k) {
+    const Vector3d p(half.x() * random.uniform(-1.0, 1.0), half.y() * random.uniform(-1.0, 1.0), 0.0);
+    seen.points.push_back(measured(p, sigma_m));
+  }
+  for (int k = 0; k < 24; ++k) {
+    BorderPoint b;
+    b.axis = k % 2;
+    b.sign = k % 4 < 2 ? 1 : -1;
+    Vector3d p = Vector3d::Zero();
+    p[b.axis] = b.sign * half[b.axis] + 0.004 * random.normal();
+    p[1 - b.axis] = half[1 - b.axis] * random.uniform(-1.0, 1.0);
+    b.p = measured(p, 0.0);
+    seen.border.push_back(b);
+  }
+  seen.border_rms_m = 0.004;
+  seen.plane_rms_m = sigma_m;
+  // As the fit of one plate leaves it: nearly right, but for half a turn.
+  seen.T_lidar_board = T_lidar_board * random_pose(random, to_rad(0.5), 0.003);
+  BoardSighting out = cloud_sighting(0, stop, seen, test_board());
+  return random.uniform() < 0.5 ? resolved(out, 0, test_board()) : out;
+}
+
+World make_world(int stops, double range_offset_m, Random& random) {
+  World out;
+  SE3 T_camera_lidar;
+  T_camera_lidar.R << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  T_camera_lidar.t = {0.1, -0.05, 0.08};
+  T_camera_lidar = T_camera_lidar * random_pose(random, 0.05, 0.02);
+  out.T_lidar_camera = T_camera_lidar.inverse();
+  for (int stop = 0; stop < stops; ++stop) {
+    SE3 T_camera_board;
+    T_camera_board.R = exp_so3({random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-1.0, 1.0)});
+    const double z = random.uniform(1.8, 3.2);
+    T_camera_board.t = {z * random.uniform(-0.4, 0.4), z * random.uniform(-0.2, 0.2), z};
+    out.T_lidar_board.push_back(out.T_lidar_camera * T_camera_board);
+    out.sightings.push_back(see_by_camera(stop, T_camera_board, 0.1, random));
+    out.sightings.push_back(see_by_lidar(stop, out.T_lidar_board.back(), 0.012, range_offset_m, random));
+    // Turns unknown of both.
+    out.sightings.back().alternatives = test_board().plate_turns();
+  }
+  return out;
+}
+
+std::vector<BoardSensor> make_sensors(const SE3& T_lidar_camera) {
+  std::vector<BoardSensor> sensors(2);
+  sensors[0].name = "lidar";
+  sensors[0].fixed = true;
+  sensors[1].name = "camera";
+  sensors[1].T_base_sensor = T_lidar_camera;
+  sensors[1].camera = test_camera();
+  return sensors;
+}
+
+BoardAdjustment calibrate(const std::vector<BoardSighting>& sightings, const BoardAdjustOptions& options = {}) {
+  const auto placed = place_pair(sightings, 0, 1, test_board(), std::nullopt);
+  EXPECT_TRUE(placed);
+  const auto sensors = make_sensors(placed->T_a_b);
+  return adjust_boards(sensors, board_places(sightings, sensors, test_board()), test_board(), options);
+}
+
+// Dual numbers as small as the tests need them.
+struct Dual {
+  double a = 0.0;
+  Eigen::Matrix<double, 12, 1> v = Eigen::Matrix<double, 12, 1>::Zero();
+};
+
+TEST(BoardCosts, HandTheCamerasDerivativesOn) {
+  const board::ChangingCamera camera(test_camera());
+  const Vector3d p(0.4, -0.3, 1.7);
+  const auto intrinsics = board::ChangingCamera::values_of(test_camera());
+  board::Vector3<Dual> p_dual;
+  std::array<Dual, intrinsics_count> i_dual;
+  for (int k = 0; k < 3; ++k) {
+    p_dual[k].a = p[k];
+    p_dual[k].v[k] = 1.0;
+  }
+  for (int k = 0; k < intrinsics_count; ++k) {
+    i_dual[static_cast<std::size_t>(k)].a = intrinsics[static_cast<std::size_t>(k)];
+    i_dual[static_cast<std::size_t>(k)].v[3 + k] = 1.0;
+  }
+  Dual pixel[2];
+  ASSERT_TRUE(board::projected(camera, p_dual, i_dual.data(), pixel));
+  const auto f = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    auto values = intrinsics;
+    for (int k = 0; k < intrinsics_count; ++k) values[static_cast<std::size_t>(k)] += x[3 + k];
+    const board::Vector3<double> moved = p + x.head<3>();
+    double out[2] = {};
+    EXPECT_TRUE(board::projected(camera, moved, values.data(), out));
+    return Eigen::Vector2d(out[0], out[1]);
+  };
+  const Eigen::MatrixXd J = numeric_jacobian(f, 12);
+  for (int row = 0; row < 2; ++row) EXPECT_LT((J.row(row).transpose() - pixel[row].v).norm(), 1e-5);
+}
+
+TEST(BoardCosts, SumAnyNumberOfPointsInSevenResiduals) {
+  Random random(4);
+  const SE3 T_base_lidar = random_pose(random, 1.0, 1.0);
+  const SE3 T_base_board = random_pose(random, 1.0, 2.0);
+  std::vector<Vector3d> points;
+  for (int k = 0; k < 50; ++k) points.emplace_back(random.normal(), random.normal(), 2.0 + random.normal());
+  const auto moments = board::plane_moments(points);
+  const board::PlaneCost cost{&T_base_lidar, &T_base_board, &moments, 0.5};
+  double lidar_x[6];
+  double board_x[6];
+  for (int k = 0; k < 6; ++k) {
+    lidar_x[k] = 0.1 * random.normal();
+    board_x[k] = 0.1 * random.normal();
+  }
+  const double offset = 0.07;
+  double residuals[7];
+  ASSERT_TRUE(cost(lidar_x, board_x, &offset, residuals));
+  double sum = 0.0;
+  for (const double r : residuals) sum += r * r;
+  const SE3 T = board::pose_at(T_base_board, board_x).inverse() * board::pose_at(T_base_lidar, lidar_x);
+  double direct = 0.0;
+  for (const Vector3d& p : points) direct += std::pow((T * (p + offset * p.normalized())).z() / 0.5, 2);
+  EXPECT_NEAR(sum, direct, 1e-9 * direct);
+}
+
+TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
+  double nees = 0.0;
+  constexpr int trials = 12;
+  for (int trial = 0; trial < trials; ++trial) {
+    Random random(100 + static_cast<std::uint64_t>(trial));
+    const World world = make_world(10, 0.0, random);
+    BoardAdjustOptions options;
+    options.plane_floor_m = 0.0;
+    const BoardAdjustment found = calibrate(world.sightings, options);
+    EXPECT_TRUE(found.converged && found.observable);
+    const SE3& T = found.sensors[1].T_base_sensor;
+    EXPECT_LT(to_deg(rotation_distance(T.R, world.T_lidar_camera.R)), 0.15);
+    EXPECT_LT((T.t - world.T_lidar_camera.t).norm(), 0.012);
+    EXPECT_NEAR(found.sensors[1].sigma_px, 0.1, 0.02);
+    EXPECT_NEAR(found.sensors[0].sigma_plane_m, 0.011, 0.002);  // along slanting rays
+    const Vector6d xi = (T.inverse() * world.T_lidar_camera).log();
+    nees += xi.dot(found.covariances[1].ldlt().solve(xi)) / 6.0 / trials;
+  }
+  EXPECT_GT(nees, 0.4);
+  EXPECT_LT(nees, 2.0);
+}
+
+TEST(BoardAdjustment, NoticesRangesThatAreTooShort) {
+  Random random(5);
+  const World world = make_world(12, 0.03, random);
+  const BoardAdjustment found = calibrate(world.sightings);
+  EXPECT_NEAR(found.sensors[0].range_offset_m, 0.03, 0.008);
+  EXPECT_LT(found.range_offset_sigma_m[0], 0.008);
+  EXPECT_LT((found.sensors[1].T_base_sensor.t - world.T_lidar_camera.t).norm(), 0.012);
+  BoardAdjustOptions believed;
+  believed.range_offset_sigma_m = 0.0;
+  EXPECT_EQ(calibrate(world.sightings, believed).sensors[0].range_offset_m, 0.0);
+}
+
+TEST(BoardAdjustment, ThrowsOutABoardThatMoved) {
+  Random random(6);
+  World world = make_world(10, 0.0, random);
+  // Between the image and the scan of stop 3 somebody pushed it by 5 cm.
+  for (BoardSighting& s : world.sightings) {
+    if (s.stop != 3 || s.sensor != 0) continue;
+    s.T_sensor_board.t += Vector3d(0.05, 0.0, 0.0);
+    for (Vector3d& p : s.cloud->points) p += Vector3d(0.05, 0.0, 0.0);
+    for (BorderPoint& b : s.cloud->border) b.p += Vector3d(0.05, 0.0, 0.0);
+  }
+  const BoardAdjustment found = calibrate(world.sightings);
+  int out = 0;
+  for (const BoardPlace& place : found.places) {
+    const bool held = place.why_out.empty() && place.sightings.size() > 1;
+    out += held ? 0 : 1;
+    EXPECT_FALSE(place.stop == 3 && held);
+  }
+  EXPECT_LE(out, 2);  // that stop, perhaps as two boards
+  EXPECT_LT((found.sensors[1].T_base_sensor.t - world.T_lidar_camera.t).norm(), 0.012);
+}
+
+TEST(BoardPlaces, KeepTheSameBoardTogetherWhicheverWayItWasTurned) {
+  Random random(8);
+  const World world = make_world(6, 0.0, random);
+  const auto sensors = make_sensors(world.T_lidar_camera);
+  const auto places = board_places(world.sightings, sensors, test_board());
+  ASSERT_EQ(places.size(), 6u);
+  for (const BoardPlace& place : places) {
+    ASSERT_EQ(place.sightings.size(), 2u);
+    const SE3 a = place.sightings[0].T_sensor_board;
+    const SE3 b = place.sightings[1].T_sensor_board;
+    const int first = place.sightings[0].sensor;
+    const SE3 T = first == 0 ? world.T_lidar_camera : world.T_lidar_camera.inverse();
+    EXPECT_LT(test_board().corner_distance(a, T * b), 0.05);
+  }
+}
+
+TEST(PlacePair, FindsNothingWhereNoStopHasBoth) {
+  Random random(9);
+  World world = make_world(2, 0.0, random);
+  std::erase_if(world.sightings, [](const BoardSighting& s) { return s.stop == s.sensor; });
+  EXPECT_FALSE(place_pair(world.sightings, 0, 1, test_board(), std::nullopt));
+}
+
+TEST(PlacePair, CannotTellHalfATurnByOneBoardButByAGuess) {
+  Random random(10);
+  const World world = make_world(1, 0.0, random);
+  const auto blind = place_pair(world.sightings, 0, 1, test_board(), std::nullopt);
+  ASSERT_TRUE(blind);
+  EXPECT_GT(blind->runner_up, 0.8);
+  const auto guided = place_pair(world.sightings, 0, 1, test_board(), world.T_lidar_camera);
+  ASSERT_TRUE(guided);
+  EXPECT_EQ(guided->runner_up, 0.0);
+  EXPECT_LT(rotation_distance(guided->T_a_b.R, world.T_lidar_camera.R), to_rad(3.0));
+}
+
+}  // namespace
+}  // namespace rigcal

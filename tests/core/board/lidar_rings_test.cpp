@@ -1,0 +1,83 @@
+#include "core/board/lidar_rings.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/board/board_clouds.h"
+#include "tests/support/ring_scans.h"
+
+namespace rigcal {
+namespace {
+
+BoardModel make_board() { return BoardModel({"checkerboard", {7, 5}, 0.095, {0.85, 0.61}, {0.0, 0.0}}); }
+
+TEST(LidarRings, AreToldByTheirElevation) {
+  Random random(1);
+  std::vector<Point> points = ring_scan({}, {1.0, 1.0}, 0.01, random);
+  std::swap(points[5], points[20000]);
+  const auto rings = split_rings(points, false, 0.4);
+  ASSERT_EQ(rings.size(), 16u);
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    EXPECT_NEAR(to_deg(rings[r].elevation_rad), -15.0 + 2.0 * static_cast<double>(r), 1e-3);
+    EXPECT_NEAR(to_deg(rings[r].step_rad), 0.2, 1e-6);
+    EXPECT_EQ(rings[r].points.size(), 1800u);
+    EXPECT_TRUE(std::is_sorted(rings[r].azimuth_rad.begin(), rings[r].azimuth_rad.end()));
+  }
+  EXPECT_EQ(split_rings(points, true, 0.4).size(), 16u);
+}
+
+TEST(LidarRings, AreNotSeenWherePointsLieAtAllElevations) {
+  Random random(2);
+  std::vector<Point> points(5000);
+  for (Point& p : points) {
+    p.x = 5.0F;
+    p.y = static_cast<float>(random.uniform(-1.0, 1.0));
+    p.z = static_cast<float>(random.uniform(-1.0, 1.0));
+  }
+  EXPECT_TRUE(split_rings(points, false, 0.4).empty());
+  EXPECT_TRUE(split_rings({}, false, 0.4).empty());
+  EXPECT_TRUE(split_rings({}, true, 0.4).empty());
+}
+
+TEST(RingBoards, FindsAPlateWhereverItStands) {
+  Random random(3);
+  const BoardModel board = make_board();
+  int found = 0;
+  for (int trial = 0; trial < 12; ++trial) {
+    // Behind the sensor, too, where azimuth jumps from one end of its range to the other.
+    const double azimuth = trial < 6 ? pi + 0.1 * (trial - 3) : random.uniform(-1.0, 1.0);
+    const SE3 T = plate_at(azimuth, random.uniform(1.7, 3.2), random.uniform(0.4, 1.1), random.uniform(-0.4, 0.4));
+    const CloudBoards seen = find_ring_boards(ring_scan({T}, board.size(), 0.012, random), board, false);
+    ASSERT_EQ(seen.boards.size(), 1u) << trial << seen.why_none;
+    double nearest = 1e9;
+    for (const SE3& turn : board.plate_turns()) {
+      nearest = std::min(nearest, board.corner_distance(seen.boards[0].T_lidar_board * turn, T));
+    }
+    EXPECT_LT(nearest, 0.03) << trial;
+    EXPECT_NEAR(seen.boards[0].plane_rms_m, 0.011, 0.003);
+    EXPECT_GT(seen.boards[0].overlap, 0.9);
+    found += nearest < 0.015 ? 1 : 0;
+  }
+  EXPECT_GE(found, 9);
+}
+
+TEST(RingBoards, FindsTwoPlatesAndSaysSoWhereThereIsNone) {
+  Random random(4);
+  const BoardModel board = make_board();
+  const std::vector<SE3> two{plate_at(0.0, 2.0, 0.8, 0.1), plate_at(1.5, 2.5, 0.7, -0.2)};
+  EXPECT_EQ(find_ring_boards(ring_scan(two, board.size(), 0.012, random), board, false).boards.size(), 2u);
+  const CloudBoards none = find_ring_boards(ring_scan({}, board.size(), 0.012, random), board, false);
+  EXPECT_TRUE(none.boards.empty());
+  EXPECT_NE(none.why_none.find("no flat piece of 0.85 by 0.61 m"), std::string::npos) << none.why_none;
+}
+
+TEST(RingBoards, TellsTheSizeOfAPlateThatIsNotTheRigFiles) {
+  Random random(5);
+  const CloudBoards seen =
+      find_ring_boards(ring_scan({plate_at(0.2, 2.0, 0.7, 0.1)}, {1.2, 0.9}, 0.012, random), make_board(), false);
+  EXPECT_TRUE(seen.boards.empty());
+  EXPECT_NE(seen.why_none.find("correct its size in the rig file"), std::string::npos) << seen.why_none;
+}
+
+}  // namespace
+}  // namespace rigcal
