@@ -9,6 +9,7 @@
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
+#include "core/pipeline/board_calibration.h"
 #include "core/pipeline/corner_calibration.h"
 #include "core/pipeline/incremental_calibration.h"
 #include "core/pipeline/stage_clock.h"
@@ -16,6 +17,8 @@
 
 namespace rigcal {
 namespace {
+
+constexpr double board_reach_m = 12.0;
 
 struct CalibrateOptions {
   std::string input;
@@ -63,6 +66,13 @@ std::vector<std::optional<SE3>> lidar_guesses(const Recording& recording,
   return out;
 }
 
+std::vector<std::optional<SE3>> sensor_guesses(const Rig& rig, const std::optional<ExtrinsicsFile>& initial) {
+  std::vector<std::optional<SE3>> out;
+  for (const Sensor& sensor : rig.sensors) out.push_back(guess_of(sensor, initial));
+  out[static_cast<std::size_t>(rig.base)] = SE3{};
+  return out;
+}
+
 LastStage last_stage(const std::string& name) {
   if (name == "poses") return LastStage::poses;
   return name == "extrinsics" ? LastStage::extrinsics : LastStage::joint;
@@ -106,9 +116,15 @@ Expected<CalibrationResult> calibrate_stop_by_stop(const Recording& recording,
   return calibration.finish(recording.cameras, chosen.cameras, context.run_context());
 }
 
-Expected<CalibrationResult> calibrate(const Recording& recording, const std::vector<std::optional<SE3>>& guesses,
+Expected<CalibrationResult> calibrate(const Recording& recording, const std::optional<ExtrinsicsFile>& initial,
                                       const CalibrateOptions& options, const Tolerance& require,
                                       CommandContext& command, std::vector<StopEstimate>& estimates) {
+  if (options.method == "checkerboard") {
+    const BoardCalibrationOptions board{{require.translation_m, require.rotation_rad}, options.refine_intrinsics};
+    return calibrate_by_boards(recording.rig, {recording.lidar.stops, recording.near_points, recording.cameras},
+                               sensor_guesses(recording.rig, initial), board, command.run_context());
+  }
+  const std::vector<std::optional<SE3>> guesses = lidar_guesses(recording, initial);
   if (options.incremental) {
     return calibrate_stop_by_stop(recording, guesses, options, require, command, estimates);
   }
@@ -151,10 +167,12 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   InputDigester digester(inputs);
   CellOptions cells;
   cells.keep_thinned = true;
+  // Boards stand near; nothing else of the points is needed whole.
+  const double keep_within_m = options.method == "checkerboard" ? board_reach_m : 0.0;
   StageClock clock;
   StageReport& reading = clock.begin("reading");
   Expected<Recording> recording =
-      read_recording({options.input, options.rig, options.images}, cells, context.run_context());
+      read_recording({options.input, options.rig, options.images, keep_within_m}, cells, context.run_context());
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
@@ -164,8 +182,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   }
   std::vector<StageReport> stages = clock.take();
   std::vector<StopEstimate> estimates;
-  Expected<CalibrationResult> result =
-      calibrate(*recording, lidar_guesses(*recording, *initial), options, *require, context, estimates);
+  Expected<CalibrationResult> result = calibrate(*recording, *initial, options, *require, context, estimates);
   if (!result) return result.error();
   result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
   result->warnings = context.reporter.warnings();
@@ -185,11 +202,15 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   return exit_code_of(result->status);
 }
 
-// The planes method knows neither stages nor poses nor cameras: who asks for these wants the other one.
+// The planes method knows neither stages nor poses nor cameras, that of the board neither stages nor poses nor a map:
+// who asks for these wants another one.
 void check_options_of(const CalibrateOptions& options, const CLI::App& command) {
-  if (options.method != "planes") return;
-  for (const char* name : {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"}) {
-    if (command.count(name) > 0) throw CLI::ValidationError(name, "is of no use with --method planes");
+  std::vector<const char*> useless;
+  if (options.method == "planes")
+    useless = {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"};
+  if (options.method == "checkerboard") useless = {"--stages", "--pose-prior", "--full-map", "--incremental"};
+  for (const char* name : useless) {
+    if (command.count(name) > 0) throw CLI::ValidationError(name, "is of no use with --method " + options.method);
   }
 }
 
@@ -206,8 +227,9 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--rig", options->rig, "The rig file (a session brings its own)")->option_text("RIG");
   command
       ->add_option("--method", options->method,
-                   "targetless (default): all stops together; planes: LiDARs from the planes of one still moment")
-      ->check(CLI::IsMember({"targetless", "planes"}))
+                   "targetless (default): all stops together; planes: LiDARs from the planes of one still moment; "
+                   "checkerboard: LiDARs and cameras by a board shown in several poses")
+      ->check(CLI::IsMember({"targetless", "planes", "checkerboard"}))
       ->option_text("METHOD");
   command
       ->add_option("--stages", options->stages, "Stop after poses, extrinsics, joint (all LiDARs) or cameras (default)")
@@ -222,7 +244,7 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
                    "The cameras' images where they do not lie with the recording: DIR/<camera>/ as in a session")
       ->option_text("DIR");
   command->add_flag("--refine-intrinsics", options->refine_intrinsics,
-                    "Find each camera's intrinsics, too, starting from the rig file's");
+                    "Find each camera's intrinsics, too, starting from the rig file's (with a checkerboard from none)");
   command->add_option("--require", options->require, "What good means: 95 % bounds (default 10mm,0.1deg)")
       ->check(CLI::Validator(check_tolerance, ""))
       ->option_text("MM,DEG");

@@ -36,27 +36,32 @@ struct PatchJob {
 
 struct PatchOutcome {
   PatchCells cells;
+  std::vector<Point> near;
   PcdSummary summary;
   std::optional<Error> error;
 };
 
-PatchOutcome read_patch(const PatchJob& job, const CellOptions& options) {
+PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double keep_within_m) {
   PatchOutcome out;
   CellOptions cells = options;
   cells.max_range_m = std::min(cells.max_range_m, job.max_range_m);
   CellBuilder builder(job.lidar, job.stop, cells);
   std::vector<Point> kept;
   const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
+  const auto take = [&](std::span<const Point> points) {
+    builder.add(points);
+    add_near_points(points, std::min(keep_within_m, cells.max_range_m), out.near);
+  };
   const Expected<PcdSummary> summary = read_pcd(job.path, [&](std::span<const Point> points) {
     if (near2 <= 0.0F) {
-      builder.add(points);
+      take(points);
       return;
     }
     kept.clear();
     for (const Point& p : points) {
       if (p.x * p.x + p.y * p.y + p.z * p.z >= near2) kept.push_back(p);
     }
-    builder.add(kept);
+    take(kept);
   });
   if (!summary) {
     out.error = summary.error();
@@ -135,7 +140,7 @@ Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::
 
 Expected<Recording> read_patches(Rig rig, const std::string& path, const std::string& trajectory_path,
                                  const std::vector<std::string>& image_places, const CellOptions& options,
-                                 const RunContext& context) {
+                                 double keep_within_m, const RunContext& context) {
   const Expected<PatchFolder> folder = list_patch_folder(path, rig, trajectory_path);
   if (!folder) return folder.error();
   Recording out;
@@ -158,7 +163,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   std::stable_sort(jobs.begin(), jobs.end(), [](const PatchJob& a, const PatchJob& b) { return a.stop < b.stop; });
   std::vector<PatchOutcome> outcomes(jobs.size());
   parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end && !context.cancelled(); ++k) outcomes[k] = read_patch(jobs[k], options);
+    for (std::size_t k = begin; k < end && !context.cancelled(); ++k)
+      outcomes[k] = read_patch(jobs[k], options, keep_within_m);
   });
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped while reading, nothing was written", {}, {}};
   for (const PatchOutcome& o : outcomes) {
@@ -167,6 +173,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   warn_of(*folder, outcomes, jobs, context.reporter);
   for (PatchOutcome& o : outcomes) {
     out.points += o.cells.points;
+    const int sensor = out.lidar.lidar_sensors[static_cast<std::size_t>(o.cells.lidar)];
+    if (!o.near.empty()) out.near_points.push_back({sensor, o.cells.stop, std::move(o.near)});
     out.lidar.patches.push_back(std::move(o.cells));
   }
   if (out.points == 0)
@@ -186,6 +194,18 @@ std::vector<std::string> image_places(const RecordingPaths& paths) {
   return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
 }
 
+// A rig without LiDARs: stops are those of the images.
+Expected<Recording> read_images_alone(Rig rig, const std::string& path, const std::vector<std::string>& places) {
+  Recording out;
+  for (const int stop : stops_with_images(rig, places)) out.lidar.stops.push_back({stop, 0, 0});
+  if (out.lidar.stops.empty()) {
+    return input_error("holds no images of the rig's cameras", path,
+                       "put them into image/<camera>/<stop>.png, or name their folder by --images DIR");
+  }
+  out.rig = std::move(rig);
+  return out;
+}
+
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
   std::error_code ec;
@@ -197,20 +217,29 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     if (session->packets.empty()) {
       Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
       if (!rig) return rig.error();
-      return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells, context);
+      return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells,
+                          paths.keep_points_within_m, context);
     }
   } else if (folder) {
     if (paths.rig.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
     Expected<Rig> rig = load_rig(paths.rig);
     if (!rig) return rig.error();
-    return read_patches(std::move(*rig), path, {}, image_places(paths), cells, context);
+    if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
+    return read_patches(std::move(*rig), path, {}, image_places(paths), cells, paths.keep_points_within_m, context);
   }
   const Expected<StreamSource> source = open_stream(path, paths.rig);
   if (!source) return source.error();
-  return read_stream(*source, cells, context);
+  return read_stream(*source, cells, paths.keep_points_within_m, context);
 }
 
 }  // namespace
+
+void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out) {
+  const auto most = static_cast<float>(within_m * within_m);
+  for (const Point& p : points) {
+    if (p.x * p.x + p.y * p.y + p.z * p.z < most) out.push_back(p);
+  }
+}
 
 Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   std::error_code error;

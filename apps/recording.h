@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/run_context.h"
 #include "core/io/patch_folder.h"
@@ -17,18 +19,24 @@ struct Recording {
   LidarRecording lidar;
   std::vector<CameraRecording> cameras;  ///< All of the rig's, with guesses from the rig file; read when asked for.
   std::uint64_t points = 0;              ///< In the patches.
+  /// All points near each LiDAR, in the order of the stops, where asked for; Patch::stop counts in `lidar.stops`.
+  std::vector<Patch> near_points;
   /// Packets by the name of the sensor and what became of them ("point_lost"); empty where it came as patches.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
   std::vector<ClockReport> clocks;  ///< Likewise empty.
 };
 
-/// Where a recording lies. `rig` may be empty for a session, which has its own; `images` where they lie with the
-/// recording, and otherwise is laid out like a session's.
+/// Where a recording lies, and what is kept of it. `rig` may be empty for a session, which has its own; `images` where
+/// they lie with the recording, and otherwise is laid out like a session's.
 struct RecordingPaths {
   std::string input;
   std::string rig;
   std::string images;
+  double keep_points_within_m = 0.0;  ///< How far from each LiDAR all points are kept besides the cells; 0: none.
 };
+
+/// Appends those of the points that are nearer than `within_m` to their sensor.
+void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out);
 
 /// Reads a packet dump, a session or a patch folder. What is
 /// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit

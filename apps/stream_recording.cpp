@@ -11,8 +11,12 @@ namespace {
 // Points of the stops into cells, several sensors at once: each has its own builder and gets its points in order.
 class CellSink final : public StopSink {
  public:
-  CellSink(const Rig& rig, const CellOptions& options, LidarRecording& out)
-      : lidar_of_sensor_(rig.sensors.size(), -1), options_(options), out_(out) {
+  CellSink(const Rig& rig, const CellOptions& options, double keep_within_m, Recording& out)
+      : lidar_of_sensor_(rig.sensors.size(), -1),
+        options_(options),
+        keep_within_m_(keep_within_m),
+        out_(out.lidar),
+        near_(out.near_points) {
     for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
       if (!rig.sensors[k].is_lidar()) continue;
       lidar_of_sensor_[k] = static_cast<int>(out_.lidar_sensors.size());
@@ -24,6 +28,7 @@ class CellSink final : public StopSink {
   Expected<void> restart() override {
     out_.patches.clear();
     out_.stops.clear();
+    near_.clear();
     points_ = 0;
     stop_ = -1;
     return {};
@@ -34,6 +39,7 @@ class CellSink final : public StopSink {
   void points(int sensor, int stop, std::span<const Point> points) override {
     const int lidar = lidar_of_sensor_[static_cast<std::size_t>(sensor)];
     if (stop != stop_) begin(stop);
+    add_near_points(points, keep_within_m_, near_of_stop_[static_cast<std::size_t>(lidar)]);
     auto& pending = pending_[static_cast<std::size_t>(lidar)];
     pending.insert(pending.end(), points.begin(), points.end());
     waiting_ += points.size();
@@ -52,6 +58,10 @@ class CellSink final : public StopSink {
       points_ += patch.points;
       if (patch.points > 0) out_.patches.push_back(std::move(patch));
     }
+    for (std::size_t i = 0; i < near_of_stop_.size(); ++i) {
+      if (near_of_stop_[i].empty()) continue;
+      near_.push_back({out_.lidar_sensors[i], static_cast<int>(out_.stops.size()), std::move(near_of_stop_[i])});
+    }
     out_.stops.push_back(record.stop);
     stop_ = -1;
   }
@@ -61,6 +71,7 @@ class CellSink final : public StopSink {
  private:
   void begin(int stop) {
     stop_ = stop;
+    near_of_stop_.assign(pending_.size(), {});
     builders_.clear();
     for (std::size_t i = 0; i < pending_.size(); ++i) {
       builders_.emplace_back(static_cast<int>(i), stop, options_);
@@ -81,7 +92,10 @@ class CellSink final : public StopSink {
 
   std::vector<int> lidar_of_sensor_;
   CellOptions options_;
+  double keep_within_m_;
   LidarRecording& out_;
+  std::vector<Patch>& near_;
+  std::vector<std::vector<Point>> near_of_stop_;  ///< By LiDAR.
   int stop_ = -1;
   std::vector<CellBuilder> builders_;
   std::vector<std::vector<Point>> pending_;
@@ -98,10 +112,11 @@ void take_rotations(const Rig& rig, const std::vector<StopRecord>& stops, LidarR
 
 }  // namespace
 
-Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells, const RunContext& context) {
+Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells, double keep_points_within_m,
+                                const RunContext& context) {
   Recording out;
   out.rig = source.rig;
-  CellSink sink(out.rig, cells, out.lidar);
+  CellSink sink(out.rig, cells, keep_points_within_m, out);
   const StopOptions options;
   const Expected<StopReading> reading = read_stops(source, options, sink, context);
   if (!reading) return reading.error();

@@ -7,7 +7,8 @@ namespace rigcal {
 
 /// A dump or a bag becomes a recording: points, stops, cells, in one pass and in memory that does not grow with the
 /// file. A dump in which a device names itself only after its first points is read twice.
+/// `keep_points_within_m`: see RecordingPaths.
 [[nodiscard]] Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells,
-                                              const RunContext& context);
+                                              double keep_points_within_m, const RunContext& context);
 
 }  // namespace rigcal

@@ -1,0 +1,183 @@
+#include "core/pipeline/board_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/text.h"
+#include "core/geometry/symmetric_eigen.h"
+#include "core/quality/verdict_text.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double ambiguous = 0.75;
+constexpr int least_boards = 3;
+constexpr double most_hold_out = 2.0;
+constexpr double sure_sigmas = 3.0;
+constexpr double range_worth_m = 0.008;  // offsets smaller than this any LiDAR has
+constexpr double dark_worth_m = 0.0008;
+constexpr double widest_beam_m = 0.025;    // at an edge
+constexpr double uneven_growth_m = 0.012;  // between the two sides of one plate
+constexpr double least_lean = 0.02;        // mean square sine of the normals about their mean
+constexpr double least_way = 0.3;          // between boards, of their distance
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// Mean over the boards by which dark squares seem farther, and its sigma by how the boards differ.
+std::pair<double, double> dark_farther(const BoardAdjustment& found, std::size_t sensor) {
+  double n = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const BoardPlace& place : found.places) {
+    for (const BoardSighting& s : place.sightings) {
+      if (static_cast<std::size_t>(s.sensor) != sensor || !s.cloud || !s.cloud->squares) continue;
+      const double value = s.cloud->squares->dark_farther_m;
+      n += 1.0;
+      sum += value;
+      squares += value * value;
+    }
+  }
+  if (n < 2.0) return {0.0, 0.0};
+  const double mean = sum / n;
+  return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0))};
+}
+
+}  // namespace
+
+Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, const std::string& advice) {
+  Verdict verdict;
+  if (!e.observable) {
+    fail(verdict, "the boards that it shares with " + e.via + " leave its place open; " + advice);
+    return verdict;
+  }
+  if (!e.converged) {
+    fail(verdict, "the adjustment of the boards did not converge; look for poses in which the board moved");
+    return verdict;
+  }
+  if (e.runner_up > ambiguous) {
+    fail(verdict,
+         e.several_boards
+             ? "there are boards that look alike, and which is which cannot be told; cover all but one, or give "
+               "a rough pose in the rig file"
+             : "the board looks the same after half a turn, and another place explains it as well; show it to "
+               "both in more poses, or give a rough pose in the rig file");
+    return verdict;
+  }
+  if (2 * e.agreeing < e.shared) {
+    weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
+                        " stops at which it and " + e.via + " saw a board do these agree");
+  }
+  if (e.agreeing < least_boards) {
+    weaken(verdict, "it and " + e.via + " saw the board together at " + std::to_string(e.agreeing) +
+                        (e.agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
+  }
+  const double t = translation_bound(e.covariance);
+  const double r = rotation_bound(e.covariance);
+  if (t > require.translation_m || r > require.rotation_rad) {
+    weaken(verdict, "95 % bounds are " + mm(t) + " and " + deg(r) + ", wanted are " + mm(require.translation_m) +
+                        " and " + deg(require.rotation_rad) + (advice.empty() ? "; add board poses" : "; " + advice));
+  }
+  if (e.hold_out > most_hold_out) {
+    weaken(verdict, "boards that were left out are off by " + number(e.hold_out, 1) +
+                        " times their noise; look for poses in which the board moved");
+  }
+  return verdict;
+}
+
+std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor) {
+  const SE3 T_sensor_base = found.sensors[sensor].T_base_sensor.inverse();
+  Matrix3d spread = Matrix3d::Zero();
+  Vector3d mean = Vector3d::Zero();
+  std::vector<Vector3d> normals;
+  double left = 0.0;
+  double right = 0.0;
+  for (const BoardPlace& place : found.places) {
+    const bool seen = std::any_of(place.sightings.begin(), place.sightings.end(),
+                                  [&](const BoardSighting& s) { return static_cast<std::size_t>(s.sensor) == sensor; });
+    if (!seen || !place.why_out.empty() || place.sightings.size() < 2) continue;
+    normals.push_back(T_sensor_base.R * place.T_base_board.R.col(2));
+    mean += normals.back();
+    const Vector3d p = T_sensor_base * place.T_base_board.t;
+    const bool is_camera = found.sensors[sensor].camera.has_value();
+    const double side = is_camera ? p.x() / p.norm() : -p.y() / p.norm();
+    left = std::min(left, side);
+    right = std::max(right, side);
+  }
+  if (normals.empty()) return "show the board to it and to another sensor at once";
+  mean.normalize();
+  for (const Vector3d& n : normals) {
+    const Vector3d off = n - mean * mean.dot(n);
+    spread += off * off.transpose() / static_cast<double>(normals.size());
+  }
+  const SymmetricEigen eigen = symmetric_eigen(spread);
+  if (eigen.values[1] < least_lean) {
+    const Vector3d axis = eigen.vectors.col(1);
+    const bool is_camera = found.sensors[sensor].camera.has_value();
+    const bool upright = std::abs(is_camera ? axis.y() : axis.z()) > 0.7;
+    if (eigen.values[2] < least_lean) return "add poses in which the board leans by 30 degrees to all four sides";
+    return upright ? "add poses in which the board leans forwards and backwards by 30 degrees"
+                   : "add poses in which the board is turned to the left and to the right by 30 degrees";
+  }
+  if (left > -0.2) return "add poses at the left of what it sees";
+  if (right < 0.2) return "add poses at the right of what it sees";
+  return normals.size() < 10 ? "add board poses, ten or more, near and far" : std::string();
+}
+
+std::optional<RangeOffset> remarkable_offset(const BoardAdjustment& found, std::size_t sensor) {
+  const double offset = found.sensors[sensor].range_offset_m;
+  const double sigma = found.range_offset_sigma_m[sensor];
+  if (sigma <= 0.0 || std::abs(offset) < std::max(range_worth_m, sure_sigmas * sigma)) return std::nullopt;
+  return RangeOffset{-offset, sigma};
+}
+
+std::vector<std::string> findings_of(const BoardAdjustment& found, const BoardModel& board) {
+  std::vector<std::string> out;
+  for (std::size_t s = 0; s < found.sensors.size(); ++s) {
+    const BoardSensor& sensor = found.sensors[s];
+    if (sensor.camera) continue;
+    if (const auto offset = remarkable_offset(found, s)) {
+      out.push_back("the ranges of " + sensor.name + " are " + mm(std::abs(offset->value_m)) + " too " +
+                    (offset->value_m > 0.0 ? "long" : "short") + " by the boards (sigma " + mm(offset->sigma_m) +
+                    "), which was taken into account");
+    }
+    const auto [farther, spread] = dark_farther(found, s);
+    if (std::abs(farther) > std::max(dark_worth_m, sure_sigmas * spread)) {
+      out.push_back("dark squares seem " + mm(std::abs(farther)) + (farther > 0.0 ? " farther" : " nearer") + " to " +
+                    sensor.name + " than bright ones (sigma " + mm(spread) + "), which was taken out");
+    }
+    const Eigen::Vector2d growth = sensor.growth_m;
+    const double uneven = std::abs(growth.x() - growth.y());
+    if (growth.cwiseAbs().maxCoeff() > widest_beam_m || uneven > uneven_growth_m) {
+      const Eigen::Vector2d size = board.size() + 2.0 * growth;
+      out.push_back("the plate measures " + number(size.x(), 3) + " by " + number(size.y(), 3) + " m by " +
+                    sensor.name + ", but the rig file's board.size is " + number(board.size().x(), 3) + " by " +
+                    number(board.size().y(), 3) + " m; measure it");
+    }
+  }
+  return out;
+}
+
+double scale_between(const std::vector<BoardSighting>& sightings) {
+  std::vector<double> ratios;
+  for (const BoardSighting& a : sightings) {
+    for (const BoardSighting& b : sightings) {
+      if (!a.cloud || !b.cloud || a.sensor != b.sensor || a.stop >= b.stop) continue;
+      const double by_lidar = (a.T_sensor_board.t - b.T_sensor_board.t).norm();
+      if (by_lidar < least_way * a.T_sensor_board.t.norm()) continue;
+      for (const BoardSighting& c : sightings) {
+        if (!c.image || !c.image->whole || c.stop != a.stop) continue;
+        for (const BoardSighting& d : sightings) {
+          if (d.sensor != c.sensor || !d.image || !d.image->whole || d.stop != b.stop) continue;
+          ratios.push_back(by_lidar / std::max(1e-9, (c.T_sensor_board.t - d.T_sensor_board.t).norm()));
+        }
+      }
+    }
+  }
+  return ratios.size() < 3 ? 0.0 : median(ratios);
+}
+
+}  // namespace rigcal

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/board/board_adjustment.h"
+#include "core/quality/lidar_quality.h"
+#include "core/quality/result.h"
+#include "core/quality/verdict.h"
+
+namespace rigcal {
+
+/// What speaks for or against the place of one sensor that boards hold.
+struct BoardEvidence {
+  std::string name;
+  std::string via;         ///< The sensor that it shares most boards with,
+  int shared = 0;          ///< at so many stops,
+  int agreeing = 0;        ///< at so many of which the boards agree.
+  double runner_up = 0.0;  ///< Score of the best other place over this one's.
+  bool several_boards = false;
+  Matrix6d covariance = Matrix6d::Zero();
+  bool observable = true;
+  bool converged = true;
+  double hold_out = 0.0;  ///< Residuals of boards that were left out, over their noise; 0: too few boards.
+};
+
+[[nodiscard]] Verdict judge_by_boards(const BoardEvidence& evidence, const Requirement& require,
+                                      const std::string& advice);
+
+/// Which poses of the board would tell most that the ones shown do not: in words, empty where they are varied enough.
+[[nodiscard]] std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor);
+
+/// The offset of a LiDAR's ranges where it stands out: at least 8 mm and three of its sigmas.
+[[nodiscard]] std::optional<RangeOffset> remarkable_offset(const BoardAdjustment& found, std::size_t sensor);
+
+/// What the boards tell of the rig file's figures and of the LiDARs: a plate of another size, squares of another size,
+/// ranges that are off. Sentences for the user.
+[[nodiscard]] std::vector<std::string> findings_of(const BoardAdjustment& found, const BoardModel& board);
+
+/// How many times longer the ways between boards are by the LiDARs than by the cameras, where both saw three boards or
+/// more that lie apart; 0: not known. Other than 1: the squares have another size than the rig file says.
+[[nodiscard]] double scale_between(const std::vector<BoardSighting>& sightings);
+
+}  // namespace rigcal
