@@ -126,7 +126,11 @@ void outline_of(const BoardModel& board, const SE3& frame, PlateCandidate& out) 
   out.outward.clear();
   const SE3 to_plane = frame.inverse();
   std::vector<Vector2d> flat;
-  for (const Vector3d& p : out.points) flat.push_back((to_plane * p).head<2>());
+  // Where the ray meets the plane: noise of the range moves a point along a slanting ray, and the outermost ones out.
+  for (const Vector3d& p : out.points) {
+    const double along = out.plane.normal.dot(p) / out.plane.offset_m;
+    if (along > 0.5) flat.push_back((to_plane * Vector3d(p / along)).head<2>());
+  }
   const double density = static_cast<double>(flat.size()) / board.size().prod();
   const double shorter = board.size().minCoeff();
   const double strip = std::clamp(points_of_strip / (density * shorter), least_strip_m, 0.2 * shorter);

@@ -74,8 +74,8 @@ TEST(DenseBoards, FindsThePlateByItsOutlineAlone) {
     EXPECT_FALSE(seen.boards[0].squares);
     EXPECT_LT(nearest_turn(seen.boards[0], T, board), 0.015) << trial;
     EXPECT_NEAR(seen.boards[0].plane_rms_m, 0.009, 0.003);
-    // Noise along slanting rays widens the outline of the points a little.
-    EXPECT_LT(seen.boards[0].growth_m.cwiseAbs().maxCoeff(), 0.010);
+    // Twice this is the error of the plate's size; 10 mm are wanted, and one of these plates has 14.
+    EXPECT_LT(seen.boards[0].growth_m.cwiseAbs().maxCoeff(), 0.008);
   }
 }
 
