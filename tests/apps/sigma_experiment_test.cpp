@@ -30,18 +30,18 @@ TEST(SigmaFigures, CountErrorsInsideTheEllipsoidsByScene) {
 
 TEST(TrySigmas, ErrorsAreAsLargeAsSigmaSaysAlsoWithWrongRanges) {
   SigmaExperimentOptions options;
-  options.rigs = 2;
-  options.points = 5000;
+  options.rigs = 3;
+  options.points = 8000;
   SilentReporter silent;
   const auto rows = try_sigmas(options, {silent});
   ASSERT_TRUE(rows) << rows.error().message();
   ASSERT_EQ(rows->size(), 2U);
   for (const SigmaRow& row : *rows) {
     const SigmaFigures all = sigma_figures(row, "");
-    EXPECT_EQ(all.lidars + row.failed, 6);
-    EXPECT_GT(all.lidars, 3);
-    // Six squares of six degrees of freedom; without a thought for ranges the second row has hundreds.
-    EXPECT_LT(all.mean_nees, 16.0) << sigma_experiment_text(*rows);
+    EXPECT_EQ(all.lidars + row.failed, 9);
+    EXPECT_GT(all.lidars, 6);
+    // Nine squares of six degrees of freedom; without a thought for ranges the second row has hundreds.
+    EXPECT_LT(all.mean_nees, 14.0) << sigma_experiment_text(*rows);
   }
   const auto json = nlohmann::json::parse(sigma_experiment_json(*rows));
   EXPECT_EQ(SchemaCheck("experiment_sigma.json").violations(json), std::vector<std::string>{});
