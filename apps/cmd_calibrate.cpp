@@ -35,9 +35,11 @@ struct CalibrateOptions {
   bool incremental = false;
 };
 
+constexpr const char* no_guess = "none";
+
 // --initial is read before the recording is, which takes longer; nothing where it is not given.
 Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path) {
-  if (path.empty()) return std::optional<ExtrinsicsFile>();
+  if (path.empty() || path == no_guess) return std::optional<ExtrinsicsFile>();
   Expected<ExtrinsicsFile> loaded = load_extrinsics(path);
   if (!loaded) return loaded.error();
   return std::optional<ExtrinsicsFile>(std::move(*loaded));
@@ -47,6 +49,13 @@ Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path
 std::optional<SE3> guess_of(const Sensor& sensor, const std::optional<ExtrinsicsFile>& initial) {
   if (initial && initial->T_base_sensor.count(sensor.name) > 0) return initial->T_base_sensor.at(sensor.name);
   return sensor.initial_T_base_sensor;
+}
+
+// Of all sensors but the base, whose frame is the rig's.
+void forget_initial_extrinsics(Rig& rig) {
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    if (static_cast<int>(i) != rig.base) rig.sensors[i].initial_T_base_sensor.reset();
+  }
 }
 
 Expected<void> check_base(const Rig& rig, const std::optional<ExtrinsicsFile>& initial, const std::string& path) {
@@ -177,6 +186,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
   if (const auto right = check_base(recording->rig, *initial, options.initial); !right) return right.error();
+  if (options.initial == no_guess) forget_initial_extrinsics(recording->rig);
   for (CameraRecording& camera : recording->cameras) {
     camera.guess_T_base_camera = guess_of(recording->rig.sensors[static_cast<std::size_t>(camera.sensor)], *initial);
   }
@@ -236,9 +246,11 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::IsMember({"poses", "extrinsics", "joint", "cameras"}))
       ->option_text("STAGE");
   command
-      ->add_option("--initial", options->initial,
-                   "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's)")
-      ->option_text("FILE");
+      ->add_option(
+          "--initial", options->initial,
+          "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's); none: "
+          "LiDARs from the turn of the rig alone")
+      ->option_text("FILE|none");
   command
       ->add_option("--images", options->images,
                    "The cameras' images where they do not lie with the recording: DIR/<camera>/ as in a session")

@@ -105,8 +105,10 @@ class CellSink final : public StopSink {
 
 void take_rotations(const Rig& rig, const std::vector<StopRecord>& stops, LidarRecording& out) {
   out.R_previous_this.resize(stops.size());
+  out.turned_rad.resize(stops.size());
   for (std::size_t j = 1; j < stops.size(); ++j) {
     out.R_previous_this[j] = base_rotation(rig, stops[j]);
+    if (stops[j].rotation_known) out.turned_rad[j] = log_so3(stops[j].R_previous_this).norm();
   }
 }
 

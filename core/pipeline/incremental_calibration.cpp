@@ -32,6 +32,7 @@ void IncrementalCalibration::add_stop(CalibrationStop stop) {
   const auto index = static_cast<int>(recording_.stops.size());
   recording_.stops.push_back(stop.stop);
   recording_.R_previous_this.push_back(stop.R_previous_this);
+  recording_.turned_rad.push_back(stop.turned_rad);
   // A trajectory has a pose for every stop or is none.
   if (stop.T_G_base) recording_.trajectory.push_back(stop.T_G_base);
   recording_.trajectory_is_prior = !recording_.trajectory.empty();
@@ -143,8 +144,9 @@ Expected<CalibrationResult> IncrementalCalibration::finish(
 std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
   std::vector<CalibrationStop> out;
   for (std::size_t j = 0; j < recording.stops.size(); ++j) {
-    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}});
+    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}, {}});
     if (j < recording.R_previous_this.size()) stop.R_previous_this = recording.R_previous_this[j];
+    if (j < recording.turned_rad.size()) stop.turned_rad = recording.turned_rad[j];
     if (j < recording.trajectory.size()) stop.T_G_base = recording.trajectory[j];
   }
   for (const PatchCells& patch : recording.patches) {

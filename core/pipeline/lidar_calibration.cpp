@@ -116,7 +116,8 @@ class Calibration {
     input.R_previous_this = recording_.R_previous_this;
     input.trajectory = recording_.trajectory;
     input.cells = &recording_.patches;
-    if (rig_.turntable && rig_.turntable->axis) input.axis = *rig_.turntable->axis;
+    input.turned_rad = recording_.turned_rad;
+    if (rig_.turntable) input.axis = rig_.turntable->axis;
     Expected<Start> start = find_start(input, surfels, context_);
     if (!start) return start.error();
     solution_.start = std::move(*start);

@@ -19,6 +19,7 @@ struct LidarRecording {
   std::vector<Stop> stops;         ///< `index` is the number users see.
   std::vector<PatchCells> patches;
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro; empty: no gyro.
+  std::vector<std::optional<double>> turned_rad;         ///< Likewise, by a gyro whose mounting is not known: no axis.
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty: none.
   bool trajectory_is_prior = false;                      ///< It comes from the user: see `pose_prior`.
 };

@@ -48,10 +48,40 @@ std::size_t stops_with_points(const LidarRecording& recording) {
   return stops.size();
 }
 
+// Units of one housing in the wrong order: each stands where another should, and none where its own guess is. Nothing
+// where it stands near its own.
+std::optional<int> stands_at(int lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
+  constexpr double astray_rad = to_rad(15.0);
+  const auto from = [&](int found, int guessed) {
+    return rotation_distance(s.state.T_base_sensor[static_cast<std::size_t>(found)].R,
+                             guess[static_cast<std::size_t>(guessed)]->R);
+  };
+  const auto is_astray = [&](int i) {
+    const auto si = static_cast<std::size_t>(i);
+    return guess[si] && s.start.lidar_known[si] && from(i, i) > astray_rad;
+  };
+  if (!is_astray(lidar)) return std::nullopt;
+  std::optional<int> nearest;
+  double least = 0.5 * from(lidar, lidar);
+  for (int k = 0; k < static_cast<int>(guess.size()); ++k) {
+    if (k == lidar || !is_astray(k) || from(lidar, k) >= least) continue;
+    nearest = k;
+    least = from(lidar, k);
+  }
+  return nearest;
+}
+
+std::vector<std::optional<int>> places_of_others(const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
+  std::vector<std::optional<int>> out;
+  for (std::size_t i = 0; i < guess.size(); ++i) out.push_back(stands_at(static_cast<int>(i), guess, s));
+  return out;
+}
+
 struct Findings {
   LidarCovariances covariances;
   HoldOut held_out;
   std::vector<double> used;
+  std::vector<std::optional<int>> stands_at;
 };
 
 SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base, const LidarRecording& recording,
@@ -72,6 +102,11 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.match_score = s.start.matches[i].score;
   e.runner_up_score = s.start.matches[i].runner_up_score;
   const double base_share = findings.used[static_cast<std::size_t>(base)];
+  if (const std::optional<int> other = findings.stands_at[i]) {
+    const int place = recording.lidar_sensors[static_cast<std::size_t>(*other)];
+    e.stands_at = rig.sensors[static_cast<std::size_t>(place)].name;
+    e.from_guess_rad = rotation_distance(s.state.T_base_sensor[i].R, guess->R);
+  }
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
   e.observable = findings.covariances.observable && !findings.covariances.with_priors.empty();
   if (e.observable) {
@@ -114,9 +149,10 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
   const SolvedPlanes solved{s.refined.map.features,   s.state, s.layout, s.adjust, usual_range_offset_m,
                             !s.range_offset_m.empty()};
   std::vector<SE3> start_extrinsics(guess.size());
-  for (std::size_t i = 0; i < guess.size(); ++i) start_extrinsics[i] = guess[i].value_or(SE3{});
+  for (std::size_t i = 0; i < guess.size(); ++i)
+    start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
   const Findings findings{lidar_covariances(solved), hold_out(solved, base_lidar, start_extrinsics),
-                          used_shares(recording, s)};
+                          used_shares(recording, s), places_of_others(guess, s)};
   CalibrationResult result;
   result.base = rig.base_sensor().name;
   result.method = "targetless";

@@ -49,8 +49,11 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
     fail(verdict, "it has no points in any stop; check its cable, its address and its entry in the rig file");
     return verdict;
   }
-  if (!e.has_guess) {
-    fail(verdict, "the rig file has no initial_extrinsics for it; give a rough one (10 degrees, 0.2 m)");
+  if (!e.found && !e.has_guess) {
+    fail(verdict, "without initial_extrinsics it could not be laid on what " + e.base_name + " saw (best match " +
+                      number(100.0 * e.match_score, 0) +
+                      " %); give rough ones (10 degrees, 0.2 m), or record more stops in smaller turns, all the way "
+                      "round, so that it sees the same surfaces from neighbouring stops");
     return verdict;
   }
   if (!e.found) {
@@ -68,10 +71,16 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   if (verdict.status == Status::failed) return verdict;
   if (!e.converged)
     weaken(verdict, "the last iterations still moved it; the scene changes between stops, or is too poor");
-  if (e.runner_up_score > 0.9 * e.match_score) {
+  // A guess speaks against places far from it.
+  if (e.runner_up_score > (e.has_guess ? 0.9 : 0.8) * e.match_score) {
     weaken(verdict, "another pose fits its surfaces nearly as well (" + number(100.0 * e.runner_up_score, 0) +
                         " % against " + number(100.0 * e.match_score, 0) +
                         " %); the scene is symmetric: give a closer guess or add stops");
+  }
+  if (!e.stands_at.empty()) {
+    weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + number(to_deg(e.from_guess_rad), 0) +
+                        " degrees from its own initial_extrinsics: the units are in the wrong order; swap their "
+                        "broadcast codes, addresses or folders");
   }
   if (e.used_share < 0.4) {
     weaken(verdict, "only " + number(100.0 * e.used_share, 0) +

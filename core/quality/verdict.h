@@ -18,7 +18,9 @@ struct LidarEvidence {
   bool converged = true;
   double match_score = 1.0;  ///< Share of its surfels on the base's map; runner-up: the best other pose's.
   double runner_up_score = 0.0;
-  double used_share = 1.0;  ///< Of its cells on planes, over the same share of the base.
+  std::string stands_at;        ///< Another sensor whose initial extrinsics it fulfils instead of its own; empty: none.
+  double from_guess_rad = 0.0;  ///< How far it is turned from its own.
+  double used_share = 1.0;      ///< Of its cells on planes, over the same share of the base.
   Matrix6d covariance = Matrix6d::Zero();
   Matrix6d covariance_data_only = Matrix6d::Zero();
   SE3 T_base_sensor;

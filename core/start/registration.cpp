@@ -10,6 +10,9 @@
 namespace rigcal {
 namespace {
 
+// Of candidates that were tried with few surfels, so many with more.
+constexpr std::size_t finalists = 3;
+
 struct Candidate {
   SE3 X;
   double score = 0.0;
@@ -17,6 +20,26 @@ struct Candidate {
 
 bool distinct(const SE3& a, const SE3& b) {
   return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
+}
+
+void sort_by_score(std::vector<Candidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+}
+
+// The first of them, and the first that is distinctly another.
+RegistrationResult result_of(const std::vector<Candidate>& sorted) {
+  RegistrationResult result;
+  if (sorted.empty()) return result;
+  result.X = sorted[0].X;
+  result.score = sorted[0].score;
+  for (const Candidate& c : sorted) {
+    if (!distinct(c.X, result.X)) continue;
+    result.runner_up = c.X;
+    result.runner_up_score = c.score;
+    break;
+  }
+  return result;
 }
 
 bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
@@ -99,6 +122,37 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
   return X;
 }
 
+RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
+                                     const std::vector<SE3>& starts) {
+  const MovingSurfels some = thinned(moving, 1000);
+  const MovingSurfels many = thinned(moving, 3000);
+  const double cosine = std::cos(to_rad(14.0));
+  std::vector<Candidate> best;
+  for (const SE3& X : starts) best.push_back({X, 0.0});
+  parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      best[i].X = refine_registration(coarse, some, best[i].X, 0.8, 0.3);
+      best[i].X = refine_registration(fine, some, best[i].X, 0.3, 0.08);
+      best[i].score = match_score(fine, some, best[i].X, cosine, 0.06);
+    }
+  });
+  sort_by_score(best);
+  std::vector<Candidate> last;
+  for (const Candidate& c : best) {
+    if (last.size() == finalists) break;
+    if (std::none_of(last.begin(), last.end(), [&](const Candidate& l) { return !distinct(l.X, c.X); }))
+      last.push_back(c);
+  }
+  parallel_for(last.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      last[i].X = refine_registration(fine, many, last[i].X, 0.12, 0.08);
+      last[i].score = match_score(fine, many, last[i].X, cosine, 0.06);
+    }
+  });
+  sort_by_score(last);
+  return result_of(last);
+}
+
 RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
                                     const std::vector<SE3>& guesses, const RegistrationOptions& options) {
   const MovingSurfels few = thinned(moving, 400);
@@ -112,8 +166,7 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
     for (std::size_t i = begin; i < end; ++i)
       candidates[i].score = match_score(coarse, few, candidates[i].X, cosine, 0.3);
   });
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  sort_by_score(candidates);
   std::vector<Candidate> best;
   for (const Candidate& c : candidates) {
     if (static_cast<int>(best.size()) >= options.refined) break;
@@ -127,18 +180,8 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
       best[i].score = match_score(fine, many, best[i].X, std::cos(to_rad(14.0)), 0.06);
     }
   });
-  std::stable_sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-  RegistrationResult result;
-  if (best.empty()) return result;
-  result.X = best[0].X;
-  result.score = best[0].score;
-  for (const Candidate& c : best) {
-    if (!distinct(c.X, result.X)) continue;
-    result.runner_up = c.X;
-    result.runner_up_score = c.score;
-    break;
-  }
-  return result;
+  sort_by_score(best);
+  return result_of(best);
 }
 
 }  // namespace rigcal

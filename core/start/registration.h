@@ -55,4 +55,8 @@ struct RegistrationResult {
                                                   const MovingSurfels& moving, const std::vector<SE3>& guesses,
                                                   const RegistrationOptions& options);
 
+/// Refines all of `starts`, each right to half a metre and some degrees, and chooses.
+[[nodiscard]] RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine,
+                                                   const MovingSurfels& moving, const std::vector<SE3>& starts);
+
 }  // namespace rigcal

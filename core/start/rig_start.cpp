@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/start/axis_search.h"
 #include "core/start/multiview.h"
 #include "core/start/shape_start.h"
 #include "core/start/step_search.h"
 #include "core/start/turning.h"
+#include "core/start/unguessed.h"
 
 namespace rigcal {
 namespace {
@@ -20,6 +22,11 @@ constexpr std::size_t enough_surfels = 1500;
 constexpr std::size_t enough_surfels_of_many_stops = 400;
 constexpr int many_stops = 5;
 constexpr double min_shape_score = 0.3;
+// Of what a LiDAR saw, so much must lie on what it saw from other stops.
+constexpr double min_own_score = 0.1;
+// Steps of a table that turns equally by hand; of one whose turns were measured.
+constexpr double assumed_step_sigma_rad = to_rad(3.0);
+constexpr double measured_step_sigma_rad = to_rad(0.5);
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -34,6 +41,25 @@ bool gyro_is_complete(const StartInput& input) {
   if (static_cast<int>(input.R_previous_this.size()) != input.stops) return false;
   return std::all_of(input.R_previous_this.begin() + 1, input.R_previous_this.end(),
                      [](const auto& R) { return R.has_value(); });
+}
+
+struct Turned {
+  std::vector<double> angle;  // by stop
+  double step_sigma_rad;
+};
+
+// Where nothing is known, a full turn in equal steps.
+Turned turned_angles(const StartInput& input) {
+  const auto stops = static_cast<std::size_t>(input.stops);
+  Turned out{std::vector<double>(stops, 0.0), measured_step_sigma_rad};
+  for (std::size_t j = 1; j < stops; ++j) {
+    std::optional<double> step;
+    if (j < input.turned_rad.size()) step = input.turned_rad[j];
+    if (j < input.R_previous_this.size() && input.R_previous_this[j]) step = log_so3(*input.R_previous_this[j]).norm();
+    if (!step) out.step_sigma_rad = assumed_step_sigma_rad;
+    out.angle[j] = out.angle[j - 1] + step.value_or(2.0 * pi / input.stops);
+  }
+  return out;
 }
 
 void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
@@ -61,12 +87,24 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     std::vector<Matrix3d> R{Matrix3d::Identity()};
     for (std::size_t j = 1; j < stops; ++j) R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));
     start.state.T_G_base = poses_from_rotations(base_patches, R);
+  } else if (stops > 1 && !input.axis) {
+    const Turned turned = turned_angles(input);
+    AxisSearchOptions options;
+    options.step_sigma_rad = turned.step_sigma_rad;
+    const std::vector<OwnTurn> own = find_own_turns(base_patches, turned.angle, options);
+    if (!own.empty() && own.front().score >= min_own_score) {
+      start.state.T_G_base = own.front().T_zero_this;
+    } else {
+      // Nothing holds the stops together; the first that is known stays alone.
+      const auto first = std::find(start.stop_known.begin(), start.stop_known.end(), 1);
+      if (first != start.stop_known.end()) std::fill(first + 1, start.stop_known.end(), 0);
+    }
   } else if (stops > 1) {
     std::vector<double> scores;
     // The search is sure of the rotations only: a poor view slides by metres. That the rig turned about a point holds
     // it.
     const std::vector<Matrix3d> R =
-        rotations_from_search(base_patches, input.stops, input.axis, input.R_previous_this, scores);
+        rotations_from_search(base_patches, input.stops, *input.axis, input.R_previous_this, scores);
     start.state.T_G_base = poses_from_rotations(base_patches, R);
     for (std::size_t j = 0; j < stops; ++j) {
       if (scores[j] < min_score) start.stop_known[j] = 0;
@@ -224,6 +262,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
     start.state.T_base_sensor[si] = start.matches[si].X;
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
   }
+  place_without_guess(input, patches, start);
   place_by_shapes(input, patches, start);
   align_all(input, patches, start);
   return start;

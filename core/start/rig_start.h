@@ -20,7 +20,10 @@ struct StartInput {
   std::vector<std::optional<SE3>> guess_T_base_sensor;   ///< One for each LiDAR.
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro, one for each stop (the first: unused).
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty or one for each stop.
-  Vector3d axis = Vector3d::UnitZ();                     ///< Of the table in the base frame, for a search without gyro.
+  /// By how much the rig turned since the stop before, rad, without a sign: by the gyro of another sensor than the
+  /// base, or by the table. Empty, or one for each stop.
+  std::vector<std::optional<double>> turned_rad;
+  std::optional<Vector3d> axis;  ///< Of the table in the base frame; without one and without gyro it is searched for.
   /// What the surfels were made of; null: LiDARs with few surfels have only those.
   const std::vector<PatchCells>* cells = nullptr;
 };
@@ -36,10 +39,10 @@ struct Start {
   std::vector<std::optional<ShapeMatch>> shape_matches;
 };
 
-/// Rough poses and extrinsics (architecture 3.4, with rough extrinsics given). Poses: from the trajectory, else from
-/// the gyro's rotations and a foot point found from the scene, else by a search about the axis; then each LiDAR is laid
-/// on the base's map around its guess, by surfels or, where they are few, by the shapes of all its cells; then all
-/// surfels on each other.
+/// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else from the gyro's rotations and a foot
+/// point found from the scene, else by a search about the axis, which is searched for where it is not known; then each
+/// LiDAR with a guess is laid on the base's map around it, by surfels or, where they are few, by the shapes of all its
+/// cells; one without a guess where its own panorama meets the base's; then all surfels on each other.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 

@@ -96,6 +96,14 @@ TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
   EXPECT_THAT(extrinsics("first/extrinsics.yaml").status, Contains(testing::Pair("mid40", "good")));
 }
 
+TEST_F(Calibrate, FindsThemWithoutAGuess) {
+  const ProgramRun run = rigcal("calibrate session --out unguessed --initial none");
+  EXPECT_EQ(run.code, 0) << run.err << run.out;
+  expect_near("unguessed/extrinsics.yaml", "session/ground_truth.yaml", 5.0, 0.05);
+  const auto report = nlohmann::json::parse(file("unguessed/report.json"));
+  EXPECT_THAT(SchemaCheck("report.json").violations(report), IsEmpty());
+}
+
 TEST_F(Calibrate, FindsThemWhereOnePacketInTwentyIsLostAndOthersComeTwiceOrLate) {
   sim::FaultOptions faults;
   faults.loss = 0.05;

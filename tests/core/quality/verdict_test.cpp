@@ -59,8 +59,11 @@ INSTANTIATE_TEST_SUITE_P(
     All, JudgeLidarFlaw,
     testing::Values(
         Flaw{"NoPoints", [](LidarEvidence& e) { e.has_points = false; }, Status::failed, "no points in any stop"},
-        Flaw{"NoGuess", [](LidarEvidence& e) { e.has_guess = false; }, Status::failed, "initial_extrinsics"},
+        Flaw{"NotFoundWithoutAGuess", [](LidarEvidence& e) { e.has_guess = e.found = false; }, Status::failed,
+             "initial_extrinsics"},
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
+        Flaw{"WrongOrder", [](LidarEvidence& e) { e.stands_at = "mid100_right"; }, Status::weak,
+             "it stands where the rig file has mid100_right"},
         Flaw{"NotObservable", [](LidarEvidence& e) { e.observable = false; }, Status::failed, "do not fix it"},
         Flaw{"OpenDirection", [](LidarEvidence& e) { e.covariance(3, 3) = 1.0; }, Status::failed,
              "x (forwards) of the base frame"},

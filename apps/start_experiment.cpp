@@ -1,0 +1,183 @@
+#include "apps/start_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "core/base/random.h"
+#include "core/pipeline/lidar_calibration.h"
+#include "simdata/random_rig.h"
+#include "simdata/random_vectors.h"
+#include "simdata/scene_file.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double right_m = 0.005;
+constexpr double right_rad = to_rad(0.05);
+constexpr std::array<const char*, 3> scenes{"courtyard", "room", "sparse"};
+
+const std::vector<StartCase>& all_cases() {
+  static const std::vector<StartCase> cases{
+      {"gyro", 0.0, 0.0, true, -1.0, 0.0},
+      {"nothing", 0.0, 0.0, false, -1.0, 0.0},
+      {"vehicle", 0.1, 1.0, true, -1.0, 0.0},
+      {"guess", 0.0, 0.0, true, 1.0, 20.0},
+  };
+  return cases;
+}
+
+struct Thrown {
+  sim::LightRig light;
+  std::string scene;
+  LidarRecording recording;
+};
+
+Expected<Thrown> throw_rig(const StartCase& kind, std::uint64_t seed, int points) {
+  Thrown out;
+  out.scene = scenes[seed % scenes.size()];
+  const Expected<sim::Scene> scene = sim::load_scene(out.scene);
+  if (!scene) return scene.error();
+  sim::LightRigOptions options;
+  options.seed = seed;
+  options.shots_per_patch = points;
+  Random random(seed, 800);
+  options.turntable.stops = 12 + static_cast<int>(random.below(13));
+  // The sigmas are of each of three directions.
+  if (kind.wander_m > 0.0) {
+    options.turntable.stop_jitter_m = kind.wander_m / std::sqrt(3.0);
+    options.turntable.stop_jitter_deg = kind.wander_deg / std::sqrt(3.0);
+  }
+  const sim::RandomMounting mounting;
+  Expected<sim::LightRig> light = sim::make_random_rig(*scene, options, mounting);
+  if (!light) return light.error();
+  out.light = std::move(*light);
+  LidarRecording& recording = out.recording;
+  for (std::size_t i = 0; i < out.light.rig.sensors.size(); ++i) recording.lidar_sensors.push_back(static_cast<int>(i));
+  for (std::size_t j = 0; j < out.light.T_G_base.size(); ++j) {
+    recording.stops.push_back({static_cast<int>(j), 0, 0});
+    if (!kind.with_gyro) continue;
+    recording.R_previous_this.emplace_back();
+    if (j > 0) recording.R_previous_this.back() = exp_so3(out.light.step_rotations[j - 1]);
+  }
+  for (Patch& patch : out.light.patches) {
+    CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
+    builder.add(patch.points);
+    recording.patches.push_back(builder.finish());
+    patch.points = {};
+  }
+  return out;
+}
+
+std::vector<std::optional<SE3>> guesses(const StartCase& kind, const Thrown& rig, std::uint64_t seed) {
+  std::vector<std::optional<SE3>> out(rig.light.T_base_sensor.size());
+  Random random(seed, 801);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Vector3d turn = to_rad(kind.guess_deg) * sim::random_direction(random);
+    const Vector3d shift = kind.guess_m * sim::random_direction(random);
+    const SE3& T = rig.light.T_base_sensor[i];
+    if (kind.guess_m >= 0.0) out[i] = SE3{T.R * exp_so3(turn), T.t + shift};
+  }
+  out[0] = SE3{};
+  return out;
+}
+
+struct Errors {
+  std::vector<double> mm;
+  std::vector<double> deg;
+  std::vector<double> start_s;
+};
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double worst_of(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+void judge(const Thrown& rig, std::uint64_t seed, const CalibrationResult& result, StartRow& row, Errors& errors) {
+  bool all_right = true;
+  bool all_flagged = true;
+  std::string miss = fmt::format("{} {} ({} stops):", seed, rig.scene, rig.light.T_G_base.size());
+  for (std::size_t i = 1; i < result.sensors.size(); ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    ++row.lidars;
+    double mm = 0.0;
+    double deg = 0.0;
+    bool right = false;
+    if (sensor.T_base_sensor) {
+      const SE3& truth = rig.light.T_base_sensor[i];
+      mm = 1e3 * (sensor.T_base_sensor->t - truth.t).norm();
+      deg = to_deg(rotation_distance(sensor.T_base_sensor->R, truth.R));
+      right = mm <= 1e3 * right_m && to_rad(deg) <= right_rad;
+    }
+    if (right) {
+      ++row.lidars_right;
+      if (sensor.status != Status::good) ++row.right_but_flagged;
+      errors.mm.push_back(mm);
+      errors.deg.push_back(deg);
+    } else {
+      all_right = false;
+      if (sensor.status == Status::good) all_flagged = false;
+      miss += sensor.T_base_sensor
+                  ? fmt::format(" {} {} {:.1f} mm {:.3f} deg;", sensor.name, to_string(sensor.status), mm, deg)
+                  : fmt::format(" {} failed;", sensor.name);
+    }
+  }
+  ++row.rigs;
+  if (all_right) {
+    ++row.right;
+  } else {
+    ++(all_flagged ? row.flagged : row.wrong);
+    row.misses.push_back(std::move(miss));
+  }
+  errors.start_s.push_back(result.stages.front().wall_s);
+}
+
+}  // namespace
+
+std::vector<std::string> start_case_names() {
+  std::vector<std::string> names;
+  for (const StartCase& kind : all_cases()) names.push_back(kind.name);
+  return names;
+}
+
+Expected<std::vector<StartRow>> try_starts(const StartExperimentOptions& options, const RunContext& context) {
+  std::vector<StartRow> rows;
+  for (const StartCase& kind : all_cases()) {
+    const bool wanted = options.cases.empty() ||
+                        std::find(options.cases.begin(), options.cases.end(), kind.name) != options.cases.end();
+    if (!wanted) continue;
+    StartRow row;
+    row.kind = kind;
+    Errors errors;
+    for (int k = 0; k < options.rigs; ++k) {
+      const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(k);
+      context.reporter.progress(kind.name, static_cast<double>(k) / options.rigs);
+      const Expected<Thrown> rig = throw_rig(kind, seed, options.points);
+      if (!rig) return rig.error();
+      SilentReporter silent;
+      const auto result =
+          calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), {}, {silent, context.stop});
+      if (!result) return result.error();
+      judge(*rig, seed, *result, row, errors);
+    }
+    context.reporter.progress(kind.name, 1.0);
+    row.median_mm = median_of(errors.mm);
+    row.worst_mm = worst_of(errors.mm);
+    row.median_deg = median_of(errors.deg);
+    row.worst_deg = worst_of(errors.deg);
+    row.start_median_s = median_of(errors.start_s);
+    row.start_worst_s = worst_of(errors.start_s);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace rigcal

@@ -1,0 +1,131 @@
+#include "core/start/panorama_match.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/start/registration.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double yaw_step_rad = to_rad(1.0);
+constexpr double yaw_apart_rad = to_rad(8.0);
+constexpr std::size_t yaws = 6;
+constexpr double height_step_m = 0.05;
+constexpr double height_reach_m = 2.0;
+constexpr double height_apart_m = 0.3;
+constexpr std::size_t heights_each = 2;
+constexpr std::size_t items = 600;
+
+// z along the axis, origin at its foot.
+SE3 T_frame_axis(const AxisTurn& turn) {
+  Matrix3d R;
+  R.col(2) = turn.axis;
+  R.col(0) = turn.axis.unitOrthogonal();
+  R.col(1) = turn.axis.cross(R.col(0));
+  return {R, turn.foot};
+}
+
+std::vector<PlacedSurfel> about_axis(const Panorama& panorama) {
+  const SE3 T = T_frame_axis(panorama.turn).inverse();
+  std::vector<PlacedSurfel> out;
+  for (const PlacedSurfel& s : panorama.surfels) out.push_back({T * s.mean, T.R * s.normal, 0});
+  return out;
+}
+
+// The plan of what stands upright.
+std::vector<PlacedSurfel> flattened(const std::vector<PlacedSurfel>& surfels) {
+  std::vector<PlacedSurfel> out;
+  for (const PlacedSurfel& s : surfels) {
+    if (std::abs(s.normal.z()) > 0.4) continue;
+    const Vector3d n(s.normal.x(), s.normal.y(), 0.0);
+    out.push_back({Vector3d(s.mean.x(), s.mean.y(), 0.0), n.normalized(), 0});
+  }
+  return out;
+}
+
+MovingSurfels moving_of(const std::vector<PlacedSurfel>& surfels) {
+  MovingSurfels moving{{SE3{}}, {}};
+  for (const PlacedSurfel& s : surfels) moving.items.push_back({0, s.mean, s.normal});
+  return thinned(moving, items);
+}
+
+struct Peak {
+  double at = 0.0;
+  double score = 0.0;
+};
+
+template <class Apart>
+std::vector<Peak> highest(std::vector<Peak> peaks, std::size_t count, const Apart& apart) {
+  std::stable_sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.score > b.score; });
+  std::vector<Peak> out;
+  for (const Peak& p : peaks) {
+    if (out.size() == count) break;
+    if (std::all_of(out.begin(), out.end(), [&](const Peak& o) { return apart(o.at, p.at); })) out.push_back(p);
+  }
+  return out;
+}
+
+SE3 about(double yaw, double height) { return {exp_so3(yaw * Vector3d::UnitZ()), height * Vector3d::UnitZ()}; }
+
+std::vector<Peak> yaw_peaks(const std::vector<PlacedSurfel>& map, const std::vector<PlacedSurfel>& other) {
+  const SurfelIndex index(without_repetitions(flattened(map), 0.5), 1.0);
+  const MovingSurfels moving = moving_of(without_repetitions(flattened(other), 0.5));
+  std::vector<Peak> circle(static_cast<std::size_t>(std::lround(2.0 * pi / yaw_step_rad)));
+  parallel_for(circle.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const double yaw = static_cast<double>(k) * yaw_step_rad;
+      circle[k] = {yaw, match_score(index, moving, about(yaw, 0.0), std::cos(to_rad(15.0)), 0.2)};
+    }
+  });
+  return highest(std::move(circle), yaws,
+                 [](double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)) > yaw_apart_rad; });
+}
+
+std::vector<Peak> height_peaks(const SurfelIndex& index, const MovingSurfels& moving, double yaw) {
+  const auto steps = static_cast<int>(std::lround(height_reach_m / height_step_m));
+  std::vector<Peak> line;
+  for (int k = -steps; k <= steps; ++k) {
+    const double height = k * height_step_m;
+    line.push_back({height, match_score(index, moving, about(yaw, height), std::cos(to_rad(15.0)), 0.1)});
+  }
+  return highest(std::move(line), heights_each, [](double a, double b) { return std::abs(a - b) > height_apart_m; });
+}
+
+}  // namespace
+
+Panorama make_panorama(const AxisTurn& turn, const std::vector<PatchSurfels>& patches,
+                       const std::vector<SE3>& T_zero_this) {
+  Panorama out{turn, {}};
+  for (const PatchSurfels& p : patches) {
+    const SE3& T = T_zero_this[static_cast<std::size_t>(p.stop)];
+    for (const Surfel& s : p.surfels) out.surfels.push_back({T * s.mean, T.R * s.normal, p.stop});
+  }
+  return out;
+}
+
+std::vector<SE3> match_panoramas(const Panorama& map, const Panorama& other) {
+  const std::vector<PlacedSurfel> here = about_axis(map);
+  const std::vector<PlacedSurfel> there = about_axis(other);
+  const SurfelIndex index(without_repetitions(here, 0.5), 0.6);
+  const MovingSurfels moving = moving_of(without_repetitions(there, 0.5));
+  const SE3 T_map = T_frame_axis(map.turn);
+  const SE3 T_other = T_frame_axis(other.turn).inverse();
+  std::vector<Peak> peaks = yaw_peaks(here, there);
+  std::vector<std::pair<double, SE3>> found;
+  std::vector<std::vector<Peak>> heights(peaks.size());
+  parallel_for(peaks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) heights[k] = height_peaks(index, moving, peaks[k].at);
+  });
+  for (std::size_t k = 0; k < peaks.size(); ++k) {
+    for (const Peak& h : heights[k]) found.emplace_back(h.score, T_map * about(peaks[k].at, h.at) * T_other);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<SE3> out;
+  for (const auto& [score, T] : found) out.push_back(T);
+  return out;
+}
+
+}  // namespace rigcal

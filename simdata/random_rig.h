@@ -1,0 +1,21 @@
+#pragma once
+
+#include "simdata/light_rig.h"
+
+namespace rigcal::sim {
+
+struct RandomMounting {
+  double reach_m = 1.0;  ///< How far a LiDAR may be from the middle of the table's top.
+  /// Only mountings from which the rig's turn shows surfaces of all directions: 40 % of the shots return from nearer
+  /// than 60 m, and at least 4 % of the squares of their normals lie along each direction. A LiDAR that sees nothing
+  /// but the sky or the floor cannot be calibrated by anybody.
+  bool sees_all_directions = true;
+};
+
+/// A rig that nobody drew: an AVIA and three MID-40, each turned any way and anywhere around the middle of the table's
+/// top, which itself stands beside the table's axis as the options say. The first LiDAR is the base; the rig has no
+/// initial extrinsics.
+[[nodiscard]] Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& options,
+                                                 const RandomMounting& mounting);
+
+}  // namespace rigcal::sim

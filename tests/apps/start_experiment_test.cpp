@@ -1,0 +1,45 @@
+#include "apps/start_experiment.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/schema_check.h"
+
+namespace rigcal {
+namespace {
+
+TEST(TryStarts, CountsRightRigsOfTheCasesAskedFor) {
+  StartExperimentOptions options;
+  options.rigs = 1;
+  options.seed = 3;
+  options.cases = {"gyro"};
+  SilentReporter silent;
+  const auto rows = try_starts(options, {silent});
+  ASSERT_TRUE(rows) << rows.error().message();
+  ASSERT_EQ(rows->size(), 1U);
+  const StartRow& row = rows->front();
+  EXPECT_EQ(row.rigs, 1);
+  EXPECT_EQ(row.right, 1) << start_experiment_text(*rows);
+  EXPECT_EQ(row.lidars, 3);
+  EXPECT_EQ(row.lidars_right, 3);
+  EXPECT_GT(row.worst_mm, 0.0);
+  EXPECT_LT(row.worst_mm, 5.0);
+  EXPECT_TRUE(row.misses.empty());
+  const auto json = nlohmann::json::parse(start_experiment_json(*rows));
+  EXPECT_EQ(SchemaCheck("experiment_start.json").violations(json), std::vector<std::string>{});
+  EXPECT_EQ(json["rows"][0]["case"], "gyro");
+}
+
+TEST(TryStarts, EndsWhenTold) {
+  SilentReporter silent;
+  std::stop_source stop;
+  stop.request_stop();
+  const auto rows = try_starts({}, {silent, stop.get_token()});
+  ASSERT_FALSE(rows);
+  EXPECT_EQ(rows.error().kind, ErrorKind::cancelled);
+}
+
+}  // namespace
+}  // namespace rigcal
