@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/doctor.h"
+#include "apps/estimate_text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/turntable/coach.h"
@@ -216,7 +217,7 @@ std::string capture_text(const CaptureSummary& summary) {
   return text;
 }
 
-std::string capture_json(const CaptureSummary& summary) {
+std::string capture_json(const CaptureSummary& summary, const LiveResult* calibration) {
   nlohmann::ordered_json json{{"rigcal", format_version},
                               {"command", "capture"},
                               {"session", summary.session},
@@ -246,6 +247,12 @@ std::string capture_json(const CaptureSummary& summary) {
   for (const livox::InterfaceReport& report : summary.interfaces) json["interfaces"].push_back(interface_json(report));
   json["gaps"] = summary.gaps;
   json["notes"] = summary.notes;
+  if (calibration != nullptr) {
+    json["calibration"] = {{"out", calibration->out},
+                           {"status", to_string(calibration->result.status)},
+                           {"wall_s", calibration->wall_s},
+                           {"estimates", nlohmann::ordered_json::parse(estimates_json(calibration->estimates))}};
+  }
   return json.dump(2) + "\n";
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/capture.h"
+#include "apps/live_result.h"
 
 namespace rigcal {
 
@@ -12,7 +13,7 @@ namespace rigcal {
 [[nodiscard]] std::vector<std::string> capture_lines(const CaptureStatus& status);
 
 [[nodiscard]] std::string capture_text(const CaptureSummary& summary);
-/// As docs/schema/capture.json has it.
-[[nodiscard]] std::string capture_json(const CaptureSummary& summary);
+/// As docs/schema/capture.json has it. `calibration`: of a capture that calibrated as it went; may be null.
+[[nodiscard]] std::string capture_json(const CaptureSummary& summary, const LiveResult* calibration = nullptr);
 
 }  // namespace rigcal

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/calibration_run.h"
 #include "apps/calibration_text.h"
 #include "apps/command.h"
 #include "apps/estimate_text.h"
@@ -194,16 +195,13 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   std::vector<StopEstimate> estimates;
   Expected<CalibrationResult> result = calibrate(*recording, *initial, options, *require, context, estimates);
   if (!result) return result.error();
-  result->stages.insert(result->stages.begin(), stages.begin(), stages.end());
-  result->warnings = context.reporter.warnings();
-  result->packets = recording->packets;
-  result->clocks = recording->clocks;
-  result->settings = settings_of(options);
-  result->inputs = digester.take();
+  CalibrationRun run{std::move(stages), context.reporter.warnings(), settings_of(options), digester.take()};
   if (context.stop.stop_requested()) {
     return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
   }
-  if (const auto written = write_result_folder(*result, options.out, &recording->rig); !written) return written.error();
+  if (const auto written = write_calibration(*recording, std::move(run), options.out, *result); !written) {
+    return written.error();
+  }
   if (context.json) {
     CommandContext::print(calibration_json(*result, options.out, estimates));
   } else if (!context.quiet) {

@@ -1,17 +1,25 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <csignal>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "apps/calibration_text.h"
 #include "apps/capture.h"
 #include "apps/capture_dashboard.h"
 #include "apps/capture_text.h"
 #include "apps/command.h"
+#include "apps/estimate_text.h"
 #include "apps/live_datagrams.h"
+#include "apps/live_result.h"
 #include "apps/packet_recorder.h"
+#include "apps/service_notify.h"
+#include "apps/tolerance.h"
+#include "apps/web/web_view.h"
+#include "core/report/result_folder.h"
 
 namespace rigcal {
 namespace {
@@ -21,6 +29,11 @@ struct CaptureCommand {
   CaptureOptions capture;
   livox::DriverOptions driver;
   int receive_buffer_mib = 8;
+  bool calibrate = false;
+  std::string target;  ///< Empty: until told otherwise.
+  std::string result;  ///< Empty: beside the session.
+  bool parts = false;
+  std::optional<std::string> web;  ///< Where; empty: the usual place.
 };
 
 // "4GB", "500 MB", "1.5GiB"; nothing where it is none.
@@ -44,29 +57,135 @@ std::string check_keep(const std::string& text) {
   return {};
 }
 
+// Tells of each estimate once.
+class EstimateTeller {
+ public:
+  explicit EstimateTeller(ConsoleReporter& reporter) : reporter_(reporter) {}
+  void tell(const LiveEstimates& known) {
+    if (known.estimates.size() < told_) told_ = 0;  // All of it was found anew.
+    for (; told_ < known.estimates.size(); ++told_) {
+      reporter_.news(estimate_line(known.estimates[told_]));
+      for (const std::string& remark : estimate_remarks(known.estimates[told_])) reporter_.news("  " + remark);
+    }
+  }
+
+ private:
+  ConsoleReporter& reporter_;
+  std::size_t told_ = 0;
+};
+
+// The goal of --target; without one that of `calibrate`.
+Expected<Requirement> goal_of(const CaptureCommand& command) {
+  if (command.target.empty()) return Requirement{};
+  const Expected<Tolerance> target = parse_tolerance(command.target);
+  if (!target) return target.error();
+  return Requirement{target->translation_m, target->rotation_rad};
+}
+
+// SESSION, or where that exists SESSION.2 and so on.
+std::string next_part(const std::string& session) {
+  std::error_code error;
+  std::string path = session;
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  const std::string first = path;
+  for (int part = 2; std::filesystem::exists(path, error); ++part) path = first + "." + std::to_string(part);
+  return path;
+}
+
+std::string check_web(const std::string& text) {
+  const Expected<WebAddress> address = parse_web_address(text);
+  return address ? std::string() : address.error().message();
+}
+
+std::string result_folder(const CaptureCommand& command) {
+  if (!command.result.empty()) return command.result;
+  std::string session = command.capture.out;
+  while (session.size() > 1 && session.back() == '/') session.pop_back();
+  return session + "_result";
+}
+
+// The session is there whatever becomes of its calibration: what keeps that from being done is a warning.
+std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, const CaptureSummary& summary,
+                                               LiveCalibration& calibration, CommandContext& context) {
+  if (!summary.reading) {
+    context.reporter.warn("no calibration: the stops of the session could not be read to its end");
+    return std::nullopt;
+  }
+  // Told to end is a normal end of the capture, not of this.
+  Expected<LiveResult> result = finish_live(summary.session, *summary.reading, calibration, result_folder(command),
+                                            RunContext{context.reporter, {}});
+  if (!result) {
+    context.reporter.warn("no calibration: " + result.error().message());
+    return std::nullopt;
+  }
+  return std::move(*result);
+}
+
 Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) {
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
+  if (command.parts) command.capture.out = next_part(command.capture.out);
   const auto devices = driver_options(*rig);
   if (!devices) return devices.error();
   command.driver.devices = devices->devices;
   command.driver.interface = devices->interface;
   command.driver.host_ip = devices->host_ip;
   command.driver.receive_bytes = static_cast<std::size_t>(command.receive_buffer_mib) << 20U;
+  const Expected<Requirement> goal = goal_of(command);
+  if (!goal) return goal.error();
+  std::optional<LiveCalibration> calibration;
+  if (command.calibrate || !command.target.empty()) {
+    if (const auto target = check_result_target(result_folder(command)); !target) return target.error();
+    calibration.emplace(*rig, *goal, command.web.has_value());
+    command.capture.sink = &calibration->sink();
+  }
+  if (!command.target.empty()) command.capture.is_enough = [&calibration] { return calibration->has_reached_goal(); };
+  std::unique_ptr<WebView> page;
+  if (command.web) {
+    auto started = WebView::start(*parse_web_address(*command.web), *rig, command.capture.out,
+                                  calibration ? &*calibration : nullptr);
+    if (!started) return started.error();
+    page = *std::move(started);
+    context.reporter.say("the page is at " + page->url());
+  }
+  ServiceNotify service;
   std::uint64_t told = 0;
-  const auto show = [&context, &told](const CaptureStatus& status) {
+  EstimateTeller teller(context.reporter);
+  const auto show = [&](const CaptureStatus& status) {
+    service.alive(to_string(status.progress.state) + std::string(", ") + std::to_string(status.progress.stops) +
+                  " stops");
+    if (page) page->show(status);
+    if (calibration) teller.tell(calibration->estimates());
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
-    context.reporter.block(dashboard_lines(status));
+    std::vector<std::string> lines = dashboard_lines(status);
+    if (calibration) {
+      const LiveEstimates known = calibration->estimates();
+      lines.push_back(known.estimates.empty() ? "calibration: waits for the first stop" : "calibration:");
+      if (!known.estimates.empty()) {
+        for (std::string& line : estimate_block(known.estimates.back())) lines.push_back(std::move(line));
+      }
+    }
+    context.reporter.block(lines);
   };
   const Expected<CaptureSummary> summary = capture(*rig, command.driver, command.capture, context.run_context(), show);
+  service.stopping();
   context.reporter.clear();
   if (!summary) return summary.error();
+  std::optional<LiveResult> result;
+  if (calibration) {
+    const LiveEstimates known = calibration->estimates();
+    teller.tell(known);
+    result = calibrate_in_the_end(command, *summary, *calibration, context);
+    if (result) result->estimates = known.estimates;
+    context.reporter.clear();
+  }
   if (context.json) {
-    CommandContext::print(capture_json(*summary));
+    CommandContext::print(capture_json(*summary, result ? &*result : nullptr));
   } else if (!context.quiet) {
     CommandContext::print(capture_text(*summary));
+    if (result) CommandContext::print(calibration_text(result->result, result->out));
   }
   bool is_anybody_there = false;
   for (const CaptureDevice& device : summary->status.devices)
@@ -74,6 +193,7 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   if (!is_anybody_there)
     return system_error("no LiDAR of the rig has sent anything", command.rig,
                         "rigcal doctor --rig RIG tells what keeps them from it");
+  if (calibration && (!result || result->result.status != Status::good)) return ExitCode::not_trustworthy;
   return summary->is_complete() ? ExitCode::good : ExitCode::not_trustworthy;
 }
 
@@ -110,6 +230,27 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
                    "Seconds that a table on a serial line may take for a step (default 60)")
       ->check(CLI::Range(1.0, 3600.0))
       ->option_text("S");
+  command->add_flag(
+      "--parts", options->parts,
+      "Where SESSION exists, record the next part beside it: SESSION.2 (for services that are restarted)");
+  command
+      ->add_option_function<std::string>(
+          "--web", [options](const std::string& text) { options->web = text; },
+          "Show it as a web page, to this machine alone unless another address is given (default 127.0.0.1:8340)")
+      ->expected(0, 1)
+      ->check(CLI::Validator(check_web, ""))
+      ->option_text("[ADDR:PORT]");
+  command->add_flag("--calibrate", options->calibrate,
+                    "Solve as it goes: after each stop what is known by then, at the end the result");
+  command
+      ->add_option("--target", options->target,
+                   "Solve as it goes, and end when every LiDAR is as sure as this (95 % bounds)")
+      ->check(CLI::Validator(check_tolerance, ""))
+      ->option_text("MM,DEG");
+  command
+      ->add_option("--result", options->result,
+                   "Where the result of --calibrate goes (default: SESSION_result); an older one is replaced")
+      ->option_text("RESULT");
   command
       ->add_option_function<std::string>(
           "--keep", [options](const std::string& text) { options->capture.keep_bytes = *parse_bytes(text); },

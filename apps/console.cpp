@@ -1,6 +1,9 @@
 #include "apps/console.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -29,6 +32,12 @@ std::string on_one_line(std::string_view message) {
 
 }  // namespace
 
+bool is_journal(const char* journal_stream, int descriptor) {
+  struct stat found {};
+  if (journal_stream == nullptr || ::fstat(descriptor, &found) != 0) return false;
+  return std::to_string(found.st_dev) + ":" + std::to_string(found.st_ino) == journal_stream;
+}
+
 ConsoleReporter::ConsoleReporter(std::ostream& out, std::function<Clock::time_point()> now)
     : out_(out), now_(std::move(now)), last_print_(now_()) {}
 
@@ -56,7 +65,7 @@ void ConsoleReporter::block(const std::vector<std::string>& lines) {
   const std::lock_guard lock(mutex_);
   if (options_.quiet || options_.level > LogLevel::info) return;
   const Clock::time_point now = now_();
-  if (!options_.terminal && now - last_print_ < block_period) return;
+  if (options_.journal || (!options_.terminal && now - last_print_ < block_period)) return;
   last_print_ = now;
   erase_bar();
   for (const std::string& line : lines) {
@@ -70,10 +79,15 @@ void ConsoleReporter::block(const std::vector<std::string>& lines) {
   if (options_.terminal) block_lines_ = lines.size();
 }
 
+void ConsoleReporter::say(std::string_view line) {
+  const std::lock_guard lock(mutex_);
+  if (options_.level <= LogLevel::info) print_line(LogLevel::info, line);
+}
+
 void ConsoleReporter::news(std::string_view line) {
   const std::lock_guard lock(mutex_);
   if (options_.quiet || options_.level > LogLevel::info || options_.terminal) return;
-  print_line("rigcal: ", line);
+  print_line(LogLevel::info, line);
 }
 
 void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
@@ -97,26 +111,34 @@ void ConsoleReporter::erase_bar() {
   bar_.clear();
 }
 
-void ConsoleReporter::print_line(std::string_view prefix, std::string_view message) {
+void ConsoleReporter::print_line(LogLevel level, std::string_view message) {
+  struct Kind {
+    const char* priority;  // as syslog counts
+    const char* prefix;
+  };
+  constexpr std::array<Kind, 4> kinds{
+      {{"<7>", "rigcal: debug: "}, {"<6>", "rigcal: "}, {"<4>", "rigcal: warning: "}, {"<3>", "rigcal: error: "}}};
+  const Kind& kind = kinds.at(static_cast<std::size_t>(level));
   erase_bar();
-  out_ << prefix << on_one_line(message) << std::endl;
+  if (options_.journal) out_ << kind.priority;
+  out_ << kind.prefix << on_one_line(message) << std::endl;
 }
 
 void ConsoleReporter::warn(std::string message) {
   const std::lock_guard lock(mutex_);
   if (std::find(warnings_.begin(), warnings_.end(), message) != warnings_.end()) return;
-  if (options_.level <= LogLevel::warning) print_line("rigcal: warning: ", message);
+  if (options_.level <= LogLevel::warning) print_line(LogLevel::warning, message);
   warnings_.push_back(std::move(message));
 }
 
 void ConsoleReporter::debug(std::string message) {
   const std::lock_guard lock(mutex_);
-  if (options_.level == LogLevel::debug) print_line("rigcal: debug: ", message);
+  if (options_.level == LogLevel::debug) print_line(LogLevel::debug, message);
 }
 
 void ConsoleReporter::error(std::string_view message) {
   const std::lock_guard lock(mutex_);
-  print_line("rigcal: error: ", message);
+  print_line(LogLevel::error, message);
 }
 
 void ConsoleReporter::clear() {

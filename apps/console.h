@@ -21,7 +21,11 @@ struct ConsoleOptions {
   bool terminal = false;
   bool quiet = false;  ///< No progress; warnings and errors still come.
   LogLevel level = LogLevel::info;
+  bool journal = false;  ///< The stream is the system's journal: lines begin with their priority, no tables.
 };
+
+/// Whether standard error goes to the journal of a service ($JOURNAL_STREAM names its device and inode).
+[[nodiscard]] bool is_journal(const char* journal_stream, int descriptor);
 
 /// Progress, warnings and errors as text on one stream (stderr): a bar on a terminal, plain lines at most every two
 /// seconds elsewhere. Callable from any thread.
@@ -41,6 +45,8 @@ class ConsoleReporter final : public Reporter {
   void block(const std::vector<std::string>& lines);
   /// Something that happened, as a line; not on a terminal, where the block shows it.
   void news(std::string_view line);
+  /// A line that the user needs, on a terminal, too.
+  void say(std::string_view line);
   /// Shown once, however often it is said.
   void warn(std::string message) override;
   void debug(std::string message) override;
@@ -55,7 +61,7 @@ class ConsoleReporter final : public Reporter {
  private:
   void draw_bar(std::string_view stage, double fraction);
   void erase_bar();
-  void print_line(std::string_view prefix, std::string_view message);
+  void print_line(LogLevel level, std::string_view message);
 
   std::ostream& out_;
   std::function<Clock::time_point()> now_;

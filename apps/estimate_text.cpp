@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace rigcal {
@@ -81,6 +81,32 @@ std::vector<std::string> estimate_remarks(const StopEstimate& estimate) {
     for (const std::string& reason : lidar.result.reasons) lines.push_back(lidar.result.name + ": " + reason);
   }
   if (!estimate.advice_text.empty() && !estimate.reached) lines.push_back(estimate.advice_text);
+  return lines;
+}
+
+std::vector<std::string> estimate_block(const StopEstimate& estimate) {
+  constexpr std::size_t width = 77;
+  std::vector<std::string> lines;
+  for (const LidarEstimate& lidar : estimate.lidars) {
+    if (lidar.result.T_base_sensor && lidar.translation_bound_m == 0.0) continue;  // the base
+    std::string bounds = "not known yet";
+    if (lidar.result.T_base_sensor) {
+      bounds = fmt::format("{:6.1f} mm {:7.3f} deg (95 %)", 1e3 * lidar.translation_bound_m,
+                           to_deg(lidar.rotation_bound_rad));
+    }
+    lines.push_back(fmt::format("  {:<16} {:<6} {}", lidar.result.name, to_string(lidar.result.status), bounds));
+  }
+  if (estimate.reached) lines.emplace_back("  the goal is reached");
+  std::string rest = estimate.reached ? std::string() : estimate.advice_text;
+  while (!rest.empty()) {
+    std::size_t cut = rest.size();
+    if (cut > width) {
+      cut = rest.rfind(' ', width);
+      if (cut == std::string::npos) cut = width;
+    }
+    lines.push_back("  " + rest.substr(0, cut));
+    rest.erase(0, std::min(rest.size(), cut + 1));
+  }
   return lines;
 }
 

@@ -11,6 +11,8 @@ namespace rigcal {
 [[nodiscard]] std::string estimate_line(const StopEstimate& estimate);
 /// The lines that follow it for who has to do something: what is weak, and the advice.
 [[nodiscard]] std::vector<std::string> estimate_remarks(const StopEstimate& estimate);
+/// The same for a terminal of 80 columns.
+[[nodiscard]] std::vector<std::string> estimate_block(const StopEstimate& estimate);
 /// All that is known after each stop, as the JSON array `estimates` of docs/schema/calibrate.json.
 [[nodiscard]] std::string estimates_json(const std::vector<StopEstimate>& estimates);
 

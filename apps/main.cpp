@@ -57,7 +57,8 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
     return static_cast<int>(ExitCode::usage);
   }
 
-  reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, log_levels().at(options.level)});
+  reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, log_levels().at(options.level),
+                      is_journal(std::getenv("JOURNAL_STREAM"), STDERR_FILENO)});
   if (!stop_signal.ready()) reporter.warn(stop_signal.ready().error().message());
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   set_thread_count(options.threads > 0 ? options.threads : std::max(cores, 1));

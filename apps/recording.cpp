@@ -7,6 +7,7 @@
 
 #include "apps/bag_batches.h"
 #include "apps/bag_images.h"
+#include "apps/rig_lidars.h"
 #include "apps/still_images.h"
 #include "apps/stream_recording.h"
 #include "core/base/parallel.h"
@@ -17,14 +18,6 @@ namespace rigcal {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<int> lidar_sensors(const Rig& rig) {
-  std::vector<int> out;
-  for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
-    if (rig.sensors[k].is_lidar()) out.push_back(static_cast<int>(k));
-  }
-  return out;
-}
 
 struct PatchJob {
   int lidar = 0;
@@ -252,9 +245,13 @@ Expected<Recording> read_recording(const RecordingPaths& paths, const CellOption
     recording->cameras = bag_camera_recordings(recording->rig, recording->lidar.stops, paths.input);
     return recording;
   }
-  recording->cameras = camera_recordings(recording->rig, recording->lidar.stops, image_places(paths),
-                                         "give them by --images DIR, or find the LiDARs alone by --stages joint");
+  take_cameras(paths, *recording);
   return recording;
+}
+
+void take_cameras(const RecordingPaths& paths, Recording& recording) {
+  recording.cameras = camera_recordings(recording.rig, recording.lidar.stops, image_places(paths),
+                                        "give them by --images DIR, or find the LiDARs alone by --stages joint");
 }
 
 }  // namespace rigcal

@@ -38,6 +38,9 @@ struct RecordingPaths {
 /// Appends those of the points that are nearer than `within_m` to their sensor.
 void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out);
 
+/// Where the images of the rig's cameras lie, into `recording`: in `paths.images`, else with the recording.
+void take_cameras(const RecordingPaths& paths, Recording& recording);
+
 /// Reads a packet dump, a session or a patch folder. What is
 /// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit
 /// code 3 wants them: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never stands

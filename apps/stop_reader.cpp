@@ -64,6 +64,11 @@ Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& 
   return std::move(by_points->reading);
 }
 
+std::optional<double> turned_rad(const StillStop& stop) {
+  if (!stop.rotation_known) return std::nullopt;
+  return log_so3(stop.R_previous_this).norm();
+}
+
 std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop) {
   if (!stop.rotation_known || stop.sensor < 0) return std::nullopt;
   if (stop.sensor == rig.base) return stop.R_previous_this;

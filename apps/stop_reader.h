@@ -67,6 +67,9 @@ struct StopReading {
 /// own axes, which the rig file's rough extrinsics carry over.
 [[nodiscard]] std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop);
 
+/// By how much the rig turned since the stop before, about whatever axis, where it is known.
+[[nodiscard]] std::optional<double> turned_rad(const StillStop& stop);
+
 /// What keeps a recording from being calibrated: nothing of a LiDAR in it, a LiDAR of the rig that is not in it, a rig
 /// that never stands still, or, without an inertial unit, LiDARs that see too little to tell.
 [[nodiscard]] std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options,

@@ -11,4 +11,9 @@ namespace rigcal {
 [[nodiscard]] Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells,
                                               double keep_points_within_m, const RunContext& context);
 
+/// The same where the recording is read already: `reading` is what `read_stops` gave, `lidar` what `CellSink` made of
+/// it. Errors: what keeps it from being calibrated.
+[[nodiscard]] Expected<Recording> make_recording(const StreamSource& source, const StopReading& reading,
+                                                 LidarRecording lidar, const RunContext& context);
+
 }  // namespace rigcal

@@ -9,6 +9,7 @@ install(DIRECTORY config/rigs config/scenes DESTINATION "${CMAKE_INSTALL_DATADIR
 install(DIRECTORY udev DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal USE_SOURCE_PERMISSIONS
   PATTERN post* EXCLUDE)
 install(FILES udev/70-rigcal.rules DESTINATION lib/udev/rules.d COMPONENT rigcal)
+install(FILES udev/rigcal-capture@.service DESTINATION lib/systemd/system COMPONENT rigcal)
 install(FILES udev/sysctl.conf DESTINATION lib/sysctl.d RENAME 60-rigcal.conf COMPONENT rigcal)
 install(FILES udev/modprobe.conf DESTINATION lib/modprobe.d RENAME rigcal.conf COMPONENT rigcal)
 install(FILES udev/tmpfiles.conf DESTINATION lib/tmpfiles.d RENAME rigcal.conf COMPONENT rigcal)

@@ -29,18 +29,11 @@ IncrementalCalibration::IncrementalCalibration(Rig rig, std::vector<int> lidar_s
 }
 
 void IncrementalCalibration::add_stop(CalibrationStop stop) {
-  const auto index = static_cast<int>(recording_.stops.size());
-  recording_.stops.push_back(stop.stop);
-  recording_.R_previous_this.push_back(stop.R_previous_this);
-  recording_.turned_rad.push_back(stop.turned_rad);
-  // A trajectory has a pose for every stop or is none.
-  if (stop.T_G_base) recording_.trajectory.push_back(stop.T_G_base);
-  recording_.trajectory_is_prior = !recording_.trajectory.empty();
-  for (PatchCells& patch : stop.patches) {
-    patch.stop = index;
+  for (const PatchCells& patch : stop.patches) {
     surfels_.push_back(extract_surfels(patch, SurfelOptions{}));
-    recording_.patches.push_back(std::move(patch));
+    surfels_.back().stop = static_cast<int>(recording_.stops.size());
   }
+  append(std::move(stop), recording_);
 }
 
 bool IncrementalCalibration::is_due_anew() const {
@@ -139,6 +132,20 @@ Expected<CalibrationResult> IncrementalCalibration::finish(
     const std::vector<CameraRecording>& cameras, const std::optional<CameraCalibrationOptions>& camera_options,
     const RunContext& context) const {
   return calibrate_rig(rig_, recording_, cameras, guess_, {options_.lidars, camera_options}, context);
+}
+
+void append(CalibrationStop stop, LidarRecording& recording) {
+  const auto index = static_cast<int>(recording.stops.size());
+  recording.stops.push_back(stop.stop);
+  recording.R_previous_this.push_back(stop.R_previous_this);
+  recording.turned_rad.push_back(stop.turned_rad);
+  // A trajectory has a pose for every stop or is none.
+  if (stop.T_G_base) recording.trajectory.push_back(stop.T_G_base);
+  recording.trajectory_is_prior = !recording.trajectory.empty();
+  for (PatchCells& patch : stop.patches) {
+    patch.stop = index;
+    recording.patches.push_back(std::move(patch));
+  }
 }
 
 std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {

@@ -67,6 +67,8 @@ class IncrementalCalibration {
                                                    const RunContext& context) const;
 
   [[nodiscard]] const LidarRecording& recording() const { return recording_; }
+  /// All stops; nothing more is to be asked of this then.
+  [[nodiscard]] LidarRecording take_recording() { return std::move(recording_); }
   /// Where the last estimate ended; null before the first.
   [[nodiscard]] const LidarSolution* solution() const { return solution_.get(); }
 
@@ -85,6 +87,8 @@ class IncrementalCalibration {
   int stops_at_search_ = 0;
 };
 
+/// One more stop of a recording.
+void append(CalibrationStop stop, LidarRecording& recording);
 /// The stops of a recording, each as it would have come in.
 [[nodiscard]] std::vector<CalibrationStop> stops_of(const LidarRecording& recording);
 

@@ -13,6 +13,7 @@
 #include "core/io/session_folder.h"
 #include "drivers/livox_codec/discovery.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "tests/apps/growing_session.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
 
@@ -54,35 +55,13 @@ class LiveStopsTest : public testing::Test {
   static void TearDownTestSuite() { fs::remove_all(folder); }
   void SetUp() override {
     live = folder / testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::create_directories(live);
-    fs::copy_file(folder / "given" / "rig.yaml", live / "rig.yaml");
-    fs::copy_file(folder / "given" / "session.json", live / "session.json");
+    begin_growing(folder / "given", live);
   }
 
-  StreamSource session() const {
-    StreamSource source;
-    source.path = live.string();
-    source.file = session_packets_path(live.string());
-    auto rig = load_rig((live / "rig.yaml").string());
-    EXPECT_TRUE(rig.has_value());
-    source.rig = std::move(*rig);
-    return source;
-  }
-  /// Records the simulated packets that `keep` wants, handing them over every 200, so that blocks are cut in between.
+  StreamSource session() const { return growing_session(live); }
   template <class Keep>
   void record(PacketRecorder& recorder, Keep keep) const {
-    auto given = open_datagrams(session_packets_path((folder / "given").string()));
-    ASSERT_TRUE(given.has_value());
-    Datagram datagram;
-    for (int i = 0; *(*given)->next(datagram); ++i) {
-      if (keep(datagram)) {
-        ASSERT_TRUE(recorder.write(datagram).has_value());
-      }
-      if (i % 200 != 0) continue;
-      ASSERT_TRUE(recorder.hand_over().has_value());
-      if (i % 2000 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    ASSERT_TRUE(recorder.close().has_value());
+    record_growing(folder / "given", recorder, keep);
   }
   void expect_as_offline(const ToldSink& seen, const Expected<StopReading>& reading) {
     ASSERT_TRUE(reading.has_value()) << reading.error().message();

@@ -104,11 +104,13 @@ TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
   const ProgramRun run =
       run_program("sh '" + (folder / "install").string() + "' --root '" + (scratch / "root").string() + "'", scratch);
   EXPECT_EQ(run.code, 0) << run.err;
-  const std::map<std::string, std::string> places{{"70-rigcal.rules", "etc/udev/rules.d/70-rigcal.rules"},
-                                                  {"limits.conf", "etc/security/limits.d/rigcal.conf"},
-                                                  {"sysctl.conf", "etc/sysctl.d/60-rigcal.conf"},
-                                                  {"modprobe.conf", "etc/modprobe.d/rigcal.conf"},
-                                                  {"tmpfiles.conf", "etc/tmpfiles.d/rigcal.conf"}};
+  const std::map<std::string, std::string> places{
+      {"70-rigcal.rules", "etc/udev/rules.d/70-rigcal.rules"},
+      {"limits.conf", "etc/security/limits.d/rigcal.conf"},
+      {"sysctl.conf", "etc/sysctl.d/60-rigcal.conf"},
+      {"modprobe.conf", "etc/modprobe.d/rigcal.conf"},
+      {"tmpfiles.conf", "etc/tmpfiles.d/rigcal.conf"},
+      {"rigcal-capture@.service", "etc/systemd/system/rigcal-capture@.service"}};
   for (const auto& [file, place] : places)
     EXPECT_EQ(lines_of(folder / file), lines_of(scratch / "root" / place)) << place;
   fs::remove_all(scratch);

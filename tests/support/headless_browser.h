@@ -49,6 +49,15 @@ class HeadlessBrowser {
     return nlohmann::json::parse(text, nullptr, false);
   }
 
+  /// The page at an address as it stands after `ms` of the browser's time, as HTML.
+  [[nodiscard]] std::string dom_of(const std::string& url, int ms, const std::string& more = {}) const {
+    return run_program(name_ + " --headless --no-sandbox --disable-3d-apis --dump-dom --virtual-time-budget=" +
+                           std::to_string(ms) + " " + more + " --user-data-dir='" + (scratch_ / "profile").string() +
+                           "' '" + url + "'",
+                       scratch_)
+        .out;
+  }
+
  private:
   HeadlessBrowser(std::string name, std::filesystem::path scratch)
       : name_(std::move(name)), scratch_(std::move(scratch)) {}

@@ -1,0 +1,84 @@
+#include <nlohmann/json.hpp>
+
+#include "apps/estimate_text.h"
+#include "apps/web/web_view.h"
+#include "core/base/text.h"
+#include "core/turntable/coach.h"
+#include "drivers/livox_codec/status.h"
+
+namespace rigcal {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json sensor_json(const CaptureDevice& device) {
+  return {{"sensor", device.sensor},
+          {"state", livox::to_string(device.report.link.state)},
+          {"packets_per_s", device.packets_per_s},
+          {"lost", device.lost},
+          {"drift_ppm", device.drift_ppm},
+          {"sync", livox::sync_text(livox::decode_status(device.report.link.status))}};
+}
+
+Json camera_json(const CaptureCamera& camera) {
+  // A picture has a number, so that a browser asks again when there is a new one.
+  return {{"sensor", camera.sensor},
+          {"state", camera.state},
+          {"frames_per_s", camera.frames_per_s},
+          {"written", camera.written},
+          {"lost", camera.counters.damaged() + camera.counters.missing + camera.dropped_by_queue},
+          {"picture", camera.written},
+          {"picture_name", camera.sensor}};
+}
+
+Json panorama_json(const Rig& rig, const Panorama& panorama) {
+  constexpr const char* digits = "0123456789abcdef";
+  std::string cells;
+  for (const std::uint8_t mask : panorama.seen_by) {
+    cells += digits[mask >> 4U];
+    cells += digits[mask & 15U];
+  }
+  Json lidars = Json::array();
+  for (const Sensor& sensor : rig.sensors) {
+    if (sensor.is_lidar()) lidars.push_back(sensor.name);
+  }
+  return {{"columns", Panorama::columns}, {"rows", Panorama::rows}, {"lidars", lidars}, {"cells", cells}};
+}
+
+std::string disk_text(const CaptureStatus& status) {
+  if (!status.disk) return {};
+  return fixed_text(1e-9 * static_cast<double>(status.disk->free_bytes), 1) + " GB free on the disk, " +
+         fixed_text(1e-6 * status.disk->bytes_per_s, 1) + " MB/s; a packet waited " +
+         fixed_text(1e3 * status.worst_wait_s, 0) + " ms at most";
+}
+
+}  // namespace
+
+std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEstimates* known, const LiveView* view,
+                      const Requirement& goal) {
+  std::string what = advice(status.progress);
+  if (known != nullptr && !known->estimates.empty()) {
+    const StopEstimate& last = known->estimates.back();
+    what += last.reached ? ". The goal is reached" : (last.advice_text.empty() ? "" : ". " + last.advice_text);
+  }
+  Json json{{"state", to_string(status.progress.state)},
+            {"stops", status.progress.stops},
+            {"seconds", status.seconds},
+            {"bytes", status.bytes},
+            {"advice", what},
+            {"goal_mm", 1e3 * goal.translation_m},
+            {"disk", disk_text(status)},
+            {"events", status.news},
+            {"sensors", Json::array()},
+            {"cameras", Json::array()},
+            {"estimates", Json::array()},
+            {"panorama", nullptr}};
+  for (const CaptureDevice& device : status.devices) json["sensors"].push_back(sensor_json(device));
+  for (const CaptureCamera& camera : status.cameras) json["cameras"].push_back(camera_json(camera));
+  if (known != nullptr) json["estimates"] = Json::parse(estimates_json(known->estimates));
+  if (view != nullptr) json["panorama"] = panorama_json(rig, view->panorama);
+  // One line: that is what an event is.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace rigcal

@@ -1,0 +1,89 @@
+// The page of a running capture in a browser.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/web/page.h"
+#include "apps/web/web_view.h"
+#include "tests/support/headless_browser.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+CaptureStatus some_status() {
+  CaptureStatus status;
+  status.seconds = 31.0;
+  status.progress.state = CaptureState::capturing;
+  status.progress.stops = 2;
+  status.devices.push_back({});
+  status.devices.back().sensor = "avia";
+  status.devices.back().packets_per_s = 2701.0;
+  status.cameras.push_back({});
+  status.cameras.back().sensor = "left";
+  status.cameras.back().state = "streaming";
+  status.news = {"2026-11-22 14:13:20 capture: stop 2 <b>is</b> in"};
+  return status;
+}
+
+LiveEstimates some_estimates() {
+  LiveEstimates known;
+  for (int stops = 1; stops <= 3; ++stops) {
+    StopEstimate& estimate = known.estimates.emplace_back();
+    estimate.stops = stops;
+    estimate.lidars.resize(2);
+    estimate.lidars[0].result = {"avia", Status::good, {}, SE3{}, Matrix6d::Zero()};
+    estimate.lidars[1].result = {"mid40", Status::weak, {}, SE3{}, Matrix6d::Identity()};
+    estimate.lidars[1].translation_bound_m = 0.02 / stops;
+    estimate.lidars[1].rotation_bound_rad = to_rad(0.1) / stops;
+    estimate.advice_text = "turn the table by 60 degrees";
+  }
+  return known;
+}
+
+std::string some_state() {
+  LiveView view;
+  view.panorama.seen_by.assign(static_cast<std::size_t>(Panorama::rows) * Panorama::columns, 0);
+  for (std::size_t k = 0; k < view.panorama.seen_by.size(); k += 2) view.panorama.seen_by[k] = 3;
+  const LiveEstimates known = some_estimates();
+  return web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), &known, &view, Requirement{});
+}
+
+TEST(LivePage, StateHasAllThatThePageShows) {
+  const std::string text = some_state();
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+  const auto state = nlohmann::json::parse(text);
+  EXPECT_EQ(state["state"], "capturing");
+  EXPECT_EQ(state["estimates"].size(), 3U);
+  EXPECT_EQ(state["panorama"]["cells"].get<std::string>().size(), 2U * Panorama::rows * Panorama::columns);
+  EXPECT_THAT(state["advice"].get<std::string>(), HasSubstr("turn the table by 60 degrees"));
+  const auto bare = nlohmann::json::parse(
+      web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), nullptr, nullptr, Requirement{}));
+  EXPECT_TRUE(bare["estimates"].empty());
+  EXPECT_TRUE(bare["panorama"].is_null());
+}
+
+TEST(LivePage, ShowsItInABrowser) {
+  const auto scratch = scratch_folder("live_page");
+  const auto browser = HeadlessBrowser::find(scratch);
+  if (!browser) GTEST_SKIP() << HeadlessBrowser::missing;
+  const auto server = WebServer::start({"127.0.0.1", 0}, "feed", web::page_html());
+  ASSERT_TRUE(server) << server.error().message();
+  (*server)->publish(some_state());
+  const std::string page = browser->dom_of((*server)->url() + "#once", 2000);
+  EXPECT_THAT(page, HasSubstr("<span id=\"state\">capturing</span>"));
+  EXPECT_THAT(page, HasSubstr("turn the table by 60 degrees"));
+  EXPECT_THAT(page, HasSubstr("<td>mid40</td><td class=\"weak\">weak</td><td>6.7</td>"));
+  EXPECT_THAT(page, HasSubstr("<polyline points="));
+  EXPECT_THAT(page, HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40"));
+  EXPECT_THAT(page, HasSubstr("stop 2 &lt;b&gt;is&lt;/b&gt; in"));
+  EXPECT_THAT(page, HasSubstr("<td>left</td><td>streaming</td>"));
+  std::filesystem::remove_all(scratch);
+}
+
+}  // namespace
+}  // namespace rigcal
