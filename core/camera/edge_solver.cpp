@@ -104,7 +104,7 @@ std::vector<SolveLevel> standard_levels() {
     levels[i].match.scale_px = scales[i];
     levels[i].intrinsics = i > 0;
   }
-  levels.back().max_iterations = 40;
+  levels.back().max_iterations = 80;
   return levels;
 }
 

@@ -97,9 +97,11 @@ TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
 }
 
 TEST_F(Calibrate, FindsThemWithoutAGuess) {
-  const ProgramRun run = rigcal("calibrate session --out unguessed --initial none");
+  // Of turns of 18 degrees: in those of 36 the MID-40 does not see the same from two neighbouring stops.
+  simulate_courtyard(rig_yaml, hurried_run(20, 0.9), scratch / "small_turns");
+  const ProgramRun run = rigcal("calibrate small_turns --out unguessed --initial none");
   EXPECT_EQ(run.code, 0) << run.err << run.out;
-  expect_near("unguessed/extrinsics.yaml", "session/ground_truth.yaml", 5.0, 0.05);
+  expect_near("unguessed/extrinsics.yaml", "small_turns/ground_truth.yaml", 5.0, 0.05);
   const auto report = nlohmann::json::parse(file("unguessed/report.json"));
   EXPECT_THAT(SchemaCheck("report.json").violations(report), IsEmpty());
 }
