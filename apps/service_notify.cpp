@@ -12,7 +12,8 @@ namespace rigcal {
 
 ServiceNotify::ServiceNotify() {
   const char* name = std::getenv("NOTIFY_SOCKET");
-  if (name == nullptr || (name[0] != '/' && name[0] != '@') || std::strlen(name) >= sizeof(sockaddr_un::sun_path)) return;
+  if (name == nullptr || (name[0] != '/' && name[0] != '@') || std::strlen(name) >= sizeof(sockaddr_un::sun_path))
+    return;
   address_ = name;
   ::unsetenv("NOTIFY_SOCKET");
   if (address_.front() == '@') address_.front() = '\0';
@@ -41,8 +42,8 @@ void ServiceNotify::send(std::string_view text) const {
   to.sun_family = AF_UNIX;
   std::memcpy(to.sun_path, address_.data(), address_.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
-  static_cast<void>(::sendto(socket_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to),
-                             length));
+  static_cast<void>(
+      ::sendto(socket_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length));
 }
 
 }  // namespace rigcal
