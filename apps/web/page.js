@@ -34,14 +34,14 @@ function drawSigma(state) {
   const values = all.flatMap(e => e.lidars.map(l => l.translation_bound_mm)).filter(v => v > 0);
   const low = Math.floor(Math.log10(Math.max(1e-3, Math.min(1, ...values))));
   const high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(10, ...values))));
-  const x = stops => 44 + 380 * (stops - 1) / (most - 1);
+  const x = stops => 58 + 366 * (stops - 1) / (most - 1);
   const y = mm => 12 + 180 * (high - Math.log10(mm)) / (high - low);
   for (let p = low; p <= high; ++p) {
-    make('line', {x1: 44, x2: 424, y1: y(10 ** p), y2: y(10 ** p), stroke: 'var(--line)'});
-    make('text', {x: 40, y: y(10 ** p) + 4, 'text-anchor': 'end', 'font-size': 11, fill: 'var(--dim)'}, 10 ** p + ' mm');
+    make('line', {x1: 58, x2: 424, y1: y(10 ** p), y2: y(10 ** p), stroke: 'var(--line)'});
+    make('text', {x: 54, y: y(10 ** p) + 4, 'text-anchor': 'end', 'font-size': 11, fill: 'var(--dim)'}, 10 ** p + ' mm');
   }
   make('text', {x: 424, y: 212, 'text-anchor': 'end', 'font-size': 11, fill: 'var(--dim)'}, most + ' stops');
-  if (state.goal_mm) make('line', {x1: 44, x2: 424, y1: y(state.goal_mm), y2: y(state.goal_mm), stroke: 'var(--good)',
+  if (state.goal_mm) make('line', {x1: 58, x2: 424, y1: y(state.goal_mm), y2: y(state.goal_mm), stroke: 'var(--good)',
                                   'stroke-dasharray': '5 4'});
   const names = all.length ? all[all.length - 1].lidars.map(l => l.sensor) : [];
   names.forEach((name, i) => {
