@@ -11,6 +11,7 @@
 #include "apps/capture_guide.h"
 #include "apps/capture_log.h"
 #include "apps/capture_record.h"
+#include "apps/disk_watch.h"
 #include "apps/session_keeper.h"
 #include "apps/table_recorder.h"
 #include "apps/trigger_recorder.h"
@@ -26,7 +27,6 @@ constexpr std::chrono::milliseconds look_period{100};
 constexpr std::chrono::milliseconds show_period{500};
 constexpr std::chrono::seconds disk_period{1};
 constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
-constexpr double disk_warning_s = 120.0;
 constexpr double stuck_s = 3.0;
 constexpr std::size_t shown_events = 20;
 
@@ -68,7 +68,8 @@ class Capture {
         options_(options),
         names_(names_of_lidars(rig)),
         guide_(options.goal, names_, parts.camera_names(), parts.stops, parts.table),
-        log_(names_) {}
+        log_(names_),
+        disk_(options.out) {}
 
   void run(const RunContext& context, const std::function<void(const CaptureStatus&)>& show) {
     auto shown = started_;
@@ -121,7 +122,7 @@ class Capture {
     status.stops = guide_.stops();
     status.live = parts_.stops.status();
     if (parts_.table != nullptr) status.table_deg = parts_.table->angle_deg();
-    status.disk = disk_;
+    status.disk = disk_.room();
     status.worst_wait_s = 1e-9 * static_cast<double>(figures.worst_wait_ns);
     status.worst_write_s = 1e-9 * static_cast<double>(figures.worst_write_ns);
     for (const auto& [name, is_stuck] : stuck_) {
@@ -181,7 +182,7 @@ class Capture {
   }
 
   /// The disk ran out of room; what was there is recorded.
-  [[nodiscard]] const std::optional<Error>& disk_failure() const { return disk_failure_; }
+  [[nodiscard]] const std::optional<Error>& disk_failure() const { return disk_.full(); }
 
  private:
   [[nodiscard]] bool is_over() const {
@@ -215,26 +216,17 @@ class Capture {
   }
 
   void look_at_disk(Reporter& reporter) {
-    if (disk_ && Clock::now() - disk_looked_ < disk_period) return;
+    if (Clock::now() - disk_looked_ < disk_period) return;
     disk_looked_ = Clock::now();
     const auto free = free_bytes(options_.out);
-    if (!free || disk_failure_) return;
+    if (!free) return;
     std::uint64_t bytes = parts_.recording.figures().bytes;
     for (const CaptureCamera& camera : cameras()) bytes += camera.bytes;
-    disk_ = forecast_.add(std::chrono::duration<double>(Clock::now() - started_).count(), bytes, *free);
-    const std::string megabytes = std::to_string(*free >> 20U) + " MiB";
-    if (*free < DiskForecast::kReserveBytes) {
-      disk_failure_ =
-          system_error("the disk is full but for " + megabytes + ": the capture was ended, and is whole so far",
-                       options_.out, "make room or choose another disk");
-      guide_.end(now_ns(), disk_failure_->message());
-    } else if (disk_->seconds_left && *disk_->seconds_left < disk_warning_s && !is_disk_warned_) {
-      is_disk_warned_ = true;
-      const std::string text = "the disk will be full in about " + std::to_string(std::lround(*disk_->seconds_left)) +
-                               " s (" + megabytes + " free)";
-      log_.add(now_ns(), "recording", text, false);
-      reporter.warn(text);
+    if (const auto warning = disk_.look(std::chrono::duration<double>(Clock::now() - started_).count(), bytes, *free)) {
+      log_.add(now_ns(), "recording", *warning, false);
+      reporter.warn(*warning);
     }
+    if (disk_.full()) guide_.end(now_ns(), disk_.full()->message());
   }
 
   // Threads that do not move any more.
@@ -305,11 +297,8 @@ class Capture {
   Clock::time_point started_ = Clock::now();
   Clock::time_point last_rates_ = started_;
   Clock::time_point secured_ = started_;
-  Clock::time_point disk_looked_ = started_;
-  DiskForecast forecast_;
-  std::optional<DiskRoom> disk_;
-  bool is_disk_warned_ = false;
-  std::optional<Error> disk_failure_;
+  Clock::time_point disk_looked_;  ///< Long ago at first.
+  DiskWatch disk_;
   std::map<std::string, bool> stuck_;        ///< By thread.
   std::vector<std::uint64_t> last_packets_;  ///< By device, at `last_rates_`.
   std::vector<std::uint64_t> last_frames_;   ///< By camera, likewise.

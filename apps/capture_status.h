@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/camera_recorder.h"
+#include "apps/disk_watch.h"
 #include "apps/live_stops.h"
-#include "apps/session_keeper.h"
 #include "core/turntable/capture_machine.h"
 #include "drivers/livox/device/driver.h"
 #include "drivers/trigger/trigger.h"

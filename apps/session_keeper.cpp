@@ -3,15 +3,11 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <utility>
 
 namespace rigcal {
 namespace {
-
-constexpr double forgets_in_s = 10.0;  // Of the mean of the rate.
 
 // Everything that was handed to the system, of all files of the session: their number is not bounded.
 void sync_files(const std::string& session) {
@@ -22,28 +18,6 @@ void sync_files(const std::string& session) {
 }
 
 }  // namespace
-
-DiskRoom DiskForecast::add(double now_s, std::uint64_t session_bytes, std::uint64_t free_bytes) {
-  if (last_s_ >= 0.0 && now_s > last_s_) {
-    const double grown = static_cast<double>(session_bytes - std::min(last_bytes_, session_bytes));
-    const double rate = grown / (now_s - last_s_);
-    const double share = bytes_per_s_ == 0.0 ? 1.0 : std::min(1.0, (now_s - last_s_) / forgets_in_s);
-    bytes_per_s_ += share * (rate - bytes_per_s_);
-  }
-  last_s_ = now_s;
-  last_bytes_ = session_bytes;
-  DiskRoom room{free_bytes, bytes_per_s_, std::nullopt};
-  if (bytes_per_s_ >= 1.0)
-    room.seconds_left = static_cast<double>(free_bytes - std::min(free_bytes, kReserveBytes)) / bytes_per_s_;
-  return room;
-}
-
-std::optional<std::uint64_t> free_bytes(const std::string& session) {
-  std::error_code error;
-  const std::filesystem::space_info space = std::filesystem::space(session, error);
-  if (error || space.available == static_cast<std::uintmax_t>(-1)) return std::nullopt;
-  return space.available;
-}
 
 SessionKeeper::SessionKeeper(std::string session) : session_(std::move(session)) {
   thread_ = std::thread([this] { run(); });

@@ -12,28 +12,6 @@
 
 namespace rigcal {
 
-/// What there is to write to, and how long it lasts.
-struct DiskRoom {
-  std::uint64_t free_bytes = 0;
-  double bytes_per_s = 0.0;            ///< As the session grew lately.
-  std::optional<double> seconds_left;  ///< Until the recording would be ended; nothing where nothing grows.
-};
-
-/// How long a disk lasts that has so much room, when a session grows like this; pure.
-class DiskForecast {
- public:
-  /// What is always left free: session.json and the last images have to get in.
-  static constexpr std::uint64_t kReserveBytes = 32ULL << 20U;
-
-  /// `session_bytes`: of everything that was written so far. Times in seconds of a clock that never goes back.
-  [[nodiscard]] DiskRoom add(double now_s, std::uint64_t session_bytes, std::uint64_t free_bytes);
-
- private:
-  double last_s_ = -1.0;
-  std::uint64_t last_bytes_ = 0;
-  double bytes_per_s_ = 0.0;
-};
-
 /// Brings a session that is being recorded to the disk, now and then and after each stop: session.json as it stands,
 /// and all files with what was handed to the system. In a thread of its own: a disk that is slow holds nobody up.
 class SessionKeeper {
@@ -66,8 +44,5 @@ class SessionKeeper {
   double worst_s_ = 0.0;
   std::thread thread_;
 };
-
-/// Free bytes where the session lies; nothing where the system does not say.
-[[nodiscard]] std::optional<std::uint64_t> free_bytes(const std::string& session);
 
 }  // namespace rigcal

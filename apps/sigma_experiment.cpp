@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "apps/light_runs.h"
 #include "core/base/random.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/light_rig.h"
@@ -12,7 +13,6 @@
 namespace rigcal {
 namespace {
 
-constexpr std::array<const char*, 3> scenes{"courtyard", "room", "sparse"};
 constexpr std::uint64_t stops_stream = 900;
 // Of the chi-square distribution with six degrees of freedom.
 constexpr double chi2_95 = 12.592;
@@ -24,26 +24,9 @@ const std::array<SigmaCase, 2>& cases() {
   return all;
 }
 
-LidarRecording recording_of(sim::LightRig& light) {
-  LidarRecording out;
-  for (std::size_t i = 0; i < light.rig.sensors.size(); ++i) out.lidar_sensors.push_back(static_cast<int>(i));
-  for (std::size_t j = 0; j < light.T_G_base.size(); ++j) {
-    out.stops.push_back({static_cast<int>(j), 0, 0});
-    out.R_previous_this.emplace_back();
-    if (j > 0) out.R_previous_this.back() = exp_so3(light.step_rotations[j - 1]);
-  }
-  for (Patch& patch : light.patches) {
-    CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
-    builder.add(patch.points);
-    out.patches.push_back(builder.finish());
-    patch.points = {};
-  }
-  return out;
-}
-
 Expected<void> try_rig(const SigmaExperimentOptions& options, std::uint64_t seed, const RunContext& context,
                        SigmaRow& row) {
-  const std::string scene_name = scenes[seed % scenes.size()];
+  const std::string scene_name = light_run_scenes[seed % light_run_scenes.size()];
   const Expected<sim::Scene> scene = sim::load_scene(scene_name);
   if (!scene) return scene.error();
   sim::LightRigOptions light_options;
@@ -57,7 +40,8 @@ Expected<void> try_rig(const SigmaExperimentOptions& options, std::uint64_t seed
   std::vector<std::optional<SE3>> guess;
   for (const Sensor& sensor : light->rig.sensors) guess.push_back(sensor.initial_T_base_sensor);
   guess[static_cast<std::size_t>(light->rig.base)] = SE3{};
-  const Expected<CalibrationResult> result = calibrate_lidars(light->rig, recording_of(*light), guess, {}, context);
+  const Expected<CalibrationResult> result =
+      calibrate_lidars(light->rig, light_recording(*light, true), guess, {}, context);
   if (!result) return result.error();
   ++row.rigs;
   for (std::size_t i = 0; i < result->sensors.size(); ++i) {

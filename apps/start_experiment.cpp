@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/light_runs.h"
+#include "core/base/median.h"
 #include "core/base/random.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/random_rig.h"
@@ -18,7 +20,6 @@ namespace {
 
 constexpr double right_m = 0.005;
 constexpr double right_rad = to_rad(0.05);
-constexpr std::array<const char*, 3> scenes{"courtyard", "room", "sparse"};
 
 const std::vector<StartCase>& all_cases() {
   static const std::vector<StartCase> cases{
@@ -38,7 +39,7 @@ struct Thrown {
 
 Expected<Thrown> throw_rig(const StartCase& kind, std::uint64_t seed, int points) {
   Thrown out;
-  out.scene = scenes[seed % scenes.size()];
+  out.scene = light_run_scenes[seed % light_run_scenes.size()];
   const Expected<sim::Scene> scene = sim::load_scene(out.scene);
   if (!scene) return scene.error();
   sim::LightRigOptions options;
@@ -55,20 +56,7 @@ Expected<Thrown> throw_rig(const StartCase& kind, std::uint64_t seed, int points
   Expected<sim::LightRig> light = sim::make_random_rig(*scene, options, mounting);
   if (!light) return light.error();
   out.light = std::move(*light);
-  LidarRecording& recording = out.recording;
-  for (std::size_t i = 0; i < out.light.rig.sensors.size(); ++i) recording.lidar_sensors.push_back(static_cast<int>(i));
-  for (std::size_t j = 0; j < out.light.T_G_base.size(); ++j) {
-    recording.stops.push_back({static_cast<int>(j), 0, 0});
-    if (!kind.with_gyro) continue;
-    recording.R_previous_this.emplace_back();
-    if (j > 0) recording.R_previous_this.back() = exp_so3(out.light.step_rotations[j - 1]);
-  }
-  for (Patch& patch : out.light.patches) {
-    CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
-    builder.add(patch.points);
-    recording.patches.push_back(builder.finish());
-    patch.points = {};
-  }
+  out.recording = light_recording(out.light, kind.with_gyro);
   return out;
 }
 
@@ -90,12 +78,6 @@ struct Errors {
   std::vector<double> deg;
   std::vector<double> start_s;
 };
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 double worst_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
@@ -169,11 +151,11 @@ Expected<std::vector<StartRow>> try_starts(const StartExperimentOptions& options
       judge(*rig, seed, *result, row, errors);
     }
     context.reporter.progress(kind.name, 1.0);
-    row.median_mm = median_of(errors.mm);
+    row.median_mm = median(errors.mm);
     row.worst_mm = worst_of(errors.mm);
-    row.median_deg = median_of(errors.deg);
+    row.median_deg = median(errors.deg);
     row.worst_deg = worst_of(errors.deg);
-    row.start_median_s = median_of(errors.start_s);
+    row.start_median_s = median(errors.start_s);
     row.start_worst_s = worst_of(errors.start_s);
     rows.push_back(std::move(row));
   }

@@ -1,10 +1,10 @@
 #include "apps/vehicle_experiment.h"
 
 #include <Eigen/QR>
-#include <algorithm>
 #include <array>
 #include <optional>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/corner/rig_placement.h"
@@ -190,12 +190,6 @@ Place visit(const sim::RayCaster& caster, std::uint64_t seed) {
   return out;
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 VehicleRow row_of(const std::vector<Place>& places, std::size_t lidar) {
   VehicleRow row{"L1-L" + std::to_string(lidar + 1), static_cast<int>(places.size()), {}};
   for (std::size_t w = 0; w < ways.size(); ++w) {
@@ -206,7 +200,7 @@ VehicleRow row_of(const std::vector<Place>& places, std::size_t lidar) {
       rotation.push_back(rotation_distance(place.found[lidar][w]->R, mounting()[lidar].R));
       translation.push_back((place.found[lidar][w]->t - mounting()[lidar].t).norm());
     }
-    row.ways.push_back({ways[w], static_cast<int>(rotation.size()), median_of(rotation), median_of(translation)});
+    row.ways.push_back({ways[w], static_cast<int>(rotation.size()), median(rotation), median(translation)});
   }
   return row;
 }

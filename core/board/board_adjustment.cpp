@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/median.h"
 #include "core/board/board_costs.h"
 
 namespace rigcal {
@@ -25,12 +26,6 @@ constexpr double outlier_ratio = 3.0;
 constexpr double squares_sigma_m = 0.002;  // of the pattern's place by reflectivity: the steps of its search
 constexpr double least_sigma_px = 0.02;
 constexpr double least_sigma_m = 0.001;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 /// A residual that holds a parameter near zero.
 struct Prior {

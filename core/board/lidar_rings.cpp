@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/median.h"
 #include "core/geometry/point_cluster.h"
 #include "core/geometry/symmetric_eigen.h"
 
@@ -24,13 +25,6 @@ struct Polar {
   double azimuth;
   double elevation;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<std::vector<Polar>> by_elevation(std::vector<Polar> all) {
   std::stable_sort(all.begin(), all.end(), [](const Polar& a, const Polar& b) { return a.elevation < b.elevation; });

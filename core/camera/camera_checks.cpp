@@ -1,7 +1,6 @@
 #include "core/camera/camera_checks.h"
 
-#include <algorithm>
-
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 
 namespace rigcal {
@@ -9,11 +8,8 @@ namespace {
 
 // Of a normal distribution, from the median of the absolute values; 0 of none.
 double robust_rms(std::vector<double> values) {
-  if (values.empty()) return 0.0;
   for (double& v : values) v = std::abs(v);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return 1.4826 * *middle;
+  return 1.4826 * median(std::move(values));
 }
 
 // Below this share of a segment the partners are as likely clutter.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/median.h"
 #include "core/start/surfels.h"
 
 namespace rigcal {
@@ -26,9 +27,7 @@ struct Ballot {
 double typical_sigma(const std::vector<Surfel>& surfels) {
   std::vector<double> variances;
   for (const Surfel& s : surfels) variances.push_back(s.variance);
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
-  return std::sqrt(*middle);
+  return std::sqrt(median(std::move(variances)));
 }
 
 Ballot open_ballot(const PatchCells& cells) {

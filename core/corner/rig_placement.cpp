@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/corner/three_planes.h"
 
 namespace rigcal {
@@ -192,10 +193,7 @@ class RigPlacer {
     if (planes_.size() < 5) return false;
     std::vector<double> costs;
     for (const PlaneFeature& f : out_.features) costs.push_back(plane_cost(f, out_.state));
-    std::vector<double> sorted = costs;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double limit = scale_limit * std::max(3.0, *middle);
+    const double limit = scale_limit * std::max(3.0, median(costs));
     std::vector<CommonPlane> kept;
     for (std::size_t k = 0; k < costs.size(); ++k) {
       if (costs[k] <= limit) kept.push_back(planes_[k]);

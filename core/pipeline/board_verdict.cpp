@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/base/text.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/quality/verdict_text.h"
@@ -21,11 +22,6 @@ constexpr double widest_beam_m = 0.025;    // at an edge
 constexpr double uneven_growth_m = 0.012;  // between the two sides of one plate
 constexpr double least_lean = 0.02;        // mean square sine of the normals about their mean
 constexpr double least_way = 0.3;          // between boards, of their distance
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 // Mean over the boards by which dark squares seem farther, and its sigma by how the boards differ.
 std::pair<double, double> dark_farther(const BoardAdjustment& found, std::size_t sensor) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "core/base/median.h"
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/range_stage.h"
@@ -322,11 +323,10 @@ class Calibration {
       if (points[j] > 0.0) shares.push_back(used[j] / points[j]);
     }
     if (shares.size() < 4) return false;
-    std::nth_element(shares.begin(), shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2), shares.end());
-    const double median = shares[shares.size() / 2];
+    const double usual = median(std::move(shares));
     bool any = false;
     for (std::size_t j = 0; j < points.size(); ++j) {
-      if (points[j] == 0.0 || used[j] / points[j] > 0.4 * median) continue;
+      if (points[j] == 0.0 || used[j] / points[j] > 0.4 * usual) continue;
       any = true;
       solution_.start.stop_known[j] = 0;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +

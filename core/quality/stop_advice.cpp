@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/quality/seen_directions.h"
 
@@ -204,12 +205,7 @@ std::vector<double> typical_weights(const StopAdviceInput& input) {
   std::vector<std::vector<double>> all(input.lidar_known.size());
   for (const SeenSurface& s : input.surfaces) all[static_cast<std::size_t>(s.lidar)].push_back(weight_of(s.variance));
   std::vector<double> out(all.size(), 0.0);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i].empty()) continue;
-    const auto middle = all[i].begin() + static_cast<std::ptrdiff_t>(all[i].size() / 2);
-    std::nth_element(all[i].begin(), middle, all[i].end());
-    out[i] = *middle;
-  }
+  for (std::size_t i = 0; i < all.size(); ++i) out[i] = median(std::move(all[i]));
   return out;
 }
 

@@ -17,6 +17,7 @@ constexpr std::size_t directions = 1200;  // some six degrees apart
 constexpr std::size_t searched_items = 1000;
 constexpr std::size_t first_items = 800;
 constexpr std::size_t solved_items = 2000;
+constexpr std::size_t least_of_patch = 20;
 constexpr std::size_t finalists = 3;
 constexpr std::size_t min_items = 40;
 constexpr std::size_t peaks = 5;
@@ -29,18 +30,6 @@ constexpr double same_foot_m = 0.3;
 constexpr double max_foot_m = 3.0;
 constexpr double residual_m = 0.02;  // spread of surfels of one surface
 constexpr double damping = 1e-6;
-
-// Of all patches together, evenly over each.
-std::vector<PatchSurfels> thinned(const std::vector<PatchSurfels>& patches, std::size_t all) {
-  const std::size_t each = std::max<std::size_t>(20, all / std::max<std::size_t>(1, patches.size()));
-  std::vector<PatchSurfels> out;
-  for (const PatchSurfels& patch : patches) {
-    PatchSurfels& few = out.emplace_back(PatchSurfels{patch.lidar, patch.stop, {}});
-    const std::size_t count = std::min(each, patch.surfels.size());
-    for (std::size_t i = 0; i < count; ++i) few.surfels.push_back(patch.surfels[i * patch.surfels.size() / count]);
-  }
-  return out;
-}
 
 SurfelIndex index_of(const PatchSurfels& patch, double reach_m) {
   std::vector<PlacedSurfel> placed;
@@ -64,7 +53,7 @@ struct Axis {
 
 // Where neighbouring stops agree best when the foot is taken for the sensor itself.
 std::vector<Axis> axis_peaks(const std::vector<PatchSurfels>& patches, const std::vector<double>& angle) {
-  const std::vector<PatchSurfels> few = thinned(patches, searched_items);
+  const std::vector<PatchSurfels> few = thinned(patches, searched_items, least_of_patch);
   std::vector<SurfelIndex> before;
   for (std::size_t k = 0; k + 1 < patches.size(); ++k) before.push_back(index_of(patches[k], 1.0));
   std::vector<Axis> all(directions);
@@ -267,7 +256,7 @@ void refine_all(const std::vector<PatchSurfels>& patches, const std::vector<doub
 
 // Each stop free to stand a little off the turn.
 void set_free(const std::vector<PatchSurfels>& patches, const AxisSearchOptions& options, OwnTurn& own) {
-  std::vector<PatchSurfels> alone = thinned(patches, 2 * solved_items);
+  std::vector<PatchSurfels> alone = thinned(patches, 2 * solved_items, least_of_patch);
   const auto stops = static_cast<int>(own.T_zero_this.size());
   ParameterLayout layout(stops, 1);
   MultiviewOptions multiview;
@@ -354,10 +343,11 @@ std::vector<OwnTurn> find_own_turns(const std::vector<PatchSurfels>& patches, co
   for (const Axis& start : starts) contenders.push_back({{start.direction, Vector3d::Zero(), angle}, {}, 0.0});
   // First neighbours only, which the unknown foot displaces least; then all pairs, when it is nearly right.
   const double sigma = options.step_sigma_rad;
-  refine_all(thinned(patches, first_items), angle, sigma, {{0.6, 1, 5}, {0.35, 2, 5}}, contenders);
+  refine_all(thinned(patches, first_items, least_of_patch), angle, sigma, {{0.6, 1, 5}, {0.35, 2, 5}}, contenders);
   std::erase_if(contenders, [](const OwnTurn& own) { return own.turn.foot.norm() > max_foot_m; });
   contenders.resize(std::min(finalists, contenders.size()));
-  refine_all(thinned(patches, solved_items), angle, sigma, {{0.25, 1000, 4}, {0.1, 1000, 4}}, contenders);
+  refine_all(thinned(patches, solved_items, least_of_patch), angle, sigma, {{0.25, 1000, 4}, {0.1, 1000, 4}},
+             contenders);
   std::vector<OwnTurn> kept;
   for (const OwnTurn& own : contenders) {
     if (own.score < contender_share * contenders.front().score || own.turn.foot.norm() > max_foot_m) continue;

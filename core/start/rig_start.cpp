@@ -138,19 +138,6 @@ RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchS
   return register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
 }
 
-// Evenly over each patch: a start needs centimetres, and its time grows with the square of the density.
-std::vector<PatchSurfels> thinned_surfels(const std::vector<PatchSurfels>& patches) {
-  constexpr std::size_t all = 24000;
-  const std::size_t each = std::max<std::size_t>(300, all / std::max<std::size_t>(1, patches.size()));
-  std::vector<PatchSurfels> out;
-  for (const PatchSurfels& patch : patches) {
-    PatchSurfels& few = out.emplace_back(PatchSurfels{patch.lidar, patch.stop, {}});
-    const std::size_t count = std::min(each, patch.surfels.size());
-    for (std::size_t i = 0; i < count; ++i) few.surfels.push_back(patch.surfels[i * patch.surfels.size() / count]);
-  }
-  return out;
-}
-
 std::size_t surfels_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::size_t count = 0;
   for (const PatchSurfels& p : patches) count += p.lidar == lidar ? p.surfels.size() : 0;
@@ -220,7 +207,8 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
 
 Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& all_patches,
                            const RunContext& context) {
-  const std::vector<PatchSurfels> patches = thinned_surfels(all_patches);
+  // A start needs centimetres.
+  const std::vector<PatchSurfels> patches = thinned(all_patches, 24000, 300);
   Start start;
   const auto lidars = static_cast<std::size_t>(input.lidars);
   start.matches.resize(lidars);

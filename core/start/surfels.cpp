@@ -83,4 +83,15 @@ std::vector<PatchSurfels> extract_surfels(const std::vector<PatchCells>& patches
   return out;
 }
 
+std::vector<PatchSurfels> thinned(const std::vector<PatchSurfels>& patches, std::size_t all, std::size_t least) {
+  const std::size_t each = std::max(least, all / std::max<std::size_t>(1, patches.size()));
+  std::vector<PatchSurfels> out;
+  for (const PatchSurfels& patch : patches) {
+    PatchSurfels& few = out.emplace_back(PatchSurfels{patch.lidar, patch.stop, {}});
+    const std::size_t count = std::min(each, patch.surfels.size());
+    for (std::size_t i = 0; i < count; ++i) few.surfels.push_back(patch.surfels[i * patch.surfels.size() / count]);
+  }
+  return out;
+}
+
 }  // namespace rigcal

@@ -35,4 +35,9 @@ struct SurfelOptions {
 [[nodiscard]] std::vector<PatchSurfels> extract_surfels(const std::vector<PatchCells>& patches,
                                                         const SurfelOptions& options);
 
+/// Some of them, evenly over each patch: about `all` together, but `least` of each patch that has so many. A search
+/// takes time with the square of their density.
+[[nodiscard]] std::vector<PatchSurfels> thinned(const std::vector<PatchSurfels>& patches, std::size_t all,
+                                                std::size_t least);
+
 }  // namespace rigcal

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/median.h"
+
 namespace rigcal {
 namespace {
 
@@ -158,9 +160,7 @@ void RangeReference::weigh() {
   std::vector<float> noise;
   noise.reserve(planes_.size());
   for (const Plane& plane : planes_) noise.push_back(plane.noise);
-  const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
-  std::nth_element(noise.begin(), middle, noise.end());
-  const float usual = *middle;
+  const float usual = median(std::move(noise));
   for (const std::int32_t cell : cells_) {
     std::int32_t& index = plane_of_cell_[static_cast<std::size_t>(cell)];
     if (index < 0) continue;

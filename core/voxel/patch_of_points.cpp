@@ -1,6 +1,6 @@
 #include "core/voxel/patch_of_points.h"
 
-#include <vector>
+#include "core/base/parallel.h"
 
 namespace rigcal {
 
@@ -16,6 +16,18 @@ PatchCells patch_of_points(std::span<const Vector3d> points, int lidar, int stop
   }
   builder.add(narrow);
   return builder.finish();
+}
+
+std::vector<PatchCells> cells_of_patches(std::span<const Patch> patches, const CellOptions& options) {
+  std::vector<PatchCells> cells(patches.size());
+  parallel_for(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      CellBuilder builder(patches[k].sensor, patches[k].stop, options);
+      builder.add(patches[k].points);
+      cells[k] = builder.finish();
+    }
+  });
+  return cells;
 }
 
 }  // namespace rigcal

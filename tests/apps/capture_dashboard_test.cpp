@@ -62,22 +62,5 @@ TEST(CaptureDashboard, NewLinesAreToldOnce) {
   EXPECT_EQ(new_lines(status, 6).size(), 6U);
 }
 
-TEST(DiskForecast, TellsHowLongTheDiskLasts) {
-  DiskForecast forecast;
-  constexpr std::uint64_t free = 132ULL << 20U;
-  EXPECT_FALSE(forecast.add(0.0, 0, free).seconds_left.has_value());
-  const DiskRoom room = forecast.add(1.0, 10ULL << 20U, free);
-  EXPECT_NEAR(room.bytes_per_s, 10.0 * 1048576.0, 1.0);
-  EXPECT_NEAR(*room.seconds_left, 10.0, 1e-6);  // What is kept free does not count.
-  // A rate that ends is forgotten slowly; one that goes on is kept.
-  EXPECT_NEAR(forecast.add(2.0, 20ULL << 20U, free).bytes_per_s, 10.0 * 1048576.0, 1.0);
-  EXPECT_NEAR(forecast.add(3.0, 20ULL << 20U, free).bytes_per_s, 9.0 * 1048576.0, 1.0);
-  EXPECT_EQ(*forecast.add(4.0, 30ULL << 20U, DiskForecast::kReserveBytes / 2).seconds_left, 0.0);
-  // --keep throws away: that is no growth, and nothing below zero.
-  DiskForecast keeping;
-  static_cast<void>(keeping.add(0.0, 100, free));
-  EXPECT_EQ(keeping.add(1.0, 50, free).bytes_per_s, 0.0);
-}
-
 }  // namespace
 }  // namespace rigcal

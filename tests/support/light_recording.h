@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/parallel.h"
 #include "core/pipeline/lidar_calibration.h"
+#include "core/voxel/patch_of_points.h"
 #include "simdata/light_rig.h"
 
 namespace rigcal {
@@ -22,15 +22,7 @@ struct LightRecording {
 inline std::vector<PatchCells> cells_of(const std::vector<Patch>& patches) {
   CellOptions options;
   options.keep_thinned = true;  // as `calibrate` does
-  std::vector<PatchCells> cells(patches.size());
-  parallel_for(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      CellBuilder builder(patches[k].sensor, patches[k].stop, options);
-      builder.add(patches[k].points);
-      cells[k] = builder.finish();
-    }
-  });
-  return cells;
+  return cells_of_patches(patches, options);
 }
 
 /// Those stops of a run that are named, renumbered; the gyro's turns over the others are put together. All sensors of

@@ -5,9 +5,8 @@
 #include <stop_token>
 
 #include "core/base/parallel.h"
-#include "core/voxel/cells.h"
-#include "simdata/light_rig.h"
 #include "simdata/scene_file.h"
+#include "tests/core/start/light_run.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
 
@@ -16,37 +15,24 @@ namespace {
 
 // A courtyard with walking people, seen by an AVIA and three MID-40 from a table turned by hand; every guess is off by
 // 10 degrees and 0.2 m.
-struct Courtyard {
-  sim::LightRig truth;
-  std::vector<PatchSurfels> surfels;
-  StartInput input;
+struct Courtyard : LightRun {
+  explicit Courtyard(std::uint64_t seed, int stops = 20) : LightRun(seen(seed, stops)) {
+    for (std::size_t i = 0; i < truth.rig.sensors.size(); ++i)
+      input.guess_T_base_sensor[i] = truth.rig.sensors[i].initial_T_base_sensor;
+    input.axis = truth.axis;
+  }
 
-  explicit Courtyard(std::uint64_t seed, int stops = 20) {
+ private:
+  static sim::LightRig seen(std::uint64_t seed, int stops) {
     const auto scene = sim::load_scene("courtyard");
     EXPECT_TRUE(scene.has_value());
     sim::LightRigOptions options;
     options.seed = seed;
     options.turntable.stops = stops;
-    options.shots_per_patch = 6000;
+    options.shots_per_patch = shots_per_patch;
     auto light = sim::make_light_rig(*scene, options);
     EXPECT_TRUE(light.has_value());
-    truth = *std::move(light);
-    std::vector<PatchCells> cells;
-    for (const Patch& patch : truth.patches) {
-      CellBuilder builder(patch.sensor, patch.stop, CellOptions{});
-      builder.add(patch.points);
-      cells.push_back(builder.finish());
-    }
-    surfels = extract_surfels(cells, SurfelOptions{});
-    input.stops = stops;
-    input.lidars = static_cast<int>(truth.T_base_sensor.size());
-    for (const Sensor& sensor : truth.rig.sensors) input.guess_T_base_sensor.push_back(sensor.initial_T_base_sensor);
-    input.axis = truth.axis;
-  }
-
-  void give_gyro() {
-    input.R_previous_this.emplace_back();
-    for (const Vector3d& step : truth.step_rotations) input.R_previous_this.emplace_back(exp_so3(step));
+    return *std::move(light);
   }
 };
 

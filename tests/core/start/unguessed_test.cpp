@@ -27,8 +27,7 @@ void expect_all_found(const ThrownRig& rig, const Start& start) {
 
 TEST(PlaceWithoutGuess, FindsLidarsMountedAnyWayWithAGyro) {
   ThrownRig rig("courtyard", 3, 14);
-  rig.input.R_previous_this.emplace_back();
-  for (const Vector3d& step : rig.truth.step_rotations) rig.input.R_previous_this.emplace_back(exp_so3(step));
+  rig.give_gyro();
   expect_all_found(rig, found(rig));
 }
 
@@ -65,8 +64,7 @@ TEST(PlaceWithoutGuess, TellsThatASymmetricRoomFitsInOtherWaysToo) {
   sim::TurntableOptions upright;
   upright.axis_tilt_deg = 0.0;
   ThrownRig rig(symmetric_room(), 2, 16, upright);
-  rig.input.R_previous_this.emplace_back();
-  for (const Vector3d& step : rig.truth.step_rotations) rig.input.R_previous_this.emplace_back(exp_so3(step));
+  rig.give_gyro();
   const Start start = found(rig);
   for (std::size_t i = 1; i < 4; ++i) {
     if (!start.lidar_known[i]) continue;
