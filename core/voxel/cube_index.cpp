@@ -1,6 +1,6 @@
 #include "core/voxel/cube_index.h"
 
-#include <cmath>
+#include "core/base/floor_of.h"
 
 namespace rigcal {
 namespace {
@@ -10,9 +10,7 @@ constexpr std::size_t chunk = 16384;
 }  // namespace
 
 std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m) {
-  const auto part = [&](float x) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * per_m)) + (1 << 20)) & 0x1FFFFF;
-  };
+  const auto part = [&](float x) { return static_cast<std::uint64_t>(floor_of(x * per_m) + (1 << 20)) & 0x1FFFFF; };
   return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
 }
 
