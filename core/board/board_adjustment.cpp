@@ -15,7 +15,6 @@ namespace {
 
 using board::BorderCost;
 using board::ChangingCamera;
-using board::CornerCost;
 using board::PlaneCost;
 using board::PlaneMoments7;
 using board::SquaresCost;
@@ -174,9 +173,9 @@ class Adjuster {
     PlaceBlock& place = places_[p];
     if (seen.image && sensor.camera) {
       for (std::size_t c = 0; c < seen.image->ids.size(); ++c) {
-        auto* cost = new ceres::AutoDiffCostFunction<CornerCost, 2, 6, 6, intrinsics_count>(
-            new CornerCost{&sensor.start, &place.start, sensor.camera.get(), board_.corner(seen.image->ids[c]),
-                           seen.image->pixels[c], figures.sigma_px});
+        auto* cost =
+            board::corner_cost_function({&sensor.start, &place.start, sensor.camera.get(),
+                                         board_.corner(seen.image->ids[c]), seen.image->pixels[c], figures.sigma_px});
         problem_->AddResidualBlock(cost, new ceres::HuberLoss(corner_loss_sigmas), sensor.x, place.x,
                                    sensor.intrinsics.data());
       }

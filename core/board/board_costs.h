@@ -9,6 +9,10 @@
 #include "core/board/board_model.h"
 #include "core/rig/camera_model.h"
 
+namespace ceres {
+class CostFunction;
+}
+
 /// Residuals of the joint adjustment for any scalar: double, or the dual numbers of Ceres. A pose is `start` times a
 /// small motion x = [rotation; translation], so that derivatives at x = 0 are those of the contract's right
 /// perturbation.
@@ -76,42 +80,8 @@ class ChangingCamera {
   mutable CameraModel model_;
 };
 
-namespace detail {
-inline double plain(double v) { return v; }
-template <class T>
-double plain(const T& v) {
-  return v.a;
-}
-}  // namespace detail
-
-/// The pixel of a point in the camera's frame with the derivatives of CameraModel; false where there is none.
-template <class T>
-[[nodiscard]] bool projected(const ChangingCamera& camera, const Vector3<T>& p, const T* intrinsics, T* pixel) {
-  std::array<double, intrinsics_count> values{};
-  for (std::size_t k = 0; k < values.size(); ++k) values[k] = detail::plain(intrinsics[k]);
-  const CameraModel& model = camera.at(values.data());
-  const Vector3d at(detail::plain(p[0]), detail::plain(p[1]), detail::plain(p[2]));
-  if constexpr (std::is_same_v<T, double>) {
-    const auto found = model.project(at);
-    if (!found) return false;
-    pixel[0] = found->x();
-    pixel[1] = found->y();
-  } else {
-    PixelDerivatives by;
-    const auto found = model.project(at, by);
-    if (!found) return false;
-    for (int row = 0; row < 2; ++row) {
-      pixel[row].a = (*found)[row];
-      pixel[row].v.setZero();
-      for (int k = 0; k < 3; ++k) pixel[row].v += by.by_point(row, k) * p[k].v;
-      for (int k = 0; k < intrinsics_count; ++k) pixel[row].v += by.by_intrinsics(row, k) * intrinsics[k].v;
-    }
-  }
-  return true;
-}
-
 /// A corner in an image over its noise: parameters camera, board, intrinsics; two residuals. A corner that the camera
-/// cannot see under these parameters makes the step invalid.
+/// cannot see under these parameters makes the step invalid. Derivatives by hand, as corners are most of the work.
 struct CornerCost {
   const SE3* T_base_camera;
   const SE3* T_base_board;
@@ -120,16 +90,11 @@ struct CornerCost {
   Eigen::Vector2d pixel;
   double sigma_px;
 
-  template <class T>
-  bool operator()(const T* camera_x, const T* board_x, const T* intrinsics, T* residual) const {
-    const Vector3<T> in_base = moved<T>(*T_base_board, board_x, corner.cast<T>());
-    const Vector3<T> in_camera = moved_back<T>(*T_base_camera, camera_x, in_base);
-    T found[2];
-    if (!projected(*camera, in_camera, intrinsics, found)) return false;
-    for (int k = 0; k < 2; ++k) residual[k] = (found[k] - pixel[k]) / sigma_px;
-    return true;
-  }
+  /// False where the camera cannot see it. `jacobians` (rows by rows) or any of them may be null, as Ceres has it.
+  bool evaluate(const double* const* parameters, double* residuals, double** jacobians) const;
 };
+/// For a solver that takes it over.
+[[nodiscard]] ceres::CostFunction* corner_cost_function(const CornerCost& cost);
 
 /// What a LiDAR's points on a board leave behind for their distances from its plane when all ranges are too long by an
 /// unknown b: a point is p + b u, its distance n.p + d + b n.u = w.[p; 1; u] with w = [n; d; b n]. `root` is a

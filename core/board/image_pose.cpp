@@ -56,8 +56,8 @@ std::optional<ImagePose> refined(const SE3& start, const ImageBoard& seen, const
   double x[6] = {};
   ceres::Problem problem;
   for (std::size_t k = 0; k < seen.ids.size(); ++k) {
-    auto* cost = new ceres::AutoDiffCostFunction<board::CornerCost, 2, 6, 6, intrinsics_count>(
-        new board::CornerCost{&origin, &start, &changing, board.corner(seen.ids[k]), seen.pixels[k], 1.0});
+    auto* cost =
+        board::corner_cost_function({&origin, &start, &changing, board.corner(seen.ids[k]), seen.pixels[k], 1.0});
     problem.AddResidualBlock(cost, nullptr, fixed, x, intrinsics.data());
   }
   problem.SetParameterBlockConstant(fixed);

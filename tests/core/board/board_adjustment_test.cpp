@@ -110,38 +110,38 @@ BoardAdjustment calibrate(const std::vector<BoardSighting>& sightings, const Boa
   return adjust_boards(sensors, board_places(sightings, sensors, test_board()), test_board(), options);
 }
 
-// Dual numbers as small as the tests need them.
-struct Dual {
-  double a = 0.0;
-  Eigen::Matrix<double, 12, 1> v = Eigen::Matrix<double, 12, 1>::Zero();
-};
-
-TEST(BoardCosts, HandTheCamerasDerivativesOn) {
+TEST(BoardCosts, HaveTheDerivativesOfACornerThatDifferencesGive) {
+  Random random(3);
   const board::ChangingCamera camera(test_camera());
-  const Vector3d p(0.4, -0.3, 1.7);
-  const auto intrinsics = board::ChangingCamera::values_of(test_camera());
-  board::Vector3<Dual> p_dual;
-  std::array<Dual, intrinsics_count> i_dual;
-  for (int k = 0; k < 3; ++k) {
-    p_dual[k].a = p[k];
-    p_dual[k].v[k] = 1.0;
+  const SE3 T_base_camera = random_pose(random, 0.3, 0.3);
+  const SE3 T_camera_board{exp_so3({0.3, -0.2, 0.4}), {0.2, -0.1, 1.7}};
+  const SE3 T_base_board = T_base_camera * T_camera_board;
+  const board::CornerCost cost{&T_base_camera, &T_base_board, &camera, test_board().corner(9), {600.0, 300.0}, 0.5};
+  // Near zero, where a solver begins, and away from it.
+  for (const double size : {1e-9, 0.1}) {
+    Eigen::VectorXd at(12 + intrinsics_count);
+    for (int k = 0; k < 12; ++k) at[k] = size * random.normal();
+    const auto intrinsics = board::ChangingCamera::values_of(test_camera());
+    for (int k = 0; k < intrinsics_count; ++k) at[12 + k] = intrinsics[static_cast<std::size_t>(k)];
+    const auto f = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+      const Eigen::VectorXd moved = at + x;
+      const double* blocks[] = {moved.data(), moved.data() + 6, moved.data() + 12};
+      Eigen::VectorXd residuals(2);
+      EXPECT_TRUE(cost.evaluate(blocks, residuals.data(), nullptr));
+      return residuals;
+    };
+    const Eigen::MatrixXd expected = numeric_jacobian(f, 12 + intrinsics_count);
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_camera;
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_board;
+    Eigen::Matrix<double, 2, intrinsics_count, Eigen::RowMajor> by_intrinsics;
+    double* jacobians[] = {by_camera.data(), by_board.data(), by_intrinsics.data()};
+    const double* blocks[] = {at.data(), at.data() + 6, at.data() + 12};
+    double residuals[2];
+    ASSERT_TRUE(cost.evaluate(blocks, residuals, jacobians));
+    EXPECT_LT((expected.leftCols<6>() - by_camera).norm(), 1e-4 * by_camera.norm());
+    EXPECT_LT((expected.middleCols<6>(6) - by_board).norm(), 1e-4 * by_board.norm());
+    EXPECT_LT((expected.rightCols<intrinsics_count>() - by_intrinsics).norm(), 1e-4 * by_intrinsics.norm());
   }
-  for (int k = 0; k < intrinsics_count; ++k) {
-    i_dual[static_cast<std::size_t>(k)].a = intrinsics[static_cast<std::size_t>(k)];
-    i_dual[static_cast<std::size_t>(k)].v[3 + k] = 1.0;
-  }
-  Dual pixel[2];
-  ASSERT_TRUE(board::projected(camera, p_dual, i_dual.data(), pixel));
-  const auto f = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-    auto values = intrinsics;
-    for (int k = 0; k < intrinsics_count; ++k) values[static_cast<std::size_t>(k)] += x[3 + k];
-    const board::Vector3<double> moved = p + x.head<3>();
-    double out[2] = {};
-    EXPECT_TRUE(board::projected(camera, moved, values.data(), out));
-    return Eigen::Vector2d(out[0], out[1]);
-  };
-  const Eigen::MatrixXd J = numeric_jacobian(f, 12);
-  for (int row = 0; row < 2; ++row) EXPECT_LT((J.row(row).transpose() - pixel[row].v).norm(), 1e-5);
 }
 
 TEST(BoardCosts, SumAnyNumberOfPointsInSevenResiduals) {
