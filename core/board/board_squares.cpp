@@ -12,6 +12,7 @@ constexpr std::size_t most_scored = 20000;
 constexpr std::size_t least_scored = 300;
 constexpr double clear_contrast = 0.8;  // difference of the colours' means over their spread
 constexpr double beside_line = 0.12;    // of a square: nearer to a line the beam meets both colours
+constexpr double slope_reach = 0.25;    // of a square
 constexpr double across_sigmas = 3.0;
 
 struct Spot {
@@ -45,6 +46,16 @@ struct Shift {
   double angle_rad = 0.0;
 };
 
+// `by` in metres at the pattern's outermost lines: along x, along y, about the normal.
+Shift shifted(Shift shift, int axis, double by, const BoardModel& board) {
+  if (axis < 2) {
+    shift.t[axis] += by;
+  } else {
+    shift.angle_rad += by / (0.5 * board.size().maxCoeff());
+  }
+  return shift;
+}
+
 Vector2d moved_back(const Vector2d& p, const Shift& shift) {
   const double c = std::cos(shift.angle_rad);
   const double s = std::sin(shift.angle_rad);
@@ -66,17 +77,11 @@ double contrast_at(const std::vector<Spot>& spots, const BoardModel& board, cons
 Shift sharpest(const std::vector<Spot>& spots, const BoardModel& board) {
   Shift best;
   double most = std::abs(contrast_at(spots, board, best));
-  for (double step = 0.08; step > 0.004; step *= 0.5) {
+  for (double step = 0.08; step > 0.03; step *= 0.5) {
     for (bool better = true; better;) {
       better = false;
       for (int k = 0; k < 6; ++k) {
-        Shift next = best;
-        const double by = (k % 2 == 0 ? 1.0 : -1.0) * step * board.square();
-        if (k < 4) {
-          next.t[k / 2] += by;
-        } else {
-          next.angle_rad += by / (0.5 * board.size().maxCoeff());
-        }
+        const Shift next = shifted(best, k / 2, (k % 2 == 0 ? 1.0 : -1.0) * step * board.square(), board);
         if (next.t.norm() > 0.45 * board.square() || std::abs(next.angle_rad) > to_rad(3.0)) continue;
         const double here = std::abs(contrast_at(spots, board, next));
         if (here <= most + 1e-9) continue;
@@ -87,6 +92,23 @@ Shift sharpest(const std::vector<Spot>& spots, const BoardModel& board) {
     }
   }
   return best;
+}
+
+// The middle of the contrast's slopes to both sides along each of the three: its very peak is made by the few points
+// next to the lines, the slopes by many.
+Shift centred(const std::vector<Spot>& spots, const BoardModel& board, Shift at) {
+  const double reach = slope_reach * board.square();
+  for (int pass = 0; pass < 3; ++pass) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double peak = std::abs(contrast_at(spots, board, at));
+      const double plus = std::abs(contrast_at(spots, board, shifted(at, axis, reach, board)));
+      const double minus = std::abs(contrast_at(spots, board, shifted(at, axis, -reach, board)));
+      const double fall = peak - 0.5 * (plus + minus);
+      if (fall <= 0.0) continue;
+      at = shifted(at, axis, std::clamp(0.5 * reach * (plus - minus) / fall, -0.5 * reach, 0.5 * reach), board);
+    }
+  }
+  return at;
 }
 
 }  // namespace
@@ -104,7 +126,7 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
   std::vector<Spot> spots;
   const std::size_t every = std::max<std::size_t>(1, all.size() / most_scored);
   for (std::size_t k = 0; k < all.size(); k += every) spots.push_back(all[k]);
-  const Shift shift = sharpest(spots, board);
+  const Shift shift = centred(spots, board, sharpest(spots, board));
   const double contrast = contrast_at(spots, board, shift);
   if (std::abs(contrast) < clear_contrast) return;
   SE3 in_plane;
@@ -127,11 +149,15 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
   cue.dark_farther_sigma_m =
       std::sqrt(across.variance(0) / std::max(1.0, across.n[0]) + across.variance(1) / std::max(1.0, across.n[1])) /
       std::max(0.1, cosine);
+  double across_m = 0.0;
   for (Vector3d& p : found.points) {
     const Vector3d q = back * p;
     const int colour = board.colour_at(q.x(), q.y(), 0.0);
     if (colour != 0 && (colour > 0) == cue.first_is_dark) p -= cue.dark_farther_m * p.normalized();
+    across_m += (back * p).z() / static_cast<double>(found.points.size());
   }
+  // The plate lies where bright squares do.
+  found.T_lidar_board.t += across_m * found.T_lidar_board.R.col(2);
 }
 
 }  // namespace rigcal

@@ -24,6 +24,10 @@ constexpr double least_strip_m = 0.02;
 constexpr double points_of_strip = 30.0;  // on a strip across the plate: then its ends are known to a thirtieth of it
 constexpr double gap_of_strip = 0.15;     // of the plate's shorter side: beyond it another surface begins
 constexpr double short_strip = 0.2;       // of that side: strips over the tip of a corner tell little
+constexpr double beyond_share = 0.025;    // of the distance: so far outside of an edge the sensor still looks
+constexpr double beside_from_m = 0.03;    // outside of a plate's edges: there should be nothing on its plane
+constexpr double beside_to_m = 0.15;
+constexpr double most_beside = 0.25;  // of the density on the plate
 
 using Key = std::array<int, 3>;
 
@@ -124,6 +128,7 @@ PlateCandidate gather(const Region& region, const Cells& cells, std::span<const 
 void outline_of(const BoardModel& board, const SE3& frame, PlateCandidate& out) {
   out.outline.clear();
   out.outward.clear();
+  out.area_m2 = 0.0;
   const SE3 to_plane = frame.inverse();
   std::vector<Vector2d> flat;
   // Where the ray meets the plane: noise of the range moves a point along a slanting ray, and the outermost ones out.
@@ -157,6 +162,8 @@ void outline_of(const BoardModel& board, const SE3& frame, PlateCandidate& out) 
       const double high = along[best_end - 1];
       if (high - low < short_strip * shorter) continue;
       const double part = (high - low) / static_cast<double>(best_end - best - 1);
+      // Of each strip its own stretch: a stand or a hand that crosses the plane beside the plate adds next to nothing.
+      if (axis == 0) out.area_m2 += (high - low) * strip;
       for (const double sign : {-1.0, 1.0}) {
         Vector3d at = Vector3d::Zero();
         at[axis] = sign > 0.0 ? high + part : low - part;
@@ -168,6 +175,69 @@ void outline_of(const BoardModel& board, const SE3& frame, PlateCandidate& out) 
       }
     }
   }
+}
+
+// How many points a cloud has in each small piece of the sphere round the sensor.
+class Directions {
+ public:
+  explicit Directions(std::span<const Point> points) {
+    for (const Point& p : points) ++count_[key_of({p.x, p.y, p.z})];
+  }
+  [[nodiscard]] int count(const Vector3d& direction) const {
+    const auto found = count_.find(key_of(direction));
+    return found == count_.end() ? 0 : found->second;
+  }
+
+ private:
+  static constexpr double piece_rad = to_rad(0.6);
+  [[nodiscard]] static std::array<int, 3> key_of(const Vector3d& p) {
+    const Vector3d unit = p.normalized() / piece_rad;
+    return {static_cast<int>(std::floor(unit.x())), static_cast<int>(std::floor(unit.y())),
+            static_cast<int>(std::floor(unit.z()))};
+  }
+  std::map<std::array<int, 3>, int> count_;
+};
+
+// Takes the places out of an outline beyond which the sensor does not look, where it does beyond most others: there its
+// field of view ends, not the plate.
+void drop_ends_of_view(const Directions& directions, PlateCandidate& candidate) {
+  std::vector<char> seen;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < candidate.outline.size(); ++k) {
+    const Vector3d& p = candidate.outline[k];
+    const Vector3d beyond = p + beyond_share * p.norm() * candidate.outward[k];
+    seen.push_back(directions.count(beyond) > 0 ? 1 : 0);
+    count += seen.back() != 0 ? 1U : 0U;
+  }
+  if (2 * count < seen.size()) return;  // the sky behind it, or points too few to tell
+  PlateCandidate kept = candidate;
+  kept.outline.clear();
+  kept.outward.clear();
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    if (seen[k] == 0) continue;
+    kept.outline.push_back(candidate.outline[k]);
+    kept.outward.push_back(candidate.outward[k]);
+  }
+  candidate = std::move(kept);
+}
+
+// Whether the surface goes on beyond the plate: what looks free only because the points get too sparse there.
+bool goes_on(std::span<const Point> points, const BoardModel& board, const CloudBoard& found) {
+  const SE3 to_board = found.T_lidar_board.inverse();
+  const double tolerance = std::max(least_on_plane_m, on_plane_sigmas * found.plane_rms_m);
+  const Vector2d half = 0.5 * board.size();
+  double on = 0.0;
+  double beside = 0.0;
+  for (const Point& point : points) {
+    const Vector3d q = to_board * Vector3d(point.x, point.y, point.z);
+    if (std::abs(q.z()) > tolerance) continue;
+    const double outside = (q.head<2>().cwiseAbs() - half).maxCoeff();
+    on += outside < 0.0 ? 1.0 : 0.0;
+    beside += outside > beside_from_m && outside < beside_to_m ? 1.0 : 0.0;
+  }
+  const auto area = [&](double by) { return 4.0 * (half.x() + by) * (half.y() + by); };
+  const double area_beside = area(beside_to_m) - area(beside_from_m);
+  return beside / area_beside > most_beside * on / area(0.0);
 }
 
 bool may_be_plate(const Region& region, const BoardModel& board) {
@@ -184,6 +254,7 @@ CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& b
                               const CloudBoardOptions& options) {
   CloudBoards out;
   Cells cells = make_cells(points, options);
+  const Directions directions(points);
   std::vector<PlateFit> fits;
   int id = 0;
   for (const auto& [key, cell] : cells) {
@@ -193,11 +264,17 @@ CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& b
     PlateCandidate candidate = gather(region, cells, points);
     if (candidate.points.size() < 50) continue;
     outline_of(board, plane_frame(candidate.plane, candidate.plane.points.mean()), candidate);
+    drop_ends_of_view(directions, candidate);
     PlateFit fit = fit_plate(candidate, board, options);
     if (fit.board) {
       // Once more along the plate's own edges.
       outline_of(board, fit.board->T_lidar_board, candidate);
+      drop_ends_of_view(directions, candidate);
       fit = fit_plate(candidate, board, options);
+    }
+    if (fit.board && goes_on(points, board, *fit.board)) {
+      fit.board.reset();
+      fit.why_not = "its surface goes on beyond the plate";
     }
     if (fit.board) {
       look_at_squares(points, board, *fit.board);

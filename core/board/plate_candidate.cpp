@@ -108,7 +108,8 @@ PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board, con
   for (const OutlinePoint& p : outline) all.push_back(p.at);
   const std::vector<Vector2d> hull = convex_hull(all);
   out.sides = smallest_rectangle(hull);
-  const double share = area_of(hull) / board.size().prod();
+  const double area = candidate.area_m2 > 0.0 ? candidate.area_m2 : area_of(hull);
+  const double share = area / board.size().prod();
   if (share < least_overlap || share > most_overlap) {
     out.why_not = "it covers " + number_text(std::round(100.0 * share)) + " % of the plate's area";
     return out;

@@ -16,6 +16,7 @@ struct PlateCandidate {
   std::vector<Vector3d> outline;
   std::vector<Vector3d> outward;  ///< For each place of the outline the direction in which the plate ended there.
   double outline_sigma_m = 0.01;
+  double area_m2 = 0.0;  ///< That it covers, where more is known of that than its hull; else 0.
 };
 
 /// Axes in a plane, so that a board with them looks away from the sensor: columns x, y and z = away.
