@@ -64,6 +64,10 @@ class BoardCalibration {
       std::set<int> stops;
       for (const BoardSighting& b : seen_[s].sightings) stops.insert(b.stop);
       stage.counts.emplace_back(rig_.sensors[s].name, static_cast<double>(stops.size()));
+      if (!seen_[s].why_part.empty()) {
+        context_.reporter.warn(rig_.sensors[s].name + ": " + commonest_reason(seen_[s].why_part, recording_.stops) +
+                               "; parts are used where the other sensors tell which part it is");
+      }
       all_.insert(all_.end(), seen_[s].sightings.begin(), seen_[s].sightings.end());
     }
     scale_ = scale_between(all_);
@@ -176,7 +180,7 @@ class BoardCalibration {
     if (!boards.why_not.empty()) return boards.why_not;
     if (boards.views == 0) return "nothing of it is in the recording";
     if (boards.sightings.empty())
-      return "no board was found in what it saw: " + commonest_reason(boards, recording_.stops);
+      return "no board was found in what it saw: " + commonest_reason(boards.why_none, recording_.stops);
     return "the board was found in what it saw, but at no stop at which a sensor that is placed saw it as well";
   }
 

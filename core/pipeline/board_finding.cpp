@@ -74,7 +74,7 @@ SensorBoards find_camera_boards(const Rig& rig, const CameraRecording& camera, c
   const CameraModel model(*out.camera);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const int stop = still.images[k].stop;
-    if (!found[k].why_none.empty()) out.why_none[stop] = found[k].why_none;
+    if (!found[k].why_none.empty()) (found[k].boards.empty() ? out.why_none : out.why_part)[stop] = found[k].why_none;
     for (ImageBoard& b : found[k].boards) {
       const std::optional<ImagePose> pose = find_image_pose(b, board, model);
       if (!pose) continue;
@@ -85,9 +85,9 @@ SensorBoards find_camera_boards(const Rig& rig, const CameraRecording& camera, c
   return out;
 }
 
-std::string commonest_reason(const SensorBoards& boards, const std::vector<Stop>& stops) {
+std::string commonest_reason(const std::map<int, std::string>& why_none, const std::vector<Stop>& stops) {
   std::map<std::string, std::vector<int>> by_reason;
-  for (const auto& [stop, why] : boards.why_none) by_reason[why].push_back(stop);
+  for (const auto& [stop, why] : why_none) by_reason[why].push_back(stop);
   const auto most = std::max_element(by_reason.begin(), by_reason.end(),
                                      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
   if (most == by_reason.end()) return "it saw nothing";

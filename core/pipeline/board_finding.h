@@ -13,6 +13,7 @@ namespace rigcal {
 struct SensorBoards {
   std::vector<BoardSighting> sightings;
   std::map<int, std::string> why_none;  ///< By stop (index into the recording's).
+  std::map<int, std::string> why_part;  ///< Of stops at which a part of the board was found and is used.
   int views = 0;                        ///< Stops at which it saw anything at all.
   std::optional<CameraIntrinsics> camera;
   std::string why_not;  ///< Why nothing could be looked for, in words.
@@ -29,6 +30,6 @@ struct SensorBoards {
                                               bool guess_intrinsics, const RunContext& context);
 
 /// The reason that most stops have, and at how many: for a sentence.
-[[nodiscard]] std::string commonest_reason(const SensorBoards& boards, const std::vector<Stop>& stops);
+[[nodiscard]] std::string commonest_reason(const std::map<int, std::string>& why, const std::vector<Stop>& stops);
 
 }  // namespace rigcal

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/random.h"
+#include "tests/support/board_pictures.h"
 
 namespace rigcal {
 namespace {
@@ -21,41 +21,6 @@ BoardModel make_board(int columns, int rows) {
   return BoardModel({"checkerboard", {columns, rows}, 0.1, {width, height}, {0.0, 0.0}});
 }
 
-// Boards before a grey wall, nine rays a pixel; the square next to the first inner corner is dark.
-GreyImage render(const CameraModel& camera, const std::vector<SE3>& boards, const BoardModel& board) {
-  const int width = camera.intrinsics().width;
-  const int height = camera.intrinsics().height;
-  GreyImage out{width, height, std::vector<float>(static_cast<std::size_t>(width * height), 120.0F)};
-  Random random(1);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      double sum = 0.0;
-      const auto middle = camera.ray({x, y});
-      const auto right = camera.ray({x + 1.0, y});
-      const auto below = camera.ray({x, y + 1.0});
-      for (int k = 0; k < 9; ++k) {
-        std::optional<Vector3d> ray;
-        if (middle && right && below) {
-          ray = *middle + (*right - *middle) * ((k % 3 - 1) / 3.0) + (*below - *middle) * ((k / 3 - 1) / 3.0);
-        }
-        double grey = 120.0;
-        for (const SE3& T : boards) {
-          if (!ray) break;
-          const double along = T.R.col(2).dot(*ray);
-          if (std::abs(along) < 1e-6) continue;
-          const Vector3d p = T.inverse() * Vector3d(*ray * (T.R.col(2).dot(T.t) / along));
-          if (std::abs(p.x()) > 0.5 * board.size().x() || std::abs(p.y()) > 0.5 * board.size().y()) continue;
-          const int colour = board.colour_at(p.x(), p.y(), 0.0);
-          grey = colour == 1 ? 30.0 : 220.0;
-        }
-        sum += grey / 9.0;
-      }
-      out.values[static_cast<std::size_t>(y * width + x)] = static_cast<float>(sum + 1.5 * random.normal());
-    }
-  }
-  return out;
-}
-
 SE3 pose(double rx, double ry, double rz, double x, double y, double z) { return {exp_so3({rx, ry, rz}), {x, y, z}}; }
 
 TEST(ImageBoards, PlacesWholeBoardsToAHundredthOfASquare) {
@@ -63,7 +28,7 @@ TEST(ImageBoards, PlacesWholeBoardsToAHundredthOfASquare) {
   for (const CameraModel& camera : {test_camera(), fisheye_camera()}) {
     for (const double turn : {0.1, -2.0}) {
       const SE3 T = pose(0.3, -0.2, turn, 0.1, -0.05, 1.6);
-      const ImageBoards seen = find_image_boards(render(camera, {T}, board), board);
+      const ImageBoards seen = find_image_boards(board_picture(camera, {T}, board), board);
       ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
       EXPECT_TRUE(seen.boards[0].whole);
       EXPECT_EQ(seen.boards[0].alternatives.size(), 1u);
@@ -79,7 +44,7 @@ TEST(ImageBoards, LeaveOpenWhichEndIsUpWhereTheColoursDoNotTell) {
   const BoardModel board = make_board(6, 4);
   const CameraModel camera = test_camera();
   const SE3 T = pose(0.2, 0.3, 2.5, 0.0, 0.1, 1.5);
-  const ImageBoards seen = find_image_boards(render(camera, {T}, board), board);
+  const ImageBoards seen = find_image_boards(board_picture(camera, {T}, board), board);
   ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
   ASSERT_EQ(seen.boards[0].alternatives.size(), 2u);
   const auto found = find_image_pose(seen.boards[0], board, camera);
@@ -94,14 +59,14 @@ TEST(ImageBoards, LeaveOpenWhichEndIsUpWhereTheColoursDoNotTell) {
 TEST(ImageBoards, FindsTwo) {
   const BoardModel board = make_board(6, 4);
   const std::vector<SE3> two{pose(0.1, 0.2, 0.1, -0.5, 0.0, 1.8), pose(-0.2, -0.3, 0.2, 0.55, 0.05, 1.9)};
-  EXPECT_EQ(find_image_boards(render(test_camera(), two, board), board).boards.size(), 2u);
+  EXPECT_EQ(find_image_boards(board_picture(test_camera(), two, board), board).boards.size(), 2u);
 }
 
 TEST(ImageBoards, UsesThePartOfABoardThatTheImageCuts) {
   const BoardModel board = make_board(7, 4);
   const CameraModel camera = test_camera();
   const SE3 T = pose(0.1, -0.2, 0.05, 0.95, 0.0, 1.3);
-  const ImageBoards seen = find_image_boards(render(camera, {T}, board), board);
+  const ImageBoards seen = find_image_boards(board_picture(camera, {T}, board), board);
   EXPECT_NE(seen.why_none.find("cut by the image border"), std::string::npos) << seen.why_none;
   ASSERT_EQ(seen.boards.size(), 1u);
   const ImageBoard& part = seen.boards[0];
@@ -118,7 +83,7 @@ TEST(ImageBoards, UsesThePartOfABoardThatTheImageCuts) {
 }
 
 TEST(ImageBoards, SaysSoWhereThereIsNone) {
-  const ImageBoards seen = find_image_boards(render(test_camera(), {}, make_board(7, 4)), make_board(7, 4));
+  const ImageBoards seen = find_image_boards(board_picture(test_camera(), {}, make_board(7, 4)), make_board(7, 4));
   EXPECT_TRUE(seen.boards.empty());
   EXPECT_EQ(seen.why_none, "no checkerboard of 7 by 4 inner corners in it");
   EXPECT_TRUE(find_image_boards({8, 8, std::vector<float>(64, 0.0F)}, make_board(7, 4)).boards.empty());

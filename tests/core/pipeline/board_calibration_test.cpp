@@ -1,0 +1,130 @@
+// What the checkerboard method says where something is wrong with the boards.
+#include "core/pipeline/board_calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/board_pictures.h"
+#include "tests/support/noting_reporter.h"
+#include "tests/support/ring_scans.h"
+
+namespace rigcal {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+CameraIntrinsics test_camera() {
+  return {DistortionModel::radtan, 640, 480, 420.0, 420.0, 319.5, 239.5, {0.0, 0.0, 0.0, 0.0, 0.0}};
+}
+
+// A LiDAR "front" (the base) and one more sensor "side": a LiDAR half a metre away, or a camera.
+class BoardCalibrationTest : public testing::Test {
+ protected:
+  BoardCalibrationTest() {
+    rig_.name = "boards";
+    rig_.sensors.resize(2);
+    rig_.sensors[0].name = "front";
+    rig_.sensors[0].lidar.emplace().rings = true;
+    rig_.sensors[1].name = "side";
+    rig_.board = BoardSettings{"checkerboard", {7, 5}, 0.095, {0.85, 0.61}, {0.0, 0.0}};
+  }
+
+  void with_lidar() { rig_.sensors[1].lidar.emplace().rings = true; }
+  void with_camera() {
+    rig_.sensors[1].camera.emplace().intrinsics = test_camera();
+    T_front_side_.R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+    T_front_side_.t = {0.05, 0.1, -0.1};
+  }
+
+  // Plates at the next stop, in the frame of "front", of a size that need not be the rig file's.
+  void show(const std::vector<SE3>& plates, const Eigen::Vector2d& size) {
+    const int stop = static_cast<int>(stops_.size());
+    stops_.push_back({stop, 0, 0});
+    patches_.push_back({0, stop, ring_scan(plates, size, 0.01, random_)});
+    std::vector<SE3> there;
+    for (const SE3& T : plates) there.push_back(T_front_side_.inverse() * T);
+    if (rig_.sensors[1].lidar) {
+      patches_.push_back({1, stop, ring_scan(there, size, 0.01, random_)});
+      return;
+    }
+    const BoardModel printed({"checkerboard", {7, 5}, printed_square_, {size.x(), size.y()}, {0.0, 0.0}});
+    images_.push_back({stop, "", as_image(board_picture(CameraModel(test_camera()), there, printed))});
+  }
+
+  SensorResult side() {
+    std::vector<CameraRecording> cameras;
+    if (rig_.sensors[1].camera) {
+      cameras.push_back({1, std::nullopt, [this](const RunContext&) { return StillImages{images_, "no image"}; }});
+    }
+    auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, {SE3{}, std::nullopt}, {}, {reporter_});
+    EXPECT_TRUE(result) << result.error().what;
+    return result ? result->sensors[1] : SensorResult{};
+  }
+
+  const Eigen::Vector2d size_{0.85, 0.61};
+  double printed_square_ = 0.095;
+  SE3 T_front_side_{exp_so3({0.05, -0.05, 0.3}), {0.1, 0.5, -0.1}};
+  Rig rig_;
+  std::vector<Stop> stops_;
+  std::vector<Patch> patches_;
+  std::vector<StillImage> images_;
+  NotingReporter reporter_;
+  Random random_{21};
+};
+
+TEST_F(BoardCalibrationTest, SaysThatThereIsNoBoard) {
+  with_lidar();
+  show({}, size_);
+  show({}, size_);
+  const SensorResult lidar = side();
+  EXPECT_EQ(lidar.status, Status::failed);
+  EXPECT_THAT(lidar.reasons, Contains(HasSubstr("no board was found in what it saw: no flat piece of 0.85 by 0.61 m "
+                                                "that stands free (2 stops, the first is 0)")));
+}
+
+TEST_F(BoardCalibrationTest, SaysThatAnImageHasNoBoard) {
+  with_camera();
+  show({}, size_);
+  EXPECT_THAT(side().reasons, Contains(HasSubstr("no checkerboard of 7 by 5 inner corners in it (1 stop, the first is "
+                                                 "0)")));
+}
+
+TEST_F(BoardCalibrationTest, SaysThatTwoBoardsLookAlike) {
+  with_lidar();
+  show({plate_at(0.0, 2.0, 0.8, 0.1), plate_at(1.3, 2.2, 0.7, -0.2)}, size_);
+  const SensorResult lidar = side();
+  EXPECT_EQ(lidar.status, Status::failed);
+  EXPECT_THAT(lidar.reasons,
+              Contains(HasSubstr("there are boards that look alike, and which is which cannot be told")));
+}
+
+TEST_F(BoardCalibrationTest, SaysThatTheImageCutsTheBoard) {
+  with_camera();
+  show({plate_at(0.58, 1.9, 0.2, 0.2)}, size_);
+  side();
+  EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("side: the board is cut by the image border")));
+}
+
+TEST_F(BoardCalibrationTest, SaysThatThePlateHasAnotherSize) {
+  with_lidar();
+  for (int k = 0; k < 6; ++k) {
+    show({plate_at(0.2 * k - 0.5, 2.0 + 0.1 * (k % 3), 0.6 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, {0.91, 0.61});
+  }
+  side();
+  EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("but the rig file's board.size is 0.850 by 0.610 m; measure it")));
+}
+
+TEST_F(BoardCalibrationTest, SaysThatTheSquaresHaveAnotherSize) {
+  with_camera();
+  printed_square_ = 0.085;
+  for (int k = 0; k < 4; ++k) {
+    show({plate_at(0.18 * k - 0.25, 1.7 + 0.5 * (k % 2), 0.5 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, size_);
+  }
+  const SensorResult camera = side();
+  EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("but the rig file's board.square is 0.0950; measure them")));
+  EXPECT_NE(camera.status, Status::good);
+}
+
+}  // namespace
+}  // namespace rigcal
