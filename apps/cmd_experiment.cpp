@@ -1,7 +1,10 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 
+#include "apps/board_experiment_text.h"
 #include "apps/command.h"
 #include "apps/planes_experiment_text.h"
 #include "apps/sigma_experiment.h"
@@ -12,6 +15,9 @@
 namespace rigcal {
 namespace {
 
+/// The parts of the checkerboard experiment that `--part` may name.
+constexpr std::array<const char*, 4> board_parts{"pairs", "curves", "detection", "livox"};
+
 struct ExperimentOptions {
   std::string paper;
   int trials = 100;
@@ -19,7 +25,10 @@ struct ExperimentOptions {
   int places = 10;
   SigmaExperimentOptions sigma;
   StartExperimentOptions start;
-  std::optional<int> rigs;  // of sigma and start
+  BoardDrawOptions boards;
+  int shown = 100;
+  std::vector<std::string> parts;  // of checkerboard; empty: all
+  std::optional<int> rigs;         // of sigma, start and checkerboard
   std::uint64_t seed = 1;
   std::string out;
 };
@@ -97,7 +106,59 @@ Expected<ExitCode> run_start(const ExperimentOptions& options, CommandContext& c
   return ExitCode::good;
 }
 
+Expected<BoardExperiment> run_parts(const ExperimentOptions& options, const RunContext& context) {
+  const auto wanted = [&](const char* part) {
+    return options.parts.empty() || std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+  };
+  BoardExperiment experiment;
+  if (wanted("pairs") || wanted("curves")) {
+    BoardDrawOptions draws = options.boards;
+    draws.seed = options.seed;
+    draws.asked_only = !wanted("curves");
+    Expected<std::vector<BoardRow>> rows = draw_boards(draws, context);
+    if (!rows) return rows.error();
+    experiment.rows = std::move(*rows);
+  }
+  if (wanted("detection")) {
+    Expected<std::vector<DetectionRow>> rows = detect_boards(options.shown, options.seed, context);
+    if (!rows) return rows.error();
+    experiment.detection = std::move(*rows);
+  }
+  if (wanted("livox")) {
+    Expected<std::vector<LivoxRow>> rows = try_livox_boards(options.rigs.value_or(10), options.seed, context);
+    if (!rows) return rows.error();
+    experiment.livox = std::move(*rows);
+  }
+  return experiment;
+}
+
+Expected<ExitCode> run_checkerboard(const ExperimentOptions& options, CommandContext& context) {
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made = StagedFolder::replace(options.out, board_experiment_files());
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  const Expected<BoardExperiment> experiment = run_parts(options, context.run_context());
+  if (!experiment) return experiment.error();
+  const std::string text = board_experiment_text(*experiment);
+  const std::string json = board_experiment_json(*experiment);
+  if (folder) {
+    Files files = board_experiment_pictures(experiment->rows);
+    files.emplace_back("table.txt", text);
+    files.emplace_back("table.json", json);
+    if (const auto done = write_folder(files, *folder); !done) return done.error();
+  }
+  if (context.json) {
+    CommandContext::print(json);
+  } else if (!context.quiet) {
+    CommandContext::print(text);
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandContext& context) {
+  if (options.paper == "checkerboard") return run_checkerboard(options, context);
   if (options.paper == "sigma") return run_sigma(options, context);
   if (options.paper == "start") return run_start(options, context);
   std::optional<StagedFolder> folder;
@@ -129,10 +190,10 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option(
           "PAPER", options->paper,
-          "planes: LiDARs from the planes of a corner; sigma: whether errors are as large as sigma says; start: "
-          "how many random rigs are found without a guess")
+          "planes: LiDARs from the planes of a corner; checkerboard: LiDARs and cameras by a board; sigma: whether "
+          "errors are as large as sigma says; start: how many random rigs are found without a guess")
       ->required()
-      ->check(CLI::IsMember({"planes", "sigma", "start"}));
+      ->check(CLI::IsMember({"planes", "checkerboard", "sigma", "start"}));
   command->add_option("--trials", options->trials, "Trials of each row of the paper's table (default 100)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
@@ -143,7 +204,25 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::Range(1, 1000))
       ->option_text("N");
   command
-      ->add_option("--rigs", options->rigs, "sigma: rigs of each kind of errors (default 60); start: of each case (20)")
+      ->add_option("--draws", options->boards.draws,
+                   "checkerboard: draws of 10 poses at the paper's noise (default 1000; elsewhere a twentieth)")
+      ->check(CLI::Range(1, 1000000))
+      ->option_text("N");
+  command->add_option("--sets", options->boards.sets, "checkerboard: sets of 27 poses to draw from (default 8)")
+      ->check(CLI::Range(1, 1000))
+      ->option_text("N");
+  command->add_option("--boards", options->shown, "checkerboard: boards shown for detection (default 100)")
+      ->check(CLI::Range(3, 100000))
+      ->option_text("N");
+  command
+      ->add_option("--part", options->parts,
+                   "checkerboard: only pairs (10 poses), curves (3 to 20), detection or livox; may be repeated")
+      ->check(CLI::IsMember(std::vector<std::string>(board_parts.begin(), board_parts.end())))
+      ->option_text("NAME");
+  command
+      ->add_option("--rigs", options->rigs,
+                   "sigma: rigs of each kind of errors (default 60); start: of each case (20); checkerboard: with each "
+                   "Livox sensor (10)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
   command->add_option("--points", options->start.points, "start: points of each patch (default 20000)")
@@ -156,8 +235,8 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");
   command->footer(
-      "Example:\n  rigcal experiment planes --trials 100 --out planes\n  rigcal experiment sigma --rigs 60 --out "
-      "sigma\n  rigcal experiment start --rigs 20 --case gyro");
+      "Example:\n  rigcal experiment planes --trials 100 --out planes\n  rigcal experiment checkerboard --part pairs "
+      "--draws 100\n  rigcal experiment sigma --rigs 60 --out sigma\n  rigcal experiment start --rigs 20 --case gyro");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_experiment(*options, context); }; });
 }
