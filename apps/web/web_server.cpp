@@ -1,11 +1,9 @@
 #include "apps/web/web_server.h"
 
-#include <arpa/inet.h>
 #include <httplib.h>
 #include <sys/random.h>
 
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -22,58 +20,7 @@ constexpr int most_watchers = 6;
 constexpr std::size_t most_body = 1024;
 constexpr std::chrono::seconds keep_alive(5);
 
-// In a time that does not tell how much of it was right.
-bool is_same(const std::string& a, const std::string& b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference |= static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]));
-  }
-  return difference == 0;
-}
-
-std::string cookie_of(const httplib::Request& request) {
-  const std::string cookies = request.get_header_value("Cookie");
-  const std::string name = "rigcal_token=";
-  const std::size_t at = cookies.find(name);
-  if (at == std::string::npos) return {};
-  const std::size_t begin = at + name.size();
-  return cookies.substr(begin, cookies.find(';', begin) - begin);
-}
-
 }  // namespace
-
-bool WebAddress::is_loopback() const { return host == "::1" || host == "localhost" || host.rfind("127.", 0) == 0; }
-
-Expected<WebAddress> parse_web_address(std::string_view text) {
-  WebAddress address;
-  std::string_view port = text;
-  const std::size_t colon = text.rfind(':');
-  if (colon != std::string_view::npos && text.back() != ']') {
-    address.host = std::string(text.substr(0, colon));
-    port = text.substr(colon + 1);
-  } else if (text.find('.') != std::string_view::npos || (!text.empty() && text.front() == '[')) {
-    address.host = std::string(text);
-    port = {};
-  }
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
-    address.host = address.host.substr(1, address.host.size() - 2);
-  }
-  std::array<unsigned char, 16> bytes{};
-  const bool is_address = ::inet_pton(AF_INET, address.host.c_str(), bytes.data()) == 1 ||
-                          ::inet_pton(AF_INET6, address.host.c_str(), bytes.data()) == 1 || address.host == "localhost";
-  bool is_port = true;
-  // "127.0.0.1:" lacks its port, "[::1]" does not.
-  if (!port.empty() || (!text.empty() && text.back() == ':')) {
-    const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
-    is_port = error == std::errc() && end == port.data() + port.size();
-  }
-  if (!is_address || !is_port) {
-    return input_error("'" + std::string(text) + "' is no address and port", {},
-                       "write ADDR:PORT, like 127.0.0.1:8340");
-  }
-  return address;
-}
 
 Expected<std::string> make_token() {
   std::array<unsigned char, 16> bytes{};
@@ -187,21 +134,18 @@ class WebServer::Serving {
     }
     if (token_.empty()) return is_asked_by_name_of_this_machine(request, response);
     const std::string given = request.get_param_value("token");
-    if (is_same(given, token_)) {
+    if (is_same_secret(given, token_)) {
       response.set_header("Set-Cookie", "rigcal_token=" + token_ + "; HttpOnly; SameSite=Strict; Path=/");
       return true;
     }
-    if (is_same(cookie_of(request), token_)) return true;
+    if (is_same_secret(cookie_value(request.get_header_value("Cookie"), "rigcal_token"), token_)) return true;
     response.status = 403;
     response.set_content("The address of this page has a token, which rigcal capture printed.\n", "text/plain");
     return false;
   }
   // A page of another site, whose name was made to lead to this machine, must not read this one.
   static bool is_asked_by_name_of_this_machine(const httplib::Request& request, httplib::Response& response) {
-    const std::string host = request.get_header_value("Host");
-    for (const char* name : {"localhost", "127.", "[::1]"}) {
-      if (host.rfind(name, 0) == 0) return true;
-    }
+    if (is_host_of_this_machine(request.get_header_value("Host"))) return true;
     response.status = 403;
     response.set_content("This page is served to localhost alone.\n", "text/plain");
     return false;

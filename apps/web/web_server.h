@@ -3,24 +3,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
-#include <vector>
 
-#include "core/base/error.h"
+#include "apps/web/web_request.h"
 
 namespace rigcal {
-
-/// Where a page is served.
-struct WebAddress {
-  std::string host = "127.0.0.1";
-  std::uint16_t port = 8340;
-
-  /// Only this machine can reach it (and who comes through its ssh).
-  [[nodiscard]] bool is_loopback() const;
-};
-
-/// "", "8080", "0.0.0.0:8080", "[::1]:8080": what is left out is as above. Errors: no address, no port.
-[[nodiscard]] Expected<WebAddress> parse_web_address(std::string_view text);
 
 /// One page with the state that it shows, over HTTP on one port, all addresses relative: GET / is the page, `state` the
 /// state as JSON, `events` the same whenever it changes (server-sent events), `picture/<name>` a picture. Who comes

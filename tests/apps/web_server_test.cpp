@@ -68,6 +68,8 @@ TEST(WebServer, IsNotReadByPagesOfOtherSites) {
   const auto server = serve({});
   EXPECT_THAT(ask(server->port(), "GET /state HTTP/1.1\r\nHost: evil.example\r\nConnection: close"),
               HasSubstr(" 403 "));
+  EXPECT_THAT(ask(server->port(), "GET /state HTTP/1.1\r\nHost: 127.evil.example\r\nConnection: close"),
+              HasSubstr(" 403 "));
 }
 
 TEST(WebServer, WantsItsTokenOnceAndThenTheCookie) {
@@ -105,6 +107,21 @@ TEST(WebAddress, IsReadFromPortAddressOrBoth) {
   }
   EXPECT_TRUE(parse_web_address("8080")->is_loopback());
   EXPECT_FALSE(parse_web_address("0.0.0.0:8080")->is_loopback());
+}
+
+TEST(WebRequest, OnlyNamesOfLoopbackAreThisMachine) {
+  for (const char* own :
+       {"localhost", "localhost:8340", "127.0.0.1", "127.0.0.1:8340", "127.1.2.3:80", "[::1]", "[::1]:1"})
+    EXPECT_TRUE(is_host_of_this_machine(own)) << own;
+  for (const char* other : {"", "localhost.evil.example", "127.evil.example", "127.0.0.1.evil.example:8340",
+                            "evil.example", "[::1].evil.example", "127.0.0.1:x", "localhost:", "128.0.0.1", "::1"})
+    EXPECT_FALSE(is_host_of_this_machine(other)) << other;
+}
+
+TEST(WebRequest, ACookieIsFoundByItsWholeName) {
+  EXPECT_EQ(cookie_value("a=b; rigcal_token=12=3; c=d", "rigcal_token"), "12=3");
+  EXPECT_EQ(cookie_value("rigcal_token=", "rigcal_token"), "");
+  EXPECT_EQ(cookie_value("xrigcal_token=12; rigcal_token2=3;;", "rigcal_token"), "");
 }
 
 TEST(WebServer, TokensAreLongAndNeverTheSame) {
