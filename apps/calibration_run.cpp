@@ -16,9 +16,12 @@ Expected<void> write_calibration(const Recording& recording, CalibrationRun run,
   return write_result_folder(result, out, &recording.rig);
 }
 
-Expected<CalibrationResult> calibrate_by_default(const Recording& recording, const RunContext& context) {
-  return calibrate_rig(recording.rig, recording.lidar, recording.cameras, lidar_guesses(recording.rig),
-                       RigCalibrationOptions{}, context);
+Expected<CalibrationResult> calibrate_by_default(const Recording& recording, const RunContext& context,
+                                                 const std::function<void(const CalibrationResult&)>& solved) {
+  RigCalibrationOptions options;
+  options.solved = solved;
+  return calibrate_rig(recording.rig, recording.lidar, recording.cameras, lidar_guesses(recording.rig), options,
+                       context);
 }
 
 }  // namespace rigcal

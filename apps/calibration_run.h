@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +22,10 @@ struct CalibrationRun {
 Expected<void> write_calibration(const Recording& recording, CalibrationRun run, const std::string& out,
                                  CalibrationResult& result);
 
-/// What `rigcal calibrate SESSION` does after it has read the recording, with its default options. Errors: as
-/// `calibrate_rig`.
-[[nodiscard]] Expected<CalibrationResult> calibrate_by_default(const Recording& recording, const RunContext& context);
+/// What `rigcal calibrate SESSION` does after it has read the recording, with its default options. `solved`: see
+/// RigCalibrationOptions. Errors: as `calibrate_rig`.
+[[nodiscard]] Expected<CalibrationResult> calibrate_by_default(
+    const Recording& recording, const RunContext& context,
+    const std::function<void(const CalibrationResult&)>& solved = {});
 
 }  // namespace rigcal

@@ -317,6 +317,7 @@ Expected<FrameRecord> CameraRecorder::write(const Waiting& waiting) {
   record.file = name.data();
   const std::lock_guard lock(mutex_);
   ++status_.written;
+  status_.worst_wait_ns = std::max(status_.worst_wait_ns, now_ns() - waiting.sighting.received_ns);
   status_.last_image_ns = record.stamp_ns;
   status_.bytes += png->size();
   return record;

@@ -13,8 +13,8 @@
 
 #include "apps/capture_event.h"
 #include "apps/frame_matching.h"
-#include "apps/heartbeat.h"
 #include "apps/rig_cameras.h"
+#include "core/base/heartbeat.h"
 #include "core/clocks/device_clock.h"
 #include "core/io/frame_files.h"
 #include "drivers/net/session_clock.h"
@@ -30,6 +30,7 @@ struct CaptureCamera {
   std::uint64_t dropped_by_queue = 0;  ///< Frames that the disk, or packing them, was too slow for.
   std::uint64_t bytes = 0;
   std::size_t most_waiting = 0;    ///< Frames that waited for the disk at once.
+  std::int64_t worst_wait_ns = 0;  ///< From when a frame was there until its image was on the disk.
   std::int64_t last_image_ns = 0;  ///< Stamp of the last image on the disk; 0: none yet.
   double frames_per_s = 0.0;       ///< Since the last look.
   /// Of a camera that waits for the pulses of the rig's own line: what became of both.

@@ -10,10 +10,12 @@
 
 #include "apps/capture_guide.h"
 #include "apps/capture_log.h"
+#include "apps/capture_rates.h"
 #include "apps/capture_record.h"
 #include "apps/disk_watch.h"
 #include "apps/session_keeper.h"
 #include "apps/table_recorder.h"
+#include "apps/thread_watch.h"
 #include "apps/trigger_recorder.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
@@ -27,7 +29,6 @@ constexpr std::chrono::milliseconds look_period{100};
 constexpr std::chrono::milliseconds show_period{500};
 constexpr std::chrono::seconds disk_period{1};
 constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
-constexpr double stuck_s = 3.0;
 constexpr std::size_t shown_events = 20;
 
 std::vector<std::string> names_of_lidars(const Rig& rig) {
@@ -55,7 +56,12 @@ struct Parts {
   [[nodiscard]] std::vector<const Heartbeat*> heartbeats() const {
     std::vector<const Heartbeat*> beats{&recording.heartbeat(), &keeper.heartbeat()};
     for (const auto& camera : cameras) beats.insert(beats.end(), {&camera->taking(), &camera->writing()});
-    if (trigger != nullptr) beats.push_back(&trigger->heartbeat());
+    for (const Heartbeat* beat : driver.heartbeats()) beats.push_back(beat);
+    if (trigger != nullptr) {
+      for (const Heartbeat* beat : trigger->heartbeats()) beats.push_back(beat);
+    }
+    if (table != nullptr) beats.push_back(&table->heartbeat());
+    beats.push_back(&stops.heartbeat());
     return beats;
   }
 };
@@ -69,7 +75,8 @@ class Capture {
         names_(names_of_lidars(rig)),
         guide_(options.goal, names_, parts.camera_names(), parts.stops, parts.table),
         log_(names_),
-        disk_(options.out) {}
+        disk_(options.out),
+        threads_(parts_.heartbeats()) {}
 
   void run(const RunContext& context, const std::function<void(const CaptureStatus&)>& show) {
     auto shown = started_;
@@ -86,12 +93,13 @@ class Capture {
       watch();
       const CaptureGuide::Wish wish = guide_.look(now_ns(), parts_.driver.devices(), cameras());
       take_guide_events();
+      if (parts_.trigger != nullptr) parts_.trigger->hold(!guide_.wants_images());
       if (wish.end) break;
       if (wish.secure || Clock::now() - secured_ >= secure_period) secure();
       if (Clock::now() - shown < show_period) continue;
       shown = Clock::now();
       CaptureStatus now = status();
-      add_rates(now);
+      rates_.add(now, shown);
       show(now);
     }
     shut_down(context);
@@ -125,9 +133,7 @@ class Capture {
     status.disk = disk_.room();
     status.worst_wait_s = 1e-9 * static_cast<double>(figures.worst_wait_ns);
     status.worst_write_s = 1e-9 * static_cast<double>(figures.worst_write_ns);
-    for (const auto& [name, is_stuck] : stuck_) {
-      if (is_stuck) status.stuck_threads.push_back(name);
-    }
+    status.stuck_threads = threads_.stuck();
     status.events = log_.count();
     status.news = log_.last_events(shown_events);
     return status;
@@ -157,6 +163,7 @@ class Capture {
       for (const StopRecord& stop : reading_->stops) summary.status.stops.push_back(stop.stop);
     }
     summary.reading = std::move(reading_);
+    summary.closing_s = closing_s_;
     return summary;
   }
 
@@ -166,9 +173,12 @@ class Capture {
     record.start_ns = parts_.driver.session_start().realtime_ns;
     record.clock_pairs = clock_pairs_.pairs();
     record.counters = capture_counters(rig_, parts_.recording.figures(), status, parts_.driver.interfaces());
-    for (const Heartbeat* heartbeat : parts_.heartbeats())
-      record.counters["thread " + heartbeat->name()] = {
-          {"worst_pause_us", static_cast<std::uint64_t>(heartbeat->worst_ns() / 1000)}};
+    threads_.count(record.counters);
+    const livox::DatagramRing& control = parts_.driver.control().ring();
+    record.counters["control"] = {
+        {"most_waiting", control.high_water()}, {"queue", control.capacity()}, {"dropped_by_queue", control.dropped()}};
+    record.counters["stops"] = {{"worst_behind_us", static_cast<std::uint64_t>(worst_behind_ns_ / 1000)}};
+    if (parts_.table != nullptr) record.counters["turntable"] = {{"most_waiting", parts_.table->most_waiting()}};
     record.counters["recording"]["secured"] = parts_.keeper.secured();
     record.counters["recording"]["worst_secure_us"] = static_cast<std::uint64_t>(1e6 * parts_.keeper.worst_s());
     record.gaps = std::move(gaps);
@@ -229,44 +239,23 @@ class Capture {
     if (disk_.full()) guide_.end(now_ns(), disk_.full()->message());
   }
 
-  // Threads that do not move any more.
+  // Threads that do not move any more, and how far the search for stops is behind the packets.
   void watch() {
-    for (const Heartbeat* heartbeat : parts_.heartbeats()) {
-      bool& is_stuck = stuck_[heartbeat->name()];
-      const double pause_s = heartbeat->pause_s();
-      if (pause_s >= stuck_s && !is_stuck)
-        log_.add(now_ns(), "thread " + heartbeat->name(),
-                 "has not moved for " + std::to_string(std::lround(stuck_s)) + " s: the disk or the device holds it up",
-                 false);
-      if (pause_s < stuck_s && is_stuck) log_.add(now_ns(), "thread " + heartbeat->name(), "moves again", false);
-      is_stuck = pause_s >= stuck_s;
-    }
+    for (const ThreadWatch::News& news : threads_.look()) log_.add(now_ns(), "thread " + news.thread, news.text, false);
+    const std::int64_t read_ns = parts_.stops.status().read_until_ns;
+    for (const livox::DeviceReport& device : parts_.driver.devices())
+      if (read_ns != 0) worst_behind_ns_ = std::max(worst_behind_ns_, device.last_packet_ns - read_ns);
   }
 
   void secure() {
     secured_ = Clock::now();
     parts_.keeper.secure(record(status(), log_.gaps()));
   }
-  // Since the last call.
-  void add_rates(CaptureStatus& status) {
-    const auto now = Clock::now();
-    const double since = std::chrono::duration<double>(now - std::exchange(last_rates_, now)).count();
-    if (!(since > 0.0)) return;
-    last_packets_.resize(status.devices.size(), 0);
-    for (std::size_t i = 0; i < status.devices.size(); ++i) {
-      const std::uint64_t packets = status.devices[i].report.packets;
-      status.devices[i].packets_per_s = static_cast<double>(packets - std::exchange(last_packets_[i], packets)) / since;
-    }
-    last_frames_.resize(status.cameras.size(), 0);
-    for (std::size_t i = 0; i < status.cameras.size(); ++i) {
-      const std::uint64_t frames = status.cameras[i].counters.whole();
-      status.cameras[i].frames_per_s = static_cast<double>(frames - std::exchange(last_frames_[i], frames)) / since;
-    }
-  }
 
   // No more pulses, then no more frames, then no more packets; then what is on its way is written; then the stops are
   // read to the end.
   void shut_down(const RunContext& context) {
+    const auto begun = Clock::now();
     look();
     log_.end();
     if (parts_.trigger != nullptr) parts_.trigger->finish();
@@ -285,6 +274,7 @@ class Capture {
     guide_.look(now_ns(), parts_.driver.devices(), cameras());
     take_guide_events();
     look();
+    closing_s_ = std::chrono::duration<double>(Clock::now() - begun).count();
   }
 
   const Rig& rig_;
@@ -295,13 +285,13 @@ class Capture {
   CaptureLog log_;
   ClockPairs clock_pairs_;
   Clock::time_point started_ = Clock::now();
-  Clock::time_point last_rates_ = started_;
+  CaptureRates rates_{started_};
   Clock::time_point secured_ = started_;
   Clock::time_point disk_looked_;  ///< Long ago at first.
   DiskWatch disk_;
-  std::map<std::string, bool> stuck_;        ///< By thread.
-  std::vector<std::uint64_t> last_packets_;  ///< By device, at `last_rates_`.
-  std::vector<std::uint64_t> last_frames_;   ///< By camera, likewise.
+  ThreadWatch threads_;
+  double closing_s_ = 0.0;
+  std::int64_t worst_behind_ns_ = 0;
   std::optional<StopReading> reading_;
 };
 

@@ -32,6 +32,7 @@ struct CaptureSummary {
   std::optional<std::int64_t> forgotten_until_ns;
   std::vector<std::string> gaps;
   std::vector<std::string> notes;      ///< What was less good than it could be, with its mend.
+  double closing_s = 0.0;              ///< From its end until all was recorded, the devices free and the stops read.
   std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
 
   /// Every LiDAR and every camera has sent and was there to the end, nothing got lost in this machine, and all stops

@@ -128,6 +128,13 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
   tell(happened::Rested{seconds_of(status.rest->until_ns - *settled_ns_)});
 }
 
+bool CaptureGuide::wants_images() const {
+  const CaptureProgress progress = machine_.progress();
+  if (progress.state == CaptureState::capturing && !progress.is_full) return true;
+  const LiveStopStatus status = stops_.status();
+  return status.failure || (status.read_until_ns != 0 && now_ns_ - status.read_until_ns > most_behind_ns);
+}
+
 void CaptureGuide::look_at_table() {
   if (table_ == nullptr) return;
   for (const turntable::TableEvent& event : table_->take_events()) {

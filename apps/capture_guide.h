@@ -30,6 +30,9 @@ class CaptureGuide {
   /// It was told to end, or (`failure`) cannot go on.
   void end(std::int64_t now_ns, const std::string& failure = {});
 
+  /// Whether cameras that can be told are to take images now: a stop goes on and is not full yet. Also where nobody can
+  /// tell any more whether the rig stands still: then an image too many is better than none.
+  [[nodiscard]] bool wants_images() const;
   [[nodiscard]] CaptureProgress progress() const { return machine_.progress(); }
   [[nodiscard]] const std::vector<Stop>& stops() const { return found_; }
   /// Since the last call: states and stops, in sentences.

@@ -1,5 +1,6 @@
 #include "apps/capture_record.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "core/base/text.h"
@@ -68,20 +69,31 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
     all[device.sensor]["connection_losses"] = device.report.link.counters.losses;
   for (const CaptureCamera& camera : status.cameras) {
     const camera::CameraCounters& counters = camera.counters;
-    all[camera.sensor] = {{"frames", counters.whole()},          {"images", camera.written},
-                          {"damaged", counters.damaged()},       {"missing", counters.missing},
-                          {"no_buffer", counters.no_buffer},     {"dropped_by_queue", camera.dropped_by_queue},
-                          {"most_waiting", camera.most_waiting}, {"resent_packets", counters.resent_packets},
+    all[camera.sensor] = {{"frames", counters.whole()},
+                          {"images", camera.written},
+                          {"damaged", counters.damaged()},
+                          {"missing", counters.missing},
+                          {"no_buffer", counters.no_buffer},
+                          {"dropped_by_queue", camera.dropped_by_queue},
+                          {"most_waiting", camera.most_waiting},
+                          {"queue", CameraRecorder::kMostWaiting},
+                          {"worst_wait_us", static_cast<std::uint64_t>(camera.worst_wait_ns / 1000)},
+                          {"resent_packets", counters.resent_packets},
                           {"connection_losses", counters.losses}};
     if (camera.matching) add_matching(*camera.matching, all[camera.sensor]);
   }
   if (const auto& trigger = status.trigger) {
-    all["trigger"] = {{"pulses", trigger->pulses},
-                      {"skipped", trigger->skipped},
-                      {"strobe_pulses", trigger->strobe_pulses},
-                      {"pps_pulses", trigger->pps_pulses},
-                      {"dropped_events", trigger->dropped_events},
-                      {"connection_losses", trigger->losses}};
+    all["trigger"] = {
+        {"pulses", trigger->pulses},
+        {"skipped", trigger->skipped},
+        {"held", trigger->held},
+        {"strobe_pulses", trigger->strobe_pulses},
+        {"pps_pulses", trigger->pps_pulses},
+        {"dropped_events", trigger->dropped_events},
+        {"most_waiting", trigger->most_waiting},
+        {"queue", trigger->queue},
+        {"worst_late_us", static_cast<std::uint64_t>(std::max<std::int64_t>(0, trigger->lateness.most_ns()) / 1000)},
+        {"connection_losses", trigger->losses}};
   }
   for (const livox::InterfaceReport& report : interfaces) {
     all["interface " + report.interface.name + " " + to_string(report.interface.ip)] = {
@@ -94,6 +106,7 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
         {"queue", report.queue_capacity}};
   }
   all["recording"] = {{"worst_wait_us", microseconds(status.worst_wait_s)},
+                      {"recent_wait_us", static_cast<std::uint64_t>(figures.recent_wait_ns / 1000)},
                       {"worst_write_us", microseconds(status.worst_write_s)},
                       {"stops", static_cast<std::uint64_t>(status.progress.stops)},
                       {"short_stops", static_cast<std::uint64_t>(status.progress.short_stops)}};

@@ -100,6 +100,7 @@ std::string trigger_line(const trigger::TriggerReport& report) {
 nlohmann::ordered_json trigger_json(const trigger::TriggerReport& report) {
   nlohmann::ordered_json json{{"pulses", report.pulses},
                               {"skipped", report.skipped},
+                              {"held", report.held},
                               {"strobe_pulses", report.strobe_pulses},
                               {"pps_pulses", report.pps_pulses},
                               {"dropped_events", report.dropped_events},
@@ -250,6 +251,8 @@ std::string capture_json(const CaptureSummary& summary, const LiveResult* calibr
   if (calibration != nullptr) {
     json["calibration"] = {{"out", calibration->out},
                            {"status", to_string(calibration->result.status)},
+                           {"closing_s", summary.closing_s},
+                           {"solved_s", calibration->solved_s},
                            {"wall_s", calibration->wall_s},
                            {"estimates", nlohmann::ordered_json::parse(estimates_json(calibration->estimates))}};
   }

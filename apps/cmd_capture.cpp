@@ -19,6 +19,7 @@
 #include "apps/service_notify.h"
 #include "apps/tolerance.h"
 #include "apps/web/web_view.h"
+#include "core/base/text.h"
 #include "core/report/result_folder.h"
 
 namespace rigcal {
@@ -106,14 +107,20 @@ std::string result_folder(const CaptureCommand& command) {
 
 // The session is there whatever becomes of its calibration: what keeps that from being done is a warning.
 std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, const CaptureSummary& summary,
-                                               LiveCalibration& calibration, CommandContext& context) {
+                                               LiveCalibration& calibration, WebView* page, CommandContext& context) {
   if (!summary.reading) {
     context.reporter.warn("no calibration: the stops of the session could not be read to its end");
     return std::nullopt;
   }
   // Told to end is a normal end of the capture, not of this.
+  const auto tell = [&context, page](const CalibrationResult& numbers, double after_s) {
+    if (page != nullptr) page->show_result(numbers);
+    context.reporter.clear();
+    context.reporter.say("the extrinsics stand " + fixed_text(after_s, 1) + " s after the end of the recording, " +
+                         to_string(numbers.status) + "; map and report follow");
+  };
   Expected<LiveResult> result = finish_live(summary.session, *summary.reading, calibration, result_folder(command),
-                                            RunContext{context.reporter, {}});
+                                            RunContext{context.reporter, {}}, tell);
   if (!result) {
     context.reporter.warn("no calibration: " + result.error().message());
     return std::nullopt;
@@ -137,7 +144,7 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   std::optional<LiveCalibration> calibration;
   if (command.calibrate || !command.target.empty()) {
     if (const auto target = check_result_target(result_folder(command)); !target) return target.error();
-    calibration.emplace(*rig, *goal, command.web.has_value());
+    calibration.emplace(*rig, *goal, command.capture.out, command.web.has_value());
     command.capture.sink = &calibration->sink();
   }
   if (!command.target.empty()) command.capture.is_enough = [&calibration] { return calibration->has_reached_goal(); };
@@ -177,7 +184,7 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   if (calibration) {
     const LiveEstimates known = calibration->estimates();
     teller.tell(known);
-    result = calibrate_in_the_end(command, *summary, *calibration, context);
+    result = calibrate_in_the_end(command, *summary, *calibration, page.get(), context);
     if (result) result->estimates = known.estimates;
     context.reporter.clear();
   }

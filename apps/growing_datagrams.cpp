@@ -14,6 +14,7 @@ constexpr std::chrono::milliseconds look_period{20};
 }  // namespace
 
 bool GrowingDatagrams::await_growth() const {
+  if (heartbeat_ != nullptr) heartbeat_->beat();
   if (stop_.stop_requested() || progress_->has_ended() || progress_->parts() > part_) return false;
   std::this_thread::sleep_for(look_period);
   return true;

@@ -7,6 +7,7 @@
 
 #include "apps/datagram_file.h"
 #include "apps/recording_progress.h"
+#include "core/base/heartbeat.h"
 
 namespace rigcal {
 
@@ -15,9 +16,9 @@ namespace rigcal {
 /// since (--keep), unless it falls so far behind that they are gone. The writer never waits for it.
 class GrowingDatagrams final : public DatagramFile {
  public:
-  /// `stop` ends the waiting early.
-  GrowingDatagrams(std::shared_ptr<RecordingProgress> progress, std::stop_token stop)
-      : progress_(std::move(progress)), stop_(std::move(stop)) {}
+  /// `stop` ends the waiting early; `heartbeat`, which may be null and must outlive this, beats while it waits.
+  GrowingDatagrams(std::shared_ptr<RecordingProgress> progress, std::stop_token stop, Heartbeat* heartbeat = nullptr)
+      : progress_(std::move(progress)), stop_(std::move(stop)), heartbeat_(heartbeat) {}
 
   /// Waits for the next datagram; false when the recording has ended or it was told to stop. Errors: the disk.
   [[nodiscard]] Expected<bool> next(Datagram& datagram) override;
@@ -31,6 +32,7 @@ class GrowingDatagrams final : public DatagramFile {
 
   std::shared_ptr<RecordingProgress> progress_;
   std::stop_token stop_;
+  Heartbeat* heartbeat_;
   std::optional<PcapReader> reader_;
   int part_ = 1;  ///< Of `reader_`, or the one to open next.
   PcapCounters earlier_;

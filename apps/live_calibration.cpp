@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "apps/recording.h"
 #include "apps/rig_lidars.h"
+#include "apps/still_images.h"
 
 namespace rigcal {
 namespace {
@@ -25,7 +27,8 @@ IncrementalCalibration begin(const Rig& rig, const Requirement& goal) {
   return {rig, lidar_sensors(rig), lidar_guesses(rig), options};
 }
 
-std::shared_ptr<const LiveView> make_view(const Rig& rig, const IncrementalCalibration& calibration) {
+std::shared_ptr<const LiveView> make_view(const Rig& rig, const IncrementalCalibration& calibration,
+                                          const std::stop_token& stop) {
   auto view = std::make_shared<LiveView>();
   const LidarSolution& solved = *calibration.solution();
   const LidarRecording& recording = calibration.recording();
@@ -33,15 +36,16 @@ std::shared_ptr<const LiveView> make_view(const Rig& rig, const IncrementalCalib
   view->stops = recording.stops;
   const bool has_camera =
       std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& s) { return !s.is_lidar(); });
-  if (has_camera) view->scene = make_camera_scene(rig, recording, solved);
-  return view;
+  if (has_camera) view->scene = make_camera_scene(rig, recording, solved, stop);
+  return stop.stop_requested() ? nullptr : view;
 }
 
 }  // namespace
 
-LiveCalibration::LiveCalibration(const Rig& rig, const Requirement& goal, bool with_view)
+LiveCalibration::LiveCalibration(const Rig& rig, const Requirement& goal, std::string session, bool with_view)
     : rig_(rig),
       goal_(goal),
+      session_(std::move(session)),
       with_view_(with_view),
       sink_(
           rig_, cells_for_result(), [this](CalibrationStop stop) { take(std::move(stop)); }, [this] { restart(); }),
@@ -69,7 +73,7 @@ bool LiveCalibration::has_reached_goal() const {
   return waiting_.empty() && !told_.estimates.empty() && told_.estimates.back().reached;
 }
 
-LidarRecording LiveCalibration::finish() {
+LiveCells LiveCalibration::finish() {
   {
     const std::lock_guard lock(mutex_);
     is_over_ = true;
@@ -80,7 +84,7 @@ LidarRecording LiveCalibration::finish() {
   if (is_anew_) calibration_ = begin(rig_, goal_);
   for (CalibrationStop& stop : waiting_) calibration_.add_stop(std::move(stop));
   waiting_.clear();
-  return calibration_.take_recording();
+  return {calibration_.take_recording(), std::move(images_)};
 }
 
 void LiveCalibration::take(CalibrationStop stop) {
@@ -113,8 +117,20 @@ void LiveCalibration::run() {
       if (std::exchange(is_anew_, false)) calibration_ = begin(rig_, goal_);
     }
     for (CalibrationStop& stop : stops) calibration_.add_stop(std::move(stop));
+    read_images();
     solve();
+    read_images();  // Those of a stop come a little later than its points.
   }
+}
+
+void LiveCalibration::read_images() {
+  if (session_.empty()) return;
+  std::stop_token stop;
+  {
+    const std::lock_guard lock(mutex_);
+    stop = stop_.get_token();
+  }
+  read_images_ahead(rig_, calibration_.recording().stops, image_places({session_, {}, {}}), *images_, stop);
 }
 
 void LiveCalibration::solve() {
@@ -126,7 +142,7 @@ void LiveCalibration::solve() {
   SilentReporter silent;
   Expected<StopEstimate> estimate = calibration_.estimate({silent, stop});
   std::shared_ptr<const LiveView> view;
-  if (with_view_ && estimate && !stop.stop_requested()) view = make_view(rig_, calibration_);
+  if (with_view_ && estimate && !stop.stop_requested()) view = make_view(rig_, calibration_, stop);
   const std::lock_guard lock(mutex_);
   if (is_anew_ || stop.stop_requested()) return;
   if (view) view_ = std::move(view);

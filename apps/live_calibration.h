@@ -12,6 +12,7 @@
 
 #include "apps/cell_sink.h"
 #include "apps/panorama.h"
+#include "apps/stop_image_cache.h"
 #include "core/pipeline/incremental_calibration.h"
 
 namespace rigcal {
@@ -30,12 +31,19 @@ struct LiveView {
   CameraScene scene;  ///< Poses of the stops and the LiDARs' edges.
 };
 
+/// What a capture that calibrates as it goes has in the end.
+struct LiveCells {
+  LidarRecording lidar;
+  std::shared_ptr<StopImageCache> images;  ///< That were read already.
+};
+
 /// Solves the stops of a capture as they come, in a thread of low priority of its own: neither the recorder nor whoever
-/// finds the stops waits for it.
+/// finds the stops waits for it. Between its estimates it reads the images of the stops that are over.
 class LiveCalibration {
  public:
-  /// Guesses are the rig file's. `with_view`: somebody will ask for it.
-  LiveCalibration(const Rig& rig, const Requirement& goal, bool with_view = false);
+  /// Guesses are the rig file's. `session`: where the images come to lie; empty: none do. `with_view`: somebody will
+  /// ask for it.
+  LiveCalibration(const Rig& rig, const Requirement& goal, std::string session = {}, bool with_view = false);
   /// Gives up what it is at.
   ~LiveCalibration();
   LiveCalibration(const LiveCalibration&) = delete;
@@ -49,18 +57,21 @@ class LiveCalibration {
   [[nodiscard]] const Requirement& goal() const { return goal_; }
   /// All LiDARs are as sure as was asked for.
   [[nodiscard]] bool has_reached_goal() const;
-  /// Gives up what it is at; the cells of all stops. To be called once, when the sink gets nothing more.
-  [[nodiscard]] LidarRecording finish();
+  /// Gives up what it is at; all stops. To be called once, when the sink gets nothing more.
+  [[nodiscard]] LiveCells finish();
 
  private:
   void take(CalibrationStop stop);
   void restart();
   void run();
   void solve();
+  void read_images();
 
   Rig rig_;
   Requirement goal_;
+  std::string session_;
   bool with_view_;
+  std::shared_ptr<StopImageCache> images_ = std::make_shared<StopImageCache>();
   CellSink sink_;
 
   mutable std::mutex mutex_;  ///< Of what follows.

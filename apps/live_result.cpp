@@ -1,9 +1,11 @@
 #include "apps/live_result.h"
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "apps/calibration_run.h"
+#include "apps/input_digester.h"
 #include "apps/stream_recording.h"
 #include "core/pipeline/stage_clock.h"
 
@@ -30,31 +32,39 @@ class KeepingReporter final : public Reporter {
 }  // namespace
 
 Expected<LiveResult> finish_live(const std::string& session, const StopReading& reading, LiveCalibration& calibration,
-                                 const std::string& out, const RunContext& context) {
+                                 const std::string& out, const RunContext& context,
+                                 const std::function<void(const CalibrationResult&, double)>& solved) {
   const auto begun = std::chrono::steady_clock::now();
+  const auto passed_s = [begun] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  };
   KeepingReporter reporter(context.reporter);
   const RunContext kept{reporter, context.stop};
   StageClock clock;
   StageReport& stage = clock.begin("the last stops");
-  LidarRecording lidar = calibration.finish();
+  LiveCells cells = calibration.finish();
   const Expected<StreamSource> source = open_stream(session, {});
   if (!source) return source.error();
-  Expected<Recording> recording = make_recording(*source, reading, std::move(lidar), kept);
+  Expected<Recording> recording = make_recording(*source, reading, std::move(cells.lidar), kept);
   if (!recording) return recording.error();
-  take_cameras({session, {}, {}}, *recording);
+  take_cameras({session, {}, {}}, *recording, cells.images);
   stage.counts = {{"points", static_cast<double>(recording->points)},
                   {"stops", static_cast<double>(recording->lidar.stops.size())}};
   std::vector<StageReport> stages = clock.take();
-  Expected<CalibrationResult> result = calibrate_by_default(*recording, kept);
+  double solved_s = 0.0;
+  std::optional<InputDigester> digester;  // Reads all packets again: while pictures are made, not before.
+  Expected<CalibrationResult> result = calibrate_by_default(*recording, kept, [&](const CalibrationResult& numbers) {
+    solved_s = passed_s();
+    digester.emplace(std::vector<std::string>{session});
+    if (solved) solved(numbers, solved_s);
+  });
   if (!result) return result.error();
-  // The packets are in the session beside it: reading them all again for their digest would take longer than the rest.
-  CalibrationRun run{std::move(stages), reporter.take(), {{"SESSION", session}, {"--calibrate", "yes"}}, {}};
+  CalibrationRun run{
+      std::move(stages), reporter.take(), {{"SESSION", session}, {"--calibrate", "yes"}}, digester->take()};
   if (const auto written = write_calibration(*recording, std::move(run), out, *result); !written) {
     return written.error();
   }
-  LiveResult live{std::move(*result), out, 0.0, {}};
-  live.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  return live;
+  return LiveResult{std::move(*result), out, solved_s, passed_s(), {}};
 }
 
 }  // namespace rigcal

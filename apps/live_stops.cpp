@@ -57,6 +57,7 @@ class LiveStops::Reading final : public StopSink, public PassWatcher {
     const std::lock_guard lock(mutex_);
     return std::exchange(events_, {});
   }
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   LiveStopStatus figures() const {
     const std::lock_guard lock(mutex_);
     return status_;
@@ -98,6 +99,7 @@ class LiveStops::Reading final : public StopSink, public PassWatcher {
   }
 
   void looked(const StopFinder& finder, std::int64_t stamp_ns) override {
+    heartbeat_.beat();
     if (first_ns_ == 0) first_ns_ = stamp_ns;
     const std::optional<RestNow> rest = finder.rest();
     const bool goes_on = rest && rest_ && rest->since_ns <= rest_->until_ns;
@@ -148,7 +150,7 @@ class LiveStops::Reading final : public StopSink, public PassWatcher {
     SilentReporter silent;
     const BatchOpener open = [this](BatchSinks sinks,
                                     const BroadcastCodes& codes) -> Expected<std::unique_ptr<BatchSource>> {
-      return make_batches(std::make_unique<GrowingDatagrams>(progress_, stop_.get_token()), source_.rig,
+      return make_batches(std::make_unique<GrowingDatagrams>(progress_, stop_.get_token(), &heartbeat_), source_.rig,
                           std::move(sinks), codes);
     };
     while (true) {
@@ -159,6 +161,7 @@ class LiveStops::Reading final : public StopSink, public PassWatcher {
       plan_ = *std::exchange(better_plan_, std::nullopt);
       tell({LiveStopEvent::Kind::anew, 0, -1, {}});
     }
+    heartbeat_.rest();
     const std::lock_guard lock(mutex_);
     if (!pass_) status_.failure = pass_.error();
   }
@@ -176,6 +179,7 @@ class LiveStops::Reading final : public StopSink, public PassWatcher {
   std::shared_ptr<RecordingProgress> progress_;
   StopSink& sink_;
   std::stop_source stop_;
+  Heartbeat heartbeat_{"finding stops"};
   PassPlan plan_;                        ///< This and what follows: of the reading thread.
   std::optional<PassPlan> better_plan_;  ///< To read again with.
   std::optional<RestNow> rest_;          ///< As told last.
@@ -196,6 +200,7 @@ LiveStops::~LiveStops() = default;
 
 std::vector<LiveStopEvent> LiveStops::take_events() { return reading_->take_events(); }
 LiveStopStatus LiveStops::status() const { return reading_->figures(); }
+const Heartbeat& LiveStops::heartbeat() const { return reading_->heartbeat(); }
 Expected<StopReading> LiveStops::finish(const RunContext& context) { return reading_->finish(context); }
 
 }  // namespace rigcal

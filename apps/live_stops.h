@@ -8,6 +8,7 @@
 
 #include "apps/recording_progress.h"
 #include "apps/stop_pass.h"
+#include "core/base/heartbeat.h"
 
 namespace rigcal {
 
@@ -57,6 +58,8 @@ class LiveStops {
   /// Those since the last call, in order. From any thread.
   [[nodiscard]] std::vector<LiveStopEvent> take_events();
   [[nodiscard]] LiveStopStatus status() const;
+
+  [[nodiscard]] const Heartbeat& heartbeat() const;
 
   /// Waits until the recording has ended and is read to its end; gives what `read_stops` gives for the session, and the
   /// sink has got the same. Where only the end shows how it has to be read, it is read once more, into the same sink,

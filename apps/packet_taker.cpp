@@ -70,7 +70,8 @@ std::pair<int, PacketTaker::Clock::time_point> PacketTaker::take_some(Expected<v
     if (++taken == 1) {
       begun = Clock::now();
       const std::int64_t now_ns = clock_.from_monotonic(net::read_clocks().monotonic_ns);
-      worst_wait_ns_ = std::max(worst_wait_ns_, now_ns - datagram.stamp_ns);
+      recent_wait_ns_ = std::max(recent_wait_ns_, now_ns - datagram.stamp_ns);
+      worst_wait_ns_ = std::max(worst_wait_ns_, recent_wait_ns_);
     }
     written = recorder_.write(datagram);
     ledger_.add(datagram);
@@ -91,8 +92,10 @@ std::pair<int, PacketTaker::Clock::time_point> PacketTaker::take_some(Expected<v
 void PacketTaker::publish(std::optional<Error> error) {
   IngestSummary summary = ledger_.summary();
   const std::lock_guard lock(mutex_);
-  figures_ = {std::move(summary), recorder_.bytes(), recorder_.datagrams(), recorder_.forgotten_until_ns(),
-              worst_wait_ns_,     worst_write_ns_,   std::move(error)};
+  figures_ = {std::move(summary),    recorder_.bytes(),
+              recorder_.datagrams(), recorder_.forgotten_until_ns(),
+              worst_wait_ns_,        std::exchange(recent_wait_ns_, 0),
+              worst_write_ns_,       std::move(error)};
 }
 
 }  // namespace rigcal

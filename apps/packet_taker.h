@@ -9,10 +9,10 @@
 #include <thread>
 #include <utility>
 
-#include "apps/heartbeat.h"
 #include "apps/ingest_summary.h"
 #include "apps/lidar_ingest.h"
 #include "apps/packet_recorder.h"
+#include "core/base/heartbeat.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
 
@@ -36,6 +36,7 @@ class PacketTaker {
     std::uint64_t recorded = 0;
     std::optional<std::int64_t> forgotten_until_ns;
     std::int64_t worst_wait_ns = 0;   ///< From the arrival of a packet until it was taken to the file's buffer.
+    std::int64_t recent_wait_ns = 0;  ///< The same of the last second alone.
     std::int64_t worst_write_ns = 0;  ///< The longest that it took to write some hundred packets.
     std::optional<Error> error;
   };
@@ -60,7 +61,8 @@ class PacketTaker {
   std::shared_ptr<RecordingProgress> progress_;
   LidarIngest ledger_;
   Heartbeat heartbeat_{"packets"};
-  std::int64_t worst_wait_ns_ = 0;  ///< Of the thread.
+  std::int64_t worst_wait_ns_ = 0;   ///< Of the thread.
+  std::int64_t recent_wait_ns_ = 0;  ///< Since the last figures.
   std::int64_t worst_write_ns_ = 0;
   std::atomic<bool> has_ended_{false};
   mutable std::mutex mutex_;

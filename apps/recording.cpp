@@ -180,13 +180,6 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   return out;
 }
 
-// Where the images of a recording lie, in the order in which they are looked for.
-std::vector<std::string> image_places(const RecordingPaths& paths) {
-  if (!paths.images.empty()) return {paths.images};
-  const fs::path input(paths.input);
-  return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
-}
-
 // A rig without LiDARs: stops are those of the images.
 Expected<Recording> read_images_alone(Rig rig, const std::string& path, const std::vector<std::string>& places) {
   Recording out;
@@ -227,6 +220,12 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
 
 }  // namespace
 
+std::vector<std::string> image_places(const RecordingPaths& paths) {
+  if (!paths.images.empty()) return {paths.images};
+  const fs::path input(paths.input);
+  return {(input / "images").string(), (input / "patches" / "image").string(), (input / "image").string()};
+}
+
 void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out) {
   const auto most = static_cast<float>(within_m * within_m);
   for (const Point& p : points) {
@@ -249,9 +248,9 @@ Expected<Recording> read_recording(const RecordingPaths& paths, const CellOption
   return recording;
 }
 
-void take_cameras(const RecordingPaths& paths, Recording& recording) {
+void take_cameras(const RecordingPaths& paths, Recording& recording, const std::shared_ptr<StopImageCache>& ahead) {
   recording.cameras = camera_recordings(recording.rig, recording.lidar.stops, image_places(paths),
-                                        "give them by --images DIR, or find the LiDARs alone by --stages joint");
+                                        "give them by --images DIR, or find the LiDARs alone by --stages joint", ahead);
 }
 
 }  // namespace rigcal

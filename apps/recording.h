@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/stop_image_cache.h"
 #include "core/base/run_context.h"
 #include "core/io/patch_folder.h"
 #include "core/pipeline/rig_calibration.h"
@@ -38,8 +40,12 @@ struct RecordingPaths {
 /// Appends those of the points that are nearer than `within_m` to their sensor.
 void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out);
 
-/// Where the images of the rig's cameras lie, into `recording`: in `paths.images`, else with the recording.
-void take_cameras(const RecordingPaths& paths, Recording& recording);
+/// Folders in which the images of the rig's cameras may lie, in the order in which they are looked for: in
+/// `paths.images`, else with the recording.
+[[nodiscard]] std::vector<std::string> image_places(const RecordingPaths& paths);
+/// Where the images are, into `recording`. `ahead`: what of them was read before; may be null.
+void take_cameras(const RecordingPaths& paths, Recording& recording,
+                  const std::shared_ptr<StopImageCache>& ahead = nullptr);
 
 /// Reads a packet dump, a session or a patch folder. What is
 /// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit

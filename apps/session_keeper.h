@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "apps/heartbeat.h"
+#include "core/base/heartbeat.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {

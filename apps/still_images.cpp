@@ -119,11 +119,6 @@ class Placing {
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
-struct StopOutcome {
-  std::optional<StillImage> image;
-  std::vector<std::string> complaints;
-};
-
 // The images of one stop.
 StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, const RunContext& context) {
   StopImages stop(camera);
@@ -132,6 +127,21 @@ StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, c
     stop.add(placed.image->path, read_image(placed.image->path));
   }
   return {stop.take(static_cast<int>(images.front().stop)), stop.complaints()};
+}
+
+// The images that were placed, each stop's together.
+std::vector<std::vector<Placed>> jobs_of(const Placing& placing) {
+  std::map<std::size_t, std::vector<Placed>> by_stop;
+  for (const Placed& placed : placing.placed()) by_stop[placed.stop].push_back(placed);
+  std::vector<std::vector<Placed>> jobs;
+  for (auto& [stop, images] : by_stop) jobs.push_back(std::move(images));
+  return jobs;
+}
+
+std::vector<std::string> files_of(const std::vector<Placed>& images) {
+  std::vector<std::string> files;
+  for (const Placed& placed : images) files.push_back(placed.image->path);
+  return files;
 }
 
 // The first of `places` that has a folder of this camera; empty: none.
@@ -193,7 +203,7 @@ void conclude_images(const std::string& camera, const std::vector<std::string>& 
 }
 
 StillImages read_still_images(const std::string& folder, const Sensor& camera, const std::vector<Stop>& stops,
-                              const RunContext& context) {
+                              const RunContext& context, StopImageCache* ahead) {
   StillImages out;
   const Expected<ImageFolder> listed = list_image_folder(folder);
   if (!listed) {
@@ -211,13 +221,14 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
     out.why_none = listed->images.empty() ? "its folder " + folder + " holds no images" : placing.outside();
     return out;
   }
-  std::map<std::size_t, std::vector<Placed>> by_stop;
-  for (const Placed& placed : placing.placed()) by_stop[placed.stop].push_back(placed);
-  std::vector<std::vector<Placed>> jobs;
-  for (auto& [stop, images] : by_stop) jobs.push_back(std::move(images));
+  const std::vector<std::vector<Placed>> jobs = jobs_of(placing);
   std::vector<StopOutcome> outcomes(jobs.size());
   parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) outcomes[k] = read_stop(jobs[k], camera, context);
+    for (std::size_t k = begin; k < end; ++k) {
+      std::optional<StopOutcome> known;
+      if (ahead != nullptr) known = ahead->take(camera.name, jobs[k].front().stop, files_of(jobs[k]));
+      outcomes[k] = known ? std::move(*known) : read_stop(jobs[k], camera, context);
+    }
   });
   std::vector<std::string> complaints;
   for (StopOutcome& outcome : outcomes) {
@@ -226,6 +237,27 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
   }
   conclude_images(camera.name, complaints, context, out);
   return out;
+}
+
+void read_images_ahead(const Rig& rig, const std::vector<Stop>& stops, const std::vector<std::string>& places,
+                       StopImageCache& ahead, const std::stop_token& stop) {
+  SilentReporter silent;
+  for (const Sensor& camera : rig.sensors) {
+    const std::string folder = camera.is_lidar() ? std::string() : image_folder_of(camera, places);
+    if (folder.empty()) continue;
+    const Expected<ImageFolder> listed = list_image_folder(folder);
+    if (!listed) continue;
+    const Placing placing(camera, *listed, stops);
+    for (const std::vector<Placed>& images : jobs_of(placing)) {
+      if (stop.stop_requested()) return;
+      std::vector<std::string> files = files_of(images);
+      if (ahead.has(camera.name, images.front().stop, files)) continue;
+      StopOutcome outcome = read_stop(images, camera, {silent, {}});
+      if (!outcome.complaints.empty() || !outcome.image) continue;
+      outcome.image->features = std::make_shared<const ImageFeatures>(find_features(outcome.image->image));
+      if (!ahead.keep(camera.name, images.front().stop, std::move(files), std::move(outcome))) return;
+    }
+  }
 }
 
 std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places) {
@@ -245,15 +277,16 @@ std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& 
 }
 
 std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,
-                                               const std::vector<std::string>& places, const std::string& advice) {
+                                               const std::vector<std::string>& places, const std::string& advice,
+                                               const std::shared_ptr<StopImageCache>& ahead) {
   std::vector<CameraRecording> out;
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
     const Sensor& camera = rig.sensors[k];
     if (camera.is_lidar()) continue;
     const std::string found = image_folder_of(camera, places);
     CameraRecording recording{static_cast<int>(k), camera.initial_T_base_sensor, {}};
-    recording.read_images = [found, camera, stops, advice](const RunContext& context) {
-      if (!found.empty()) return read_still_images(found, camera, stops, context);
+    recording.read_images = [found, camera, stops, advice, ahead](const RunContext& context) {
+      if (!found.empty()) return read_still_images(found, camera, stops, context, ahead.get());
       return StillImages{{}, "the recording has no images of it; " + advice};
     };
     out.push_back(std::move(recording));

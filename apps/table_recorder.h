@@ -25,6 +25,8 @@ class TableRecorder {
   /// What it said since the last call, which is written down, too.
   [[nodiscard]] std::vector<turntable::TableEvent> take_events();
   [[nodiscard]] std::optional<double> angle_deg() const { return table_->angle_deg(); }
+  [[nodiscard]] const Heartbeat& heartbeat() const { return table_->heartbeat(); }
+  [[nodiscard]] std::size_t most_waiting() const { return table_->most_waiting(); }
   /// What went wrong with the disk.
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
 

@@ -31,6 +31,7 @@ std::optional<trigger::TriggerOptions> trigger_options(const Rig& rig) {
   const TriggerLineSettings& lines = *rig.trigger;
   if (!lines.line && !lines.strobe_line && lines.pps.empty()) return std::nullopt;
   trigger::TriggerOptions options;
+  options.is_held = true;
   const auto address = [&lines](int line) { return trigger::LineAddress{lines.gpiochip, static_cast<unsigned>(line)}; };
   if (lines.line) options.output = address(*lines.line);
   if (lines.strobe_line) options.strobe = address(*lines.strobe_line);
@@ -109,6 +110,12 @@ void TriggerRecorder::note(const trigger::TriggerEvent& event) {
 std::vector<CaptureEvent> TriggerRecorder::take_events() {
   const std::lock_guard lock(mutex_);
   return std::exchange(events_, {});
+}
+
+std::vector<const Heartbeat*> TriggerRecorder::heartbeats() const {
+  std::vector<const Heartbeat*> beats = trigger_->heartbeats();
+  beats.push_back(&heartbeat_);
+  return beats;
 }
 
 std::optional<Error> TriggerRecorder::failure() const {

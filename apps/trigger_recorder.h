@@ -9,7 +9,7 @@
 
 #include "apps/camera_recorder.h"
 #include "apps/capture_event.h"
-#include "apps/heartbeat.h"
+#include "core/base/heartbeat.h"
 #include "core/io/frame_files.h"
 #include "core/rig/rig.h"
 #include "drivers/trigger/trigger.h"
@@ -17,7 +17,8 @@
 namespace rigcal {
 
 /// What the trigger lines of a rig are to do during a capture. Pulses come as often as the slowest camera that waits
-/// for them is to send images (`frame_rate`), twice a second where none says. Nothing where the rig has no lines.
+/// for them is to send images (`frame_rate`), twice a second where none says; none before somebody lets them. Nothing
+/// where the rig has no lines.
 [[nodiscard]] std::optional<trigger::TriggerOptions> trigger_options(const Rig& rig);
 
 /// The rig's trigger line during a capture: gives pulses, writes trigger.csv, and tells the cameras of each.
@@ -33,6 +34,8 @@ class TriggerRecorder {
   TriggerRecorder(const TriggerRecorder&) = delete;
   TriggerRecorder& operator=(const TriggerRecorder&) = delete;
 
+  /// Whether pulses are given; from the start they are not.
+  void hold(bool is_held) { trigger_->hold(is_held); }
   /// No more pulses; returns when all that were given are written and told.
   void finish();
 
@@ -41,7 +44,8 @@ class TriggerRecorder {
   [[nodiscard]] std::vector<CaptureEvent> take_events();
   /// What went wrong with the disk.
   [[nodiscard]] std::optional<Error> failure() const;
-  [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
+  /// Of the thread that writes down what comes, and those of the lines.
+  [[nodiscard]] std::vector<const Heartbeat*> heartbeats() const;
 
  private:
   TriggerRecorder(std::unique_ptr<trigger::Trigger> trigger, TriggerTable table, std::vector<CameraRecorder*> cameras);

@@ -86,9 +86,10 @@ function show(state) {
     (state.bytes / 1e6).toFixed(0) + ' MB';
   byId('advice').textContent = state.advice;
   const last = state.estimates && state.estimates.length ? state.estimates[state.estimates.length - 1] : null;
-  fill(byId('known'), ['', 'status', 'mm', 'degrees'], last ? last.lidars.map(l =>
+  const sure = state.result ? state.result.sensors : last ? last.lidars : [];
+  fill(byId('known'), ['', 'status', 'mm', 'degrees'], sure.map(l =>
     [l.sensor, [l.status, l.status], l.translation_bound_mm ? l.translation_bound_mm.toFixed(1) : '',
-     l.rotation_bound_deg ? l.rotation_bound_deg.toFixed(3) : '']) : []);
+     l.rotation_bound_deg ? l.rotation_bound_deg.toFixed(3) : '']));
   fill(byId('sensors'), ['', 'state', 'packets/s', 'lost', 'drift ppm', 'sync'], state.sensors.map(s =>
     [s.sensor, s.state, Math.round(s.packets_per_s), s.lost, s.drift_ppm.toFixed(1), s.sync]));
   byId('disk').textContent = state.disk;

@@ -3,6 +3,7 @@
 #include "apps/estimate_text.h"
 #include "apps/web/web_view.h"
 #include "core/base/text.h"
+#include "core/quality/lidar_quality.h"
 #include "core/turntable/coach.h"
 #include "drivers/livox_codec/status.h"
 
@@ -52,12 +53,38 @@ std::string disk_text(const CaptureStatus& status) {
          fixed_text(1e3 * status.worst_wait_s, 0) + " ms at most";
 }
 
+Json result_json(const WebResult& result) {
+  Json sensors = Json::array();
+  for (const WebResult::Sensor& sensor : result.sensors)
+    sensors.push_back({{"sensor", sensor.name},
+                       {"status", to_string(sensor.status)},
+                       {"translation_bound_mm", 1e3 * sensor.translation_bound_m},
+                       {"rotation_bound_deg", to_deg(sensor.rotation_bound_rad)}});
+  return {{"status", to_string(result.status)}, {"sensors", std::move(sensors)}};
+}
+
 }  // namespace
 
+WebResult web_result(const CalibrationResult& result) {
+  WebResult out{result.status, {}, {}};
+  for (const SensorResult& sensor : result.sensors) {
+    WebResult::Sensor& told = out.sensors.emplace_back(WebResult::Sensor{sensor.name, sensor.status, 0.0, 0.0});
+    if (!sensor.T_base_sensor || sensor.covariance.isZero(0.0)) continue;
+    told.translation_bound_m = translation_bound(sensor.covariance);
+    told.rotation_bound_rad = rotation_bound(sensor.covariance);
+  }
+  for (const Overlay& overlay : result.overlays) {
+    if (overlay.kind == OverlayKind::edges) out.pictures.emplace(overlay.sensor, overlay.jpeg);
+  }
+  return out;
+}
+
 std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEstimates* known, const LiveView* view,
-                      const Requirement& goal) {
+                      const Requirement& goal, const WebResult* result) {
   std::string what = advice(status.progress);
-  if (known != nullptr && !known->estimates.empty()) {
+  if (result != nullptr) {
+    what = std::string("The extrinsics stand: ") + to_string(result->status);
+  } else if (known != nullptr && !known->estimates.empty()) {
     const StopEstimate& last = known->estimates.back();
     what += last.reached ? ". The goal is reached" : (last.advice_text.empty() ? "" : ". " + last.advice_text);
   }
@@ -72,10 +99,17 @@ std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEst
             {"sensors", Json::array()},
             {"cameras", Json::array()},
             {"estimates", Json::array()},
-            {"panorama", nullptr}};
+            {"panorama", nullptr},
+            {"result", nullptr}};
   for (const CaptureDevice& device : status.devices) json["sensors"].push_back(sensor_json(device));
   for (const CaptureCamera& camera : status.cameras) json["cameras"].push_back(camera_json(camera));
   if (known != nullptr) json["estimates"] = Json::parse(estimates_json(known->estimates));
+  if (result != nullptr) json["result"] = result_json(*result);
+  // A browser asks again for the pictures.
+  for (Json& camera : json["cameras"]) {
+    if (result != nullptr && result->pictures.contains(camera["sensor"].get<std::string>()))
+      camera["picture"] = camera["picture"].get<std::uint64_t>() + 1;
+  }
   if (view != nullptr) json["panorama"] = panorama_json(rig, view->panorama);
   // One line: that is what an event is.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);

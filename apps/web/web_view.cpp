@@ -80,6 +80,22 @@ class WebView::Painter {
     }
     changed_.notify_all();
   }
+  // In the caller's thread: there is little to do, and the program is about to end.
+  void show_result(const WebResult& result) {
+    std::optional<CaptureStatus> status;
+    {
+      const std::lock_guard lock(mutex_);
+      has_result_ = true;
+      status = last_;
+    }
+    if (!status) return;
+    for (CaptureCamera& camera : status->cameras) {
+      const auto picture = result.pictures.find(camera.sensor);
+      if (picture != result.pictures.end())
+        server_->publish_picture(camera.sensor, {picture->second.begin(), picture->second.end()});
+    }
+    publish(*status, &result);
+  }
   [[nodiscard]] std::string url() const { return server_->url(); }
 
  private:
@@ -89,17 +105,26 @@ class WebView::Painter {
       std::optional<CaptureStatus> status;
       {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return is_over_ || next_; });
+        changed_.wait(lock, [this] { return is_over_ || (next_ && !has_result_); });
         if (is_over_) return;
         status = std::exchange(next_, std::nullopt);
+        last_ = status;
       }
-      const std::shared_ptr<const LiveView> view = calibration_ != nullptr ? calibration_->view() : nullptr;
-      paint_new(*status, view.get());
-      std::optional<LiveEstimates> known;
-      if (calibration_ != nullptr) known = calibration_->estimates();
-      server_->publish(web_state(rig_, *status, known ? &*known : nullptr, view.get(),
-                                 calibration_ != nullptr ? calibration_->goal() : Requirement{}));
+      paint_new(*status, view().get());
+      publish(*status, nullptr);
     }
+  }
+
+  [[nodiscard]] std::shared_ptr<const LiveView> view() const {
+    return calibration_ != nullptr ? calibration_->view() : nullptr;
+  }
+  void publish(const CaptureStatus& status, const WebResult* result) {
+    std::optional<LiveEstimates> known;
+    if (calibration_ != nullptr) known = calibration_->estimates();
+    const std::string state = web_state(rig_, status, known ? &*known : nullptr, view().get(),
+                                        calibration_ != nullptr ? calibration_->goal() : Requirement{}, result);
+    const std::lock_guard lock(mutex_);
+    if (!has_result_ || result != nullptr) server_->publish(state);  // What stands is not overwritten by what was.
   }
 
   // One camera at a time, so that nobody waits long for the text.
@@ -119,7 +144,8 @@ class WebView::Painter {
         if (view != nullptr && stop_of(*view, image.number)) chosen = &image;
       }
       auto jpeg = paint(rig_.sensors[static_cast<std::size_t>(sensor)], *chosen, view);
-      if (jpeg) server_->publish_picture(camera.sensor, std::move(*jpeg));
+      const std::lock_guard lock(mutex_);
+      if (jpeg && !has_result_) server_->publish_picture(camera.sensor, std::move(*jpeg));
       return;
     }
   }
@@ -132,6 +158,8 @@ class WebView::Painter {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<CaptureStatus> next_;
+  std::optional<CaptureStatus> last_;
+  bool has_result_ = false;
   bool is_over_ = false;
   std::thread thread_;
 };
@@ -154,6 +182,7 @@ Expected<std::unique_ptr<WebView>> WebView::start(const WebAddress& address, con
 }
 
 void WebView::show(const CaptureStatus& status) { painter_->show(status); }
+void WebView::show_result(const CalibrationResult& result) { painter_->show_result(web_result(result)); }
 std::string WebView::url() const { return painter_->url(); }
 
 }  // namespace rigcal

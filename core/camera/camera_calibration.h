@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ struct CameraView {
   int stop = 0;      ///< Index into CameraScene::T_G_base.
   std::string file;  ///< For messages.
   GreyImage grey;    ///< As it came: distorted, not resampled.
+  /// Where they are known already; null: they are found.
+  std::shared_ptr<const std::vector<ImageEdge>> edges = nullptr;
 };
 
 /// A camera to be found. `sensor` is its index in the rig.

@@ -77,7 +77,8 @@ std::vector<EdgeView> make_edge_views(const CameraScene& scene, const CameraTask
       const bool fits = view.grey.width == camera.intrinsics.width && view.grey.height == camera.intrinsics.height;
       if (!known || !fits) continue;
       found[k].stop = view.stop;
-      found[k].index = EdgeIndex(view.grey.width, view.grey.height, find_image_edges(view.grey));
+      found[k].index = EdgeIndex(view.grey.width, view.grey.height,
+                                 view.edges != nullptr ? *view.edges : find_image_edges(view.grey));
     }
   });
   std::vector<EdgeView> views;

@@ -60,22 +60,35 @@ std::vector<LidarEdge> sample(const StepLine& line, int face, const SE3& T_G_sen
   return out;
 }
 
+BeamWidth beam_of(const PatchCells& patch, const OutlineOptions& options) {
+  return options.beams.empty() ? BeamWidth{} : options.beams[static_cast<std::size_t>(patch.lidar)];
+}
+
 }  // namespace
 
+PatchOutlines find_patch_outlines(const PatchCells& patch, const OutlineOptions& options) {
+  PatchOutlines out;
+  const auto steps = find_depth_steps(patch.thinned, options.steps);
+  for (std::size_t face = 0; face < steps.size(); ++face) {
+    out.lines[face] = find_step_lines(static_cast<int>(face), steps[face], beam_of(patch, options), options);
+  }
+  return out;
+}
+
 std::vector<LidarEdge> find_outlines(const std::vector<PatchCells>& patches, const RigState& state,
-                                     const std::vector<char>& use, int first_line, const OutlineOptions& options) {
+                                     const std::vector<char>& use, int first_line, const OutlineOptions& options,
+                                     const std::vector<PatchOutlines>* known) {
   std::vector<std::vector<std::vector<LidarEdge>>> of_patch(patches.size());
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!use.empty() && !use[k]) continue;
       const SE3 T = state.T_G_sensor(patches[k].stop, patches[k].lidar);
-      const BeamWidth beam =
-          options.beams.empty() ? BeamWidth{} : options.beams[static_cast<std::size_t>(patches[k].lidar)];
-      const auto steps = find_depth_steps(patches[k].thinned, options.steps);
-      for (std::size_t face = 0; face < steps.size(); ++face) {
-        const int f = static_cast<int>(face);
-        for (const StepLine& line : find_step_lines(f, steps[face], beam, options)) {
-          of_patch[k].push_back(sample(line, f, T, beam, options));
+      PatchOutlines found;
+      if (known == nullptr) found = find_patch_outlines(patches[k], options);
+      const auto& faces = (known != nullptr ? (*known)[k] : found).lines;
+      for (std::size_t face = 0; face < faces.size(); ++face) {
+        for (const StepLine& line : faces[face]) {
+          of_patch[k].push_back(sample(line, static_cast<int>(face), T, beam_of(patches[k], options), options));
         }
       }
     }

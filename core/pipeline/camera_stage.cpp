@@ -45,29 +45,19 @@ std::size_t place_of(const std::string& name, const std::vector<SensorResult>& s
   return static_cast<std::size_t>(at - sensors.begin());
 }
 
-// The cameras' sensors among the LiDARs', as the rig file has them; points of maps and cuts know theirs by its place.
+// The cameras' sensors among the LiDARs', as the rig file has them.
 void insert_in_order(const Rig& rig, const std::vector<SensorResult>& cameras, CalibrationResult& result) {
   std::vector<SensorResult> all;
-  std::vector<std::uint8_t> place(result.sensors.size(), 0);
   for (const Sensor& sensor : rig.sensors) {
     const std::size_t lidar = place_of(sensor.name, result.sensors);
     const std::size_t camera = place_of(sensor.name, cameras);
     if (lidar < result.sensors.size()) {
-      place[lidar] = static_cast<std::uint8_t>(all.size());
       all.push_back(result.sensors[lidar]);
     } else if (camera < cameras.size()) {
       all.push_back(cameras[camera]);
     }
   }
   result.sensors = std::move(all);
-  for (std::vector<MapPoint>* map : {&result.map, &result.map_at_guess}) {
-    for (MapPoint& point : *map) point.sensor = place[point.sensor];
-  }
-  for (SurfaceCut& cut : result.cuts) {
-    for (std::vector<SurfaceCut::Dot>* dots : {&cut.before, &cut.after}) {
-      for (SurfaceCut::Dot& dot : *dots) dot.sensor = place[dot.sensor];
-    }
-  }
 }
 
 // By the data sheets; of others nothing is known but that beams are about that wide.
@@ -134,6 +124,10 @@ class CameraStage {
       result_.map_rgb = colour_map(result_.map, colours_, scene_.samples, scene_.blocks);
     }
     result_.edges = std::move(scene_.edges);
+    tell_stages();
+  }
+
+  void tell_stages() {
     for (StageReport& stage : clock_.take()) result_.stages.push_back(std::move(stage));
   }
 
@@ -212,7 +206,22 @@ class CameraStage {
 
 }  // namespace
 
-CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, const LidarSolution& solution) {
+OutlineOptions outline_options(const Rig& rig, const std::vector<int>& lidar_sensors) {
+  OutlineOptions options;
+  for (const int sensor : lidar_sensors) {
+    options.beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
+  }
+  return options;
+}
+
+ImageFeatures find_features(const Image& image) {
+  ImageFeatures features{to_grey(image, value_bits(image)), nullptr};
+  features.edges = std::make_shared<const std::vector<ImageEdge>>(find_image_edges(features.grey));
+  return features;
+}
+
+CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, const LidarSolution& solution,
+                              const std::stop_token& stop) {
   CameraScene scene;
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
@@ -220,13 +229,15 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
   int lines = 0;
   for (const LidarEdge& edge : scene.edges) lines = std::max(lines, edge.line + 1);
-  OutlineOptions outlines;
-  for (const int sensor : recording.lidar_sensors) {
-    outlines.beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
-  }
-  for (LidarEdge& edge : find_outlines(solution.patches(recording), solution.state, solution.use, lines, outlines)) {
+  if (stop.stop_requested()) return scene;
+  // Those found before are of the ranges as they were measured.
+  const bool is_known = solution.corrected.empty() && !recording.outlines.empty();
+  for (LidarEdge& edge :
+       find_outlines(solution.patches(recording), solution.state, solution.use, lines,
+                     outline_options(rig, recording.lidar_sensors), is_known ? &recording.outlines : nullptr)) {
     scene.edges.push_back(edge);
   }
+  if (stop.stop_requested()) return scene;
   scene.samples = sample_map(solution.patches(recording), solution.state, solution.use, leaves);
   scene.blocks = blocks_of(scene.samples);
   return scene;
@@ -241,7 +252,12 @@ std::vector<CameraView> camera_views(const std::vector<StillImage>& images, cons
   parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const int own = images[k].image.bits == 8 ? 8 : bits;
-      views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, own)};
+      const ImageFeatures* known = images[k].features.get();
+      if (known != nullptr && own == value_bits(images[k].image)) {
+        views[k] = {images[k].stop, images[k].file, known->grey, known->edges};
+      } else {
+        views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, own), nullptr};
+      }
       blank[k] = grey_spread(views[k].grey) < min_spread;
     }
   });
@@ -260,7 +276,7 @@ std::vector<CameraView> camera_views(const std::vector<StillImage>& images, cons
 Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& cameras, const LidarRecording& recording,
                            const LidarSolution& solution, const Requirement& require,
                            const CameraCalibrationOptions& options, const RunContext& context,
-                           CalibrationResult& result) {
+                           CalibrationResult& result, const std::function<void()>& solved) {
   CameraStage stage(rig, recording, solution, require, options, context, result);
   std::vector<SensorResult> found;
   for (const CameraRecording& camera : cameras) {
@@ -270,6 +286,8 @@ Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& c
     found.push_back(std::move(*sensor));
   }
   insert_in_order(rig, found, result);
+  stage.tell_stages();
+  solved();
   stage.finish();
   return {};
 }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -13,11 +15,20 @@
 
 namespace rigcal {
 
+/// What is looked for in an image, whatever the poses are.
+struct ImageFeatures {
+  GreyImage grey;  ///< On the scale of the image's own bits.
+  std::shared_ptr<const std::vector<ImageEdge>> edges;
+};
+[[nodiscard]] ImageFeatures find_features(const Image& image);
+
 /// An image taken while the rig stood still.
 struct StillImage {
   int stop = 0;  ///< Index into LidarRecording::stops.
   std::string file;
   Image image;
+  /// Where somebody has found them already; null: they are found when they are needed.
+  std::shared_ptr<const ImageFeatures> features = nullptr;
 };
 
 /// What a recording has of one camera. Without an image, `why_none` says why, in a sentence a user can act on.
@@ -33,9 +44,13 @@ struct CameraRecording {
   std::function<StillImages(const RunContext&)> read_images;
 };
 
-/// Poses, edges and samples of the map that the LiDAR calibration ended with.
+/// How outlines are looked for in what these LiDARs of a rig see.
+[[nodiscard]] OutlineOptions outline_options(const Rig& rig, const std::vector<int>& lidar_sensors);
+
+/// Poses, edges and samples of the map that the LiDAR calibration ended with. Told to stop, it leaves out what it has
+/// not begun.
 [[nodiscard]] CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording,
-                                            const LidarSolution& solution);
+                                            const LidarSolution& solution, const std::stop_token& stop = {});
 
 /// The images in grey, all of them on the scale of the one with the most bits, without those that show nothing (warned
 /// of by name).
@@ -44,10 +59,11 @@ struct CameraRecording {
 
 /// Finds the cameras one after the other, each on all threads, and adds to `result` their sensors (in the order of the
 /// rig), evidence, edges and stages; its status becomes the worst. What keeps a camera from being found is a reason of
-/// its verdict, never an Error. Errors: cancelled.
+/// its verdict, never an Error. `solved` is called when all that is a number stands, and may complete the result;
+/// colours of its map come after that. Errors: cancelled.
 Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& cameras, const LidarRecording& recording,
                            const LidarSolution& solution, const Requirement& require,
                            const CameraCalibrationOptions& options, const RunContext& context,
-                           CalibrationResult& result);
+                           CalibrationResult& result, const std::function<void()>& solved);
 
 }  // namespace rigcal

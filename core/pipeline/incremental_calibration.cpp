@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/pipeline/stop_placement.h"
 #include "core/start/noise_estimate.h"
@@ -29,17 +30,26 @@ IncrementalCalibration::IncrementalCalibration(Rig rig, std::vector<int> lidar_s
 }
 
 void IncrementalCalibration::add_stop(CalibrationStop stop) {
-  for (const PatchCells& patch : stop.patches) {
-    surfels_.push_back(extract_surfels(patch, SurfelOptions{}));
-    surfels_.back().stop = static_cast<int>(recording_.stops.size());
-  }
+  const std::size_t before = recording_.patches.size();
   append(std::move(stop), recording_);
+  const std::size_t count = recording_.patches.size();
+  recording_.surfels.resize(count);
+  const bool has_camera =
+      std::any_of(rig_.sensors.begin(), rig_.sensors.end(), [](const Sensor& sensor) { return !sensor.is_lidar(); });
+  if (has_camera) recording_.outlines.resize(count);
+  const OutlineOptions outlines = outline_options(rig_, recording_.lidar_sensors);
+  parallel_for(count - before, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = before + begin; k < before + end; ++k) {
+      recording_.surfels[k] = extract_surfels(recording_.patches[k], SurfelOptions{});
+      if (has_camera) recording_.outlines[k] = find_patch_outlines(recording_.patches[k], outlines);
+    }
+  });
 }
 
 bool IncrementalCalibration::is_due_anew() const {
   const auto stops = static_cast<int>(recording_.stops.size());
   if (!solution_ || stops <= few_stops || stops >= 2 * stops_at_search_) return true;
-  for (const PatchSurfels& patch : surfels_) {
+  for (const PatchSurfels& patch : recording_.surfels) {
     if (!solution_->start.lidar_known[static_cast<std::size_t>(patch.lidar)] && !patch.surfels.empty()) return true;
   }
   return false;
@@ -57,14 +67,14 @@ std::optional<WarmStart> IncrementalCalibration::warm_start() const {
       T = start.state.T_G_base.back() * start.given_T_G_base.back().inverse() * T_given;
       start.given_T_G_base.push_back(T_given);
     } else if (recording_.R_previous_this[j]) {
-      T = place_stop({start, surfels_, static_cast<int>(j), *recording_.R_previous_this[j]});
+      T = place_stop({start, recording_.surfels, static_cast<int>(j), *recording_.R_previous_this[j]});
     }
     if (!T) return std::nullopt;
     start.state.T_G_base.push_back(*T);
     start.stop_known.push_back(1);
   }
   for (std::size_t i = 0; i < recording_.lidar_sensors.size(); ++i) {
-    warm.noise.push_back(estimate_noise(surfels_, static_cast<int>(i), NoiseModel{}));
+    warm.noise.push_back(estimate_noise(recording_.surfels, static_cast<int>(i), NoiseModel{}));
   }
   return warm;
 }
@@ -76,7 +86,7 @@ Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& contex
   const std::optional<WarmStart> warm = warm_start();
   std::unique_ptr<LidarSolution> solution;
   const Expected<CalibrationResult> result =
-      estimate_lidars(rig_, recording_, guess_, options, context, warm ? &*warm : nullptr, surfels_, solution);
+      estimate_lidars(rig_, recording_, guess_, options, context, warm ? &*warm : nullptr, solution);
   if (!result) return result.error();
   solution_ = std::move(solution);
   if (!warm) stops_at_search_ = static_cast<int>(recording_.stops.size());
@@ -104,7 +114,7 @@ LidarEstimate IncrementalCalibration::one_lidar(const SensorResult& sensor) cons
 void IncrementalCalibration::advise(const CalibrationResult& result, StopEstimate& out) const {
   const LidarSolution& solved = *solution_;
   std::vector<SeenSurface> surfaces;
-  for (const PatchSurfels& patch : surfels_) {
+  for (const PatchSurfels& patch : recording_.surfels) {
     for (const Surfel& s : patch.surfels) {
       surfaces.push_back({patch.lidar, patch.stop, s.mean, s.normal, s.variance / s.N});
     }

@@ -82,7 +82,6 @@ class IncrementalCalibration {
   std::vector<std::optional<SE3>> guess_;
   IncrementalOptions options_;
   LidarRecording recording_;
-  std::vector<PatchSurfels> surfels_;  ///< Of each patch.
   std::unique_ptr<LidarSolution> solution_;
   int stops_at_search_ = 0;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include "core/base/median.h"
 #include "core/pipeline/fused_map.h"
@@ -59,21 +58,21 @@ class Calibration {
 
   Expected<CalibrationResult> run() {
     if (const auto right = check(); !right) return right.error();
-    if (const auto done = find_rough(nullptr); !done) return done.error();
+    if (const auto done = find_rough(); !done) return done.error();
     choose_patches();
     if (const auto done = solve(); !done) return done.error();
     if (const auto done = take_out_range_offsets(); !done) return done.error();
     return conclude();
   }
 
-  Expected<CalibrationResult> estimate(const WarmStart* warm, const std::vector<PatchSurfels>& surfels) {
+  Expected<CalibrationResult> estimate(const WarmStart* warm) {
     if (const auto right = check(); !right) return right.error();
     if (warm != nullptr) {
       solution_.start = warm->start;
       solution_.state = warm->start.state;
       solution_.noise = warm->noise;
       solution_.T_grid_G = warm->T_grid_G;
-    } else if (const auto done = find_rough(&surfels); !done) {
+    } else if (const auto done = find_rough(); !done) {
       return done.error();
     }
     choose_patches();
@@ -100,11 +99,11 @@ class Calibration {
   [[nodiscard]] int stops() const { return static_cast<int>(recording_.stops.size()); }
   [[nodiscard]] int lidars() const { return static_cast<int>(recording_.lidar_sensors.size()); }
 
-  // `known`: the surfels of all patches, where they were made before.
-  Expected<void> find_rough(const std::vector<PatchSurfels>* known) {
+  Expected<void> find_rough() {
     StageReport& stage = clock_.begin("start");
-    const std::vector<PatchSurfels> surfels =
-        known != nullptr ? *known : extract_surfels(recording_.patches, SurfelOptions{});
+    std::vector<PatchSurfels> found;
+    if (recording_.surfels.empty()) found = extract_surfels(recording_.patches, SurfelOptions{});
+    const std::vector<PatchSurfels>& surfels = recording_.surfels.empty() ? found : recording_.surfels;
     std::size_t count = 0;
     for (const PatchSurfels& p : surfels) count += p.surfels.size();
     stage.counts.emplace_back("surfels", static_cast<double>(count));
@@ -359,36 +358,9 @@ class Calibration {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
-    StageReport& stage = clock_.begin("map");
-    // The result's sensors are the rig's LiDARs in its order, as the recording's are.
-    std::vector<int> places(recording_.lidar_sensors.size());
-    std::iota(places.begin(), places.end(), 0);
-    result.map = fuse_map(solution_.patches(recording_), solution_.state, solution_.use, places, options_.map_size_m);
-    stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
-    compare_with_guess(places, result);
     result.stages = clock_.take();
+    if (options_.with_map) add_map(rig_, recording_, guess_, options_, solution_, result);
     return result;
-  }
-
-  // What the calibration changed, for the eye: surfaces with the LiDARs where they were thought to be.
-  void compare_with_guess(const std::vector<int>& places, CalibrationResult& result) {
-    clock_.begin("comparison with the guess");
-    RigState before = solution_.state;
-    std::vector<char> use = solution_.use;
-    for (std::size_t i = 0; i < guess_.size(); ++i) {
-      if (guess_[i]) before.T_base_sensor[i] = *guess_[i];
-    }
-    for (std::size_t k = 0; k < use.size(); ++k) {
-      use[k] = use[k] && guess_[static_cast<std::size_t>(recording_.patches[k].lidar)];
-    }
-    std::vector<std::string> names;
-    for (const int sensor : recording_.lidar_sensors) {
-      names.push_back(rig_.sensors[static_cast<std::size_t>(sensor)].name);
-    }
-    result.shared_surfaces = shared_surfaces(solution_.refined.map.features, before, solution_.state, names);
-    result.cuts = cut_surfaces(solution_.refined.map.features, solution_.patches(recording_), before, solution_.state,
-                               use, places);
-    result.map_at_guess = fuse_map(solution_.patches(recording_), before, use, places, map_at_guess_m);
   }
 
   const Rig& rig_;
@@ -401,7 +373,51 @@ class Calibration {
   StageClock clock_;
 };
 
+// Where each LiDAR of a recording stands among a result's sensors; points of maps and cuts know theirs by that.
+std::vector<int> places_of(const std::vector<std::string>& lidars, const CalibrationResult& result) {
+  std::vector<int> places;
+  for (const std::string& lidar : lidars) {
+    const auto at = std::find_if(result.sensors.begin(), result.sensors.end(),
+                                 [&](const SensorResult& sensor) { return sensor.name == lidar; });
+    places.push_back(static_cast<int>(at - result.sensors.begin()));
+  }
+  return places;
+}
+
+// What the calibration changed, for the eye: surfaces with the LiDARs where they were thought to be.
+void compare_with_guess(const LidarRecording& recording, const std::vector<std::optional<SE3>>& guess,
+                        const LidarSolution& solution, const std::vector<std::string>& names,
+                        const std::vector<int>& places, CalibrationResult& result) {
+  RigState before = solution.state;
+  std::vector<char> use = solution.use;
+  for (std::size_t i = 0; i < guess.size(); ++i) {
+    if (guess[i]) before.T_base_sensor[i] = *guess[i];
+  }
+  for (std::size_t k = 0; k < use.size(); ++k) {
+    use[k] = use[k] && guess[static_cast<std::size_t>(recording.patches[k].lidar)];
+  }
+  const std::vector<PlaneFeature>& features = solution.refined.map.features;
+  result.shared_surfaces = shared_surfaces(features, before, solution.state, names);
+  result.cuts = cut_surfaces(features, solution.patches(recording), before, solution.state, use, places);
+  result.map_at_guess = fuse_map(solution.patches(recording), before, use, places, map_at_guess_m);
+}
+
 }  // namespace
+
+void add_map(const Rig& rig, const LidarRecording& recording,
+             const std::vector<std::optional<SE3>>& guess_T_base_sensor, const LidarCalibrationOptions& options,
+             const LidarSolution& solution, CalibrationResult& result) {
+  std::vector<std::string> names;
+  for (const int sensor : recording.lidar_sensors) names.push_back(rig.sensors[static_cast<std::size_t>(sensor)].name);
+  const std::vector<int> places = places_of(names, result);
+  StageClock clock;
+  StageReport& stage = clock.begin("map");
+  result.map = fuse_map(solution.patches(recording), solution.state, solution.use, places, options.map_size_m);
+  stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
+  clock.begin("comparison with the guess");
+  compare_with_guess(recording, guess_T_base_sensor, solution, names, places, result);
+  for (StageReport& done : clock.take()) result.stages.push_back(std::move(done));
+}
 
 Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
                                              const std::vector<std::optional<SE3>>& guess_T_base_sensor,
@@ -416,10 +432,9 @@ Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecordin
 Expected<CalibrationResult> estimate_lidars(const Rig& rig, const LidarRecording& recording,
                                             const std::vector<std::optional<SE3>>& guess_T_base_sensor,
                                             const LidarCalibrationOptions& options, const RunContext& context,
-                                            const WarmStart* warm, const std::vector<PatchSurfels>& surfels,
-                                            std::unique_ptr<LidarSolution>& solution) {
+                                            const WarmStart* warm, std::unique_ptr<LidarSolution>& solution) {
   Calibration calibration(rig, recording, guess_T_base_sensor, options, context);
-  Expected<CalibrationResult> result = calibration.estimate(warm, surfels);
+  Expected<CalibrationResult> result = calibration.estimate(warm);
   if (result) solution = std::make_unique<LidarSolution>(calibration.take_solution());
   return result;
 }

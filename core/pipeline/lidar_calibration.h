@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "core/base/run_context.h"
+#include "core/edges/step_lines.h"
 #include "core/quality/lidar_quality.h"
 #include "core/rig/rig.h"
+#include "core/start/surfels.h"
 #include "core/voxel/cells.h"
 
 namespace rigcal {
@@ -22,6 +24,10 @@ struct LidarRecording {
   std::vector<std::optional<double>> turned_rad;         ///< Likewise, by a gyro whose mounting is not known: no axis.
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty: none.
   bool trajectory_is_prior = false;                      ///< It comes from the user: see `pose_prior`.
+  /// What depends on one patch alone, of each, where somebody has found it already (while the rest was still recorded);
+  /// empty: it is found when it is needed, and the same.
+  std::vector<PatchSurfels> surfels;
+  std::vector<PatchOutlines> outlines;  ///< With `outline_options`, for cameras.
 };
 
 enum class LastStage { poses, extrinsics, joint };
@@ -34,6 +40,7 @@ struct LidarCalibrationOptions {
   double pose_prior_rad = to_rad(2.0);
   double map_size_m = 0.02;  ///< Of the fused map; 0: all points that were kept.
   int max_tight_passes = 8;  ///< A bound only; passes end when nothing moves any more.
+  bool with_map = true;      ///< Else `add_map` is still to be called: a map is for the eye, and takes its time.
 };
 
 struct LidarSolution;
@@ -47,5 +54,11 @@ struct LidarSolution;
                                                            const LidarCalibrationOptions& options,
                                                            const RunContext& context,
                                                            std::unique_ptr<LidarSolution>* solution = nullptr);
+
+/// The fused map of a solution and the comparison with the guess, into a result that has none yet; its sensors may be
+/// more than the LiDARs, in any order.
+void add_map(const Rig& rig, const LidarRecording& recording,
+             const std::vector<std::optional<SE3>>& guess_T_base_sensor, const LidarCalibrationOptions& options,
+             const LidarSolution& solution, CalibrationResult& result);
 
 }  // namespace rigcal

@@ -35,13 +35,12 @@ struct WarmStart {
 };
 
 /// Extrinsics, sigmas and verdicts of a recording that goes on, in a fraction of the time of `calibrate_lidars`: from
-/// `warm` where it is not null, else from a search on `surfels` (of all its patches); a few passes of the joint
-/// adjustment; no map, no comparison with the guess. Errors and `solution` as there.
+/// `warm` where it is not null, else from a search; a few passes of the joint adjustment; no map, no comparison with
+/// the guess. Errors and `solution` as there.
 [[nodiscard]] Expected<CalibrationResult> estimate_lidars(const Rig& rig, const LidarRecording& recording,
                                                           const std::vector<std::optional<SE3>>& guess_T_base_sensor,
                                                           const LidarCalibrationOptions& options,
                                                           const RunContext& context, const WarmStart* warm,
-                                                          const std::vector<PatchSurfels>& surfels,
                                                           std::unique_ptr<LidarSolution>& solution);
 
 /// Covariances, hold-out and verdict of every LiDAR of the rig, and the poses of the stops. Everything of the result

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,9 @@ namespace rigcal {
 struct RigCalibrationOptions {
   LidarCalibrationOptions lidars;
   std::optional<CameraCalibrationOptions> cameras = CameraCalibrationOptions{};  ///< Nothing: LiDARs only.
+  /// Called once all numbers stand: extrinsics, sigmas, verdicts, poses. What is for the eye (map, comparison with the
+  /// guess, colours) comes after it, and takes as long again. May be empty.
+  std::function<void(const CalibrationResult&)> solved = {};
 };
 
 /// The targetless method for a whole rig: the LiDARs (`calibrate_lidars`, whose errors these are, too), then every

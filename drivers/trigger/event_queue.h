@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -25,7 +26,7 @@ class EventQueue {
         return;
       }
       events_[(first_ + size_) % events_.size()] = event;
-      ++size_;
+      high_water_ = std::max(high_water_, ++size_);
     }
     filled_.notify_one();
   }
@@ -50,6 +51,12 @@ class EventQueue {
     filled_.notify_all();
   }
 
+  [[nodiscard]] std::size_t capacity() const { return events_.size(); }
+  /// Most events that have waited at once.
+  [[nodiscard]] std::size_t high_water() const {
+    const std::lock_guard lock(mutex_);
+    return high_water_;
+  }
   [[nodiscard]] std::uint64_t dropped() const {
     const std::lock_guard lock(mutex_);
     return dropped_;
@@ -61,6 +68,7 @@ class EventQueue {
   std::vector<TriggerEvent> events_;
   std::size_t first_ = 0;
   std::size_t size_ = 0;
+  std::size_t high_water_ = 0;
   std::uint64_t dropped_ = 0;
   bool is_closed_ = false;
 };

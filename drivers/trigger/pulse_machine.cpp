@@ -51,6 +51,8 @@ std::optional<PulseAction> PulseMachine::step(std::int64_t now_ns) {
     rises_from_ns_ = now_ns + std::min(pattern_.width_ns, (pattern_.period_ns - pattern_.width_ns) / 2);
     return PulseAction{false, pulses_ - 1, falls_ns_};
   }
+  for (; is_held_ && !is_over() && due_ns(place_) <= now_ns; ++place_) ++held_;
+  if (is_held_) return std::nullopt;
   while (!is_over() && due_ns(place_) + pattern_.period_ns / 2 < now_ns) ++place_;
   if (is_over()) return std::nullopt;
   const std::int64_t due = due_ns(place_);

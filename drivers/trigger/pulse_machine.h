@@ -40,13 +40,16 @@ class PulseMachine {
 
   /// What is to be done now; nothing where it is too early or all is done. To be called until it gives nothing.
   [[nodiscard]] std::optional<PulseAction> step(std::int64_t now_ns);
+  /// While it is held no pulse begins, and places of the pattern pass by; one that is under way ends in its time.
+  void hold(bool is_held) { is_held_ = is_held; }
   /// No pulse begins any more; one that is under way ends in its time.
   void end() { is_ended_ = true; }
   /// When `step` has something to do; nothing: never again.
   [[nodiscard]] std::optional<std::int64_t> wake_ns() const;
 
   [[nodiscard]] std::uint64_t pulses() const { return pulses_; }
-  [[nodiscard]] std::uint64_t skipped() const { return place_ - pulses_; }
+  [[nodiscard]] std::uint64_t held() const { return held_; }  ///< Places that passed by meanwhile.
+  [[nodiscard]] std::uint64_t skipped() const { return place_ - pulses_ - held_; }
 
  private:
   [[nodiscard]] std::int64_t due_ns(std::uint64_t place) const;
@@ -56,6 +59,8 @@ class PulseMachine {
   std::int64_t start_ns_ = 0;
   std::uint64_t place_ = 0;  ///< The next one in the pattern.
   std::uint64_t pulses_ = 0;
+  std::uint64_t held_ = 0;
+  bool is_held_ = false;
   bool is_high_ = false;
   bool is_ended_ = false;
   std::int64_t falls_ns_ = 0;

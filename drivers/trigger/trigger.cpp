@@ -38,7 +38,7 @@ std::int64_t monotonic_of_edge(std::int64_t kernel_ns, const net::ClockReading& 
 }
 
 Trigger::Trigger(const TriggerOptions& options, const net::ClockReading& session_start)
-    : options_(options), clock_(session_start), queue_(options.queue) {}
+    : options_(options), clock_(session_start), queue_(options.queue), is_held_(options.is_held) {}
 
 Trigger::~Trigger() { stop(); }
 
@@ -93,7 +93,18 @@ TriggerReport Trigger::report() const {
   const std::lock_guard lock(mutex_);
   TriggerReport report = report_;
   report.dropped_events = queue_.dropped();
+  report.most_waiting = queue_.high_water();
+  report.queue = queue_.capacity();
   return report;
+}
+
+std::vector<const Heartbeat*> Trigger::heartbeats() const {
+  std::vector<const Heartbeat*> beats;
+  const auto add = [&](TriggerSource source) { beats.push_back(&beats_[static_cast<std::size_t>(source)]); };
+  if (options_.output) add(TriggerSource::output);
+  if (options_.strobe) add(TriggerSource::strobe);
+  if (!options_.pps.empty()) add(TriggerSource::pps);
+  return beats;
 }
 
 void Trigger::tell(TriggerSource source, TriggerEventKind kind, std::int64_t number, std::int64_t stamp_ns) {
@@ -113,6 +124,7 @@ std::optional<Device> Trigger::regain(TriggerSource source, const std::function<
   }
   std::int64_t next_try = monotonic_now() + regain_ns;
   while (is_running_.load()) {
+    beat_of(source).beat();
     const std::int64_t now = monotonic_now();
     if (now < next_try) {
       sleep_until(std::min(next_try, now + longest_wait_ns));
@@ -125,6 +137,12 @@ std::optional<Device> Trigger::regain(TriggerSource source, const std::function<
     return *std::move(device);
   }
   return std::nullopt;
+}
+
+void Trigger::note_places(const PulseMachine& machine) {
+  const std::lock_guard lock(mutex_);
+  report_.skipped = machine.skipped();
+  report_.held = machine.held();
 }
 
 void Trigger::note_pulse(const PulseAction& action, std::int64_t set_ns) {
@@ -148,12 +166,15 @@ void Trigger::run_output(std::optional<OutputLine> line) {
   }
   PulseMachine machine(options_.pattern, monotonic_now() + lead_ns);
   while (true) {
+    beat_of(TriggerSource::output).beat();
     if (!is_running_.load()) machine.end();
+    machine.hold(is_held_.load());
     const std::optional<std::int64_t> wake = machine.wake_ns();
     if (!wake) break;
     const std::int64_t before = monotonic_now();
     const std::optional<PulseAction> action = machine.step(before);
     if (!action) {
+      note_places(machine);
       sleep_until(std::min(*wake, before + longest_wait_ns));
       continue;
     }
@@ -169,10 +190,8 @@ void Trigger::run_output(std::optional<OutputLine> line) {
         regain<OutputLine>(TriggerSource::output, [this] { return OutputLine::request(*options_.output, consumer); });
     if (!line) break;
   }
-  {
-    const std::lock_guard lock(mutex_);
-    report_.skipped = machine.skipped();
-  }
+  note_places(machine);
+  beat_of(TriggerSource::output).rest();
   if (is_running_.load()) tell_now(TriggerSource::output, TriggerEventKind::finished);
 }
 
@@ -197,13 +216,14 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
   std::uint64_t last_sequence = 0;
   EdgeLevels levels;
   while (is_running_.load() && waiter) {
+    beat_of(TriggerSource::strobe).beat();
     if (!waiter->wait(longest_wait_ns) || !waiter->is_ready(0)) continue;
     const auto count = line->read(edges);
     if (!count) {
       line.reset();
       line =
           regain<InputLine>(TriggerSource::strobe, [this] { return InputLine::request(*options_.strobe, consumer); });
-      if (!line) return;
+      if (!line) break;
       waiter = net::Waiter::create({line->descriptor()});
       last_sequence = 0;
       levels.forget();
@@ -221,6 +241,7 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
     levels.mend(read);
     read_strobe(read);
   }
+  beat_of(TriggerSource::strobe).rest();
   if (waiter) return;
   const std::lock_guard lock(mutex_);
   report_.notes.push_back("the strobe line is not read any more: " + waiter.error().message());
@@ -230,10 +251,11 @@ void Trigger::run_pps(PpsDevice device) {
   net::name_thread("trigger-pps");
   std::optional<std::uint32_t> last;
   while (is_running_.load()) {
+    beat_of(TriggerSource::pps).beat();
     const auto pulse = device.next(longest_wait_ns);
     if (!pulse) {
       auto regained = regain<PpsDevice>(TriggerSource::pps, [this] { return PpsDevice::open(options_.pps); });
-      if (!regained) return;
+      if (!regained) break;
       device = *std::move(regained);
       last.reset();
       continue;
@@ -251,6 +273,7 @@ void Trigger::run_pps(PpsDevice device) {
     }
     tell(TriggerSource::pps, TriggerEventKind::pulse, sequence, clock.from_realtime((*pulse)->realtime_ns));
   }
+  beat_of(TriggerSource::pps).rest();
 }
 
 }  // namespace rigcal::trigger

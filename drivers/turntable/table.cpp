@@ -1,5 +1,6 @@
 #include "drivers/turntable/table.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -50,6 +51,11 @@ std::vector<TableEvent> Table::take_events() {
   return std::exchange(events_, {});
 }
 
+std::size_t Table::most_waiting() const {
+  const std::lock_guard lock(mutex_);
+  return most_waiting_;
+}
+
 std::optional<double> Table::angle_deg() const {
   const std::lock_guard lock(mutex_);
   return angle_deg_;
@@ -64,11 +70,13 @@ void Table::tell(const std::vector<TableNews>& news) {
     angle_deg_ = event.angle_deg;
     if (events_.size() < most_events) events_.push_back(std::move(event));
   }
+  most_waiting_ = std::max(most_waiting_, events_.size());
 }
 
 Expected<void> Table::talk(SerialPort& port) {
   double ticked_s = 0.0;
   while (!is_stopped_) {
+    heartbeat_.beat();
     const Expected<std::string> bytes = port.read(read_wait_ns);
     if (!bytes) return bytes.error();
     protocol_->receive(*bytes, now_s());
@@ -91,6 +99,7 @@ Expected<void> Table::talk(SerialPort& port) {
 
 void Table::run() {
   while (!is_stopped_) {
+    heartbeat_.beat();
     if (!port_) {
       std::this_thread::sleep_for(look_period);
       Expected<SerialPort> again = SerialPort::open(options_.port, options_.baud);
@@ -103,6 +112,7 @@ void Table::run() {
       tell({{TableNews::Kind::failed, angle_deg().value_or(0.0), talked.error().message()}});
     port_.reset();
   }
+  heartbeat_.rest();
 }
 
 }  // namespace rigcal::turntable

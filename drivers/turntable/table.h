@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/heartbeat.h"
 #include "drivers/net/session_clock.h"
 #include "drivers/turntable/ascii_protocol.h"
 #include "drivers/turntable/grbl_protocol.h"
@@ -51,6 +52,9 @@ class Table {
   [[nodiscard]] std::vector<TableEvent> take_events();
   /// Where it was last.
   [[nodiscard]] std::optional<double> angle_deg() const;
+  [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
+  /// Most events that have waited to be taken.
+  [[nodiscard]] std::size_t most_waiting() const;
 
  private:
   Table(const TableOptions& options, SerialPort port, const net::ClockReading& session_start);
@@ -63,9 +67,11 @@ class Table {
   std::unique_ptr<TableProtocol> protocol_;
   std::optional<SerialPort> port_;  ///< Of the thread.
   std::atomic<bool> is_stopped_{false};
+  Heartbeat heartbeat_{"turntable"};
   mutable std::mutex mutex_;  ///< Of what follows.
   std::optional<double> to_turn_;
   std::vector<TableEvent> events_;
+  std::size_t most_waiting_ = 0;
   std::optional<double> angle_deg_;
   std::thread thread_;
 };

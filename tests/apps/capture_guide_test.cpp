@@ -89,6 +89,26 @@ TEST_F(CaptureGuideTest, EndsWhenTheStopsAreIn) {
   EXPECT_THAT(said, Contains("complete"));
 }
 
+TEST_F(CaptureGuideTest, WantsImagesInStopsThatAreNotFull) {
+  CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
+  EXPECT_FALSE(guide.wants_images());
+  int wanted = 0;
+  int unwanted = 0;
+  EXPECT_TRUE(record(guide, [&] {
+    const CaptureProgress progress = guide.progress();
+    const bool is_time = progress.state == CaptureState::capturing && !progress.is_full;
+    EXPECT_EQ(guide.wants_images(), is_time);
+    ++(is_time ? wanted : unwanted);
+  }));
+  EXPECT_GT(wanted, 0);  // Each of them is full as soon as it is known.
+  EXPECT_GT(unwanted, 5);
+  EXPECT_FALSE(guide.wants_images());
+  // Packets of long ago do not tell what the rig does now.
+  CaptureGuide blind(goal, {"avia", "mid40"}, {}, *stops, nullptr);
+  blind.look(stops->status().read_until_ns + 10'000'000'000, devices, cameras);
+  EXPECT_TRUE(blind.wants_images());
+}
+
 TEST_F(CaptureGuideTest, ASensorThatGoesAndComesIsNoted) {
   CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
   int looks = 0;

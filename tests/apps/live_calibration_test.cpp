@@ -61,7 +61,9 @@ TEST_F(LiveCalibrationTest, EndsWithWhatCalibrateGivesForTheSession) {
   EXPECT_EQ(known.estimates.back().lidars.size(), 2U);
   const auto live = finish_live(session.string(), *reading, calibration, (folder / "live").string(), {silent});
   ASSERT_TRUE(live) << live.error().message();
-  EXPECT_GT(live->wall_s, 0.0);
+  EXPECT_GT(live->solved_s, 0.0);
+  EXPECT_GT(live->wall_s, live->solved_s);
+  EXPECT_FALSE(live->result.inputs.empty());
 
   CellOptions cells;
   cells.keep_thinned = true;
@@ -82,7 +84,7 @@ TEST_F(LiveCalibrationTest, ForgetsWhatItIsToldToForget) {
   LiveCalibration calibration(source.rig, {});
   ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
   ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
-  const LidarRecording recording = calibration.finish();
+  const LidarRecording recording = calibration.finish().lidar;
   EXPECT_EQ(recording.stops.size(), 6U);
   for (const PatchCells& patch : recording.patches) EXPECT_LT(patch.stop, 6);
 }
@@ -91,7 +93,7 @@ TEST_F(LiveCalibrationTest, IsGivenUpWithoutWaiting) {
   const StreamSource source = growing_session(folder / "given");
   LiveCalibration calibration(source.rig, {});
   EXPECT_FALSE(calibration.has_reached_goal());
-  EXPECT_TRUE(calibration.finish().stops.empty());
+  EXPECT_TRUE(calibration.finish().lidar.stops.empty());
 }
 
 }  // namespace

@@ -67,6 +67,30 @@ TEST(LivePage, StateHasAllThatThePageShows) {
   EXPECT_TRUE(bare["panorama"].is_null());
 }
 
+CalibrationResult some_result() {
+  CalibrationResult result;
+  result.status = Status::weak;
+  result.sensors = {{"avia", Status::good, {}, SE3{}, Matrix6d::Zero()},
+                    {"left", Status::weak, {}, SE3{}, 1e-6 * Matrix6d::Identity()}};
+  result.overlays = {
+      {"left", 0, OverlayKind::map, {1}}, {"left", 0, OverlayKind::edges, {2}}, {"left", 1, OverlayKind::edges, {3}}};
+  return result;
+}
+
+TEST(LivePage, TheEndHasTheResultsNumbersAndPictures) {
+  const WebResult result = web_result(some_result());
+  EXPECT_EQ(result.pictures.at("left"), std::vector<std::uint8_t>{2});
+  const LiveEstimates known = some_estimates();
+  const auto state = nlohmann::json::parse(
+      web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), &known, nullptr, Requirement{}, &result));
+  EXPECT_EQ(state["advice"], "The extrinsics stand: weak");
+  ASSERT_EQ(state["result"]["sensors"].size(), 2U);
+  EXPECT_EQ(state["result"]["sensors"][0]["translation_bound_mm"], 0.0);
+  EXPECT_GT(state["result"]["sensors"][1]["translation_bound_mm"], 1.0);
+  EXPECT_EQ(state["cameras"][0]["picture"], 1);  // Another one than before.
+  EXPECT_EQ(nlohmann::json::parse(some_state())["cameras"][0]["picture"], 0);
+}
+
 TEST(LivePage, ShowsItInABrowser) {
   const auto scratch = scratch_folder("live_page");
   const auto browser = HeadlessBrowser::find(scratch);

@@ -57,6 +57,51 @@ class StillImagesTest : public testing::Test {
   std::vector<Stop> stops_{{3, 1'000'000, 2'000'000}, {4, 3'000'000, 4'000'000}};
 };
 
+// A square in an image that is large enough to have edges.
+Image square() {
+  Image image = plain(64, 48, 40);
+  for (int y = 12; y < 36; ++y) {
+    for (int x = 16; x < 48; ++x) image.bytes[static_cast<std::size_t>(y * 64 + x)] = 200;
+  }
+  return image;
+}
+
+TEST_F(StillImagesTest, ThatWereReadAheadAreTakenFromThere) {
+  camera_.camera->intrinsics->width = 64;
+  camera_.camera->intrinsics->height = 48;
+  const std::string folder = "images/left/";
+  fs::create_directories(folder_ / folder);
+  image(folder + "1500000.png", square());
+  image(folder + "3500000.png", square());
+  Rig rig;
+  rig.sensors = {camera_};
+  const auto ahead = std::make_shared<StopImageCache>();
+  read_images_ahead(rig, {stops_[0]}, {path("images")}, *ahead, {});  // The second stop is not over.
+  EXPECT_TRUE(ahead->has("left", 0, {path(folder + "1500000.png")}));
+  EXPECT_FALSE(ahead->has("left", 1, {path(folder + "3500000.png")}));
+  read_images_ahead(rig, stops_, {path("images")}, *ahead, {});
+  EXPECT_TRUE(ahead->has("left", 1, {path(folder + "3500000.png")}));
+  image(folder + "3600000.png", square());  // One more comes late: the stop is read anew.
+
+  const StillImages again = read_still_images(path("images/left"), camera_, stops_, {reporter_}, ahead.get());
+  const StillImages plainly = read_still_images(path("images/left"), camera_, stops_, {reporter_});
+  ASSERT_EQ(again.images.size(), 2U);
+  ASSERT_EQ(plainly.images.size(), 2U);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(again.images[k].stop, plainly.images[k].stop);
+    EXPECT_EQ(again.images[k].file, plainly.images[k].file);
+    EXPECT_TRUE(again.images[k].image.bytes == plainly.images[k].image.bytes);
+    EXPECT_EQ(plainly.images[k].features, nullptr);
+  }
+  EXPECT_EQ(again.images[1].features, nullptr);
+  ASSERT_NE(again.images[0].features, nullptr);
+  const ImageFeatures found = find_features(plainly.images[0].image);
+  EXPECT_TRUE(again.images[0].features->grey.values == found.grey.values);
+  ASSERT_FALSE(found.edges->empty());
+  EXPECT_EQ(again.images[0].features->edges->size(), found.edges->size());
+  EXPECT_FALSE(ahead->has("left", 0, {path(folder + "1500000.png")}));  // It was taken out.
+}
+
 TEST_F(StillImagesTest, BelongToTheStopThatContainsTheirExposure) {
   image("1500000.png", plain(4, 3, 10));
   image("1999000.png", plain(4, 3, 20));  // its exposure ends 4 us after the stop

@@ -61,10 +61,11 @@ ControlLoop::ControlLoop(Wiring wiring, Senders& senders, HostProtocol protocol,
 
 void ControlLoop::run() {
   while (true) {
+    heartbeat_.beat();
     std::int64_t wait_ns = longest_wait_ns;
     {
       const std::lock_guard lock(mutex_);
-      if (protocol_.is_closed()) return;
+      if (protocol_.is_closed()) break;
       if (const auto deadline = protocol_.deadline_ns())
         wait_ns = std::clamp<std::int64_t>(*deadline - net::read_clocks().monotonic_ns, 0, longest_wait_ns);
     }
@@ -79,6 +80,7 @@ void ControlLoop::run() {
     if (wiring_.send_utc) tell_utc(now);
     hand_out();
   }
+  heartbeat_.rest();
 }
 
 // Pulses of GPS receivers and masters of time come with the full seconds of UTC, and so do those of a host that makes

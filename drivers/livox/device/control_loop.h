@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/heartbeat.h"
 #include "drivers/livox/device/datagram_ring.h"
 #include "drivers/livox/device/receiver.h"
 #include "drivers/livox/protocol/host_protocol.h"
@@ -46,6 +47,7 @@ class ControlLoop {
   [[nodiscard]] std::vector<Sighting> sightings() const;
   [[nodiscard]] ProtocolCounters counters() const;
   [[nodiscard]] std::uint64_t lost_events() const;
+  [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
   /// All control datagrams, in both directions.
   [[nodiscard]] DatagramRing& ring() { return ring_; }
 
@@ -70,6 +72,7 @@ class ControlLoop {
   net::SessionClock clock_;
   DatagramRing ring_;
   ProtocolOutput output_;
+  Heartbeat heartbeat_{"commands to the LiDARs"};
   mutable std::mutex mutex_;     ///< Of the protocol, its output, the ring's writing end and the events.
   std::int64_t utc_told_s_ = 0;  ///< The second of the last time of day that was sent.
   std::deque<Event> events_;

@@ -72,6 +72,7 @@ void Driver::run_receiver(std::size_t index) {
   while (is_receiving_.load(std::memory_order_relaxed))
     if (receivers_[index]->receive_some(receive_wait_ns)) doorbell_.ring();
   receivers_[index]->receive_some(0);  // What came while the devices were being freed.
+  receivers_[index]->heartbeat().rest();
 }
 
 Driver::~Driver() { stop(); }
@@ -147,6 +148,12 @@ std::vector<InterfaceReport> Driver::interfaces() const {
                        receiver.ring().capacity(), receiver.counters()});
   }
   return reports;
+}
+
+std::vector<const Heartbeat*> Driver::heartbeats() const {
+  std::vector<const Heartbeat*> beats{&control_->heartbeat()};
+  for (const auto& receiver : receivers_) beats.push_back(&receiver->heartbeat());
+  return beats;
 }
 
 std::vector<std::string> Driver::notes() const { return notes_; }

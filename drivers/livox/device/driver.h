@@ -69,6 +69,8 @@ class Driver {
   [[nodiscard]] std::uint64_t control_datagrams() const { return control_->ring().pushed(); }
   /// Datagrams of control that nobody took from their queue in time.
   [[nodiscard]] std::uint64_t dropped_control() const { return control_->ring().dropped(); }
+  /// Of its threads.
+  [[nodiscard]] std::vector<const Heartbeat*> heartbeats() const;
   /// What is less good than it could be (buffers, priority), each a sentence with its mend.
   [[nodiscard]] std::vector<std::string> notes() const;
   /// The session clock's start: CLOCK_REALTIME and CLOCK_MONOTONIC together.

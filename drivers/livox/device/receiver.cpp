@@ -49,9 +49,11 @@ Receiver::Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& sen
       ring_(queue_datagrams),
       // The kernel gives twice what it says.
       room_(std::min(2 * socket_.receive_bytes() / kernel_bytes_of_a_packet, ring_.capacity())),
-      pause_ns_(kLongestPauseNs) {}
+      pause_ns_(kLongestPauseNs),
+      heartbeat_("receiving at " + rigcal::to_string(socket_.local().ip)) {}
 
 bool Receiver::receive_some(std::int64_t timeout_ns) {
+  heartbeat_.beat();
   if (timeout_ns > 0) {
     if (is_flowing_ && pause_ns_ > 0) {
       pause_for(std::min(pause_ns_, timeout_ns));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/base/heartbeat.h"
 #include "drivers/livox/device/datagram_ring.h"
 #include "drivers/livox/protocol/host_protocol.h"
 #include "drivers/net/session_clock.h"
@@ -81,6 +82,8 @@ class Receiver {
   [[nodiscard]] const net::UdpSocket& socket() const { return socket_; }
   [[nodiscard]] DatagramRing& ring() { return ring_; }
   [[nodiscard]] ReceiverCounters counters() const;
+  /// Beats at each call of `receive_some`.
+  [[nodiscard]] Heartbeat& heartbeat() { return heartbeat_; }
   [[nodiscard]] const DeviceTraffic& traffic(std::size_t device) const { return traffic_[device]; }
 
  private:
@@ -96,6 +99,7 @@ class Receiver {
   DatagramRing ring_;
   std::size_t room_;  ///< Packets that may wait in the socket and in the ring.
   std::int64_t pause_ns_;
+  Heartbeat heartbeat_;
   bool is_flowing_ = false;
   std::array<DeviceTraffic, kMaxDevices> traffic_;
   std::atomic<std::uint64_t> received_{0};

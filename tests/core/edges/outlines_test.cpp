@@ -220,6 +220,23 @@ TEST(Outlines, OfTwoPatchesHaveTheSameNumbersAndNoSampleTwice) {
   EXPECT_EQ(second_left_out.size(), one.size());
 }
 
+TEST(Outlines, AreTheSameFromWhatWasFoundBefore) {
+  const std::vector<PatchCells> patches{patch_of(scan({}, 1)), patch_of(scan({}, 2))};
+  std::vector<PatchOutlines> known;
+  for (const PatchCells& patch : patches) known.push_back(find_patch_outlines(patch, without_beam()));
+  const auto found = find_outlines(patches, at_origin(), {}, 5, without_beam());
+  const auto again = find_outlines(patches, at_origin(), {}, 5, without_beam(), &known);
+  ASSERT_FALSE(found.empty());
+  ASSERT_EQ(found.size(), again.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    EXPECT_EQ(found[k].p_G, again[k].p_G);
+    EXPECT_EQ(found[k].line, again[k].line);
+    EXPECT_EQ(found[k].covariance_G, again[k].covariance_G);
+  }
+  known[1] = {};
+  EXPECT_LT(find_outlines(patches, at_origin(), {}, 5, without_beam(), &known).size(), found.size());
+}
+
 TEST(Outlines, AreTheSameOnAnyNumberOfThreads) {
   const std::vector<PatchCells> patches{patch_of(scan({}, 1)), patch_of(scan({}, 2)), patch_of(scan({}, 3))};
   const auto samples = [&](int threads) {

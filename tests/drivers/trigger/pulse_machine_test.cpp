@@ -52,6 +52,24 @@ PulsePattern pattern_of(std::uint64_t count) {
   return pattern;
 }
 
+TEST(PulseMachine, GivesNoneWhileItIsHeldAndGoesOnInThePattern) {
+  PulseMachine machine(pattern_of(0), start);
+  machine.hold(true);
+  std::vector<std::int64_t> rises;
+  for (std::int64_t now = start; now < start + 1000 * ms; now += ms) {
+    machine.hold(now < start + 200 * ms || now >= start + 500 * ms + ms);  // Let go just after a pulse has begun.
+    const auto action = machine.step(now);
+    if (action && action->is_high) rises.push_back(now - start);
+    if (action && !action->is_high) {
+      EXPECT_EQ(now - start, rises.back() + ms) << "a pulse that was under way was cut";
+    }
+  }
+  EXPECT_THAT(rises, testing::ElementsAre(200 * ms, 250 * ms, 300 * ms, 350 * ms, 400 * ms, 450 * ms, 500 * ms));
+  EXPECT_EQ(machine.pulses(), 7U);
+  EXPECT_EQ(machine.held(), 13U);
+  EXPECT_EQ(machine.skipped(), 0U);
+}
+
 TEST(PulseMachine, GivesPulsesInTheirTimes) {
   PulseMachine machine(pattern_of(1000), start);
   const auto pulses = run(machine, [] { return 0; });
