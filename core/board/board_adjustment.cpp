@@ -189,10 +189,11 @@ class Adjuster {
     problem_->AddResidualBlock(plane, nullptr, sensor.x, place.x, &sensor.range_offset);
     plane_points_ += moments.points - 7.0;
     if (seen.cloud->squares) {
-      auto* squares = new ceres::AutoDiffCostFunction<SquaresCost, 3, 6, 6>(
+      auto* squares = new ceres::AutoDiffCostFunction<SquaresCost, 3, 6, 6, 1>(
           new SquaresCost{&sensor.start, &place.start, seen.T_sensor_board, squares_sigma_m,
                           squares_sigma_m / (0.3 * board_.size().maxCoeff())});
-      problem_->AddResidualBlock(squares, new ceres::HuberLoss(border_loss_sigmas), sensor.x, place.x);
+      problem_->AddResidualBlock(squares, new ceres::HuberLoss(border_loss_sigmas), sensor.x, place.x,
+                                 &sensor.range_offset);
     }
     for (const BorderPoint& b : seen.cloud->border) {
       auto* cost = new ceres::AutoDiffCostFunction<BorderCost, 1, 6, 6, 1, 1>(

@@ -154,8 +154,9 @@ struct BorderCost {
   }
 };
 
-/// Where the pattern lies in the plate's plane by the reflectivity of its squares: parameters LiDAR, board; shift along
-/// both axes and turn about the normal, each over its noise.
+/// Where the pattern lies in the plate's plane by the reflectivity of its squares: parameters LiDAR, board, range
+/// offset; shift along both axes and turn about the normal, each over its noise. What is seen are directions: the
+/// offset moves the pattern along the ray.
 struct SquaresCost {
   const SE3* T_base_lidar;
   const SE3* T_base_board;
@@ -164,7 +165,8 @@ struct SquaresCost {
   double sigma_rad;
 
   template <class T>
-  bool operator()(const T* lidar_x, const T* board_x, T* residual) const {
+  bool operator()(const T* lidar_x, const T* board_x, const T* range_offset, T* residual) const {
+    const Vector3d ray = T_lidar_seen.R.transpose() * T_lidar_seen.t.normalized();
     const SE3 to_seen = T_lidar_seen.inverse();
     const auto in_seen = [&](const Vector3<T>& on_board) {
       const Vector3<T> in_base = moved<T>(*T_base_board, board_x, on_board);
@@ -173,8 +175,7 @@ struct SquaresCost {
     };
     const Vector3<T> origin = in_seen(Vector3<T>(T(0.0), T(0.0), T(0.0)));
     const Vector3<T> along = in_seen(Vector3<T>(T(1.0), T(0.0), T(0.0))) - origin;
-    residual[0] = origin[0] / sigma_m;
-    residual[1] = origin[1] / sigma_m;
+    for (int k = 0; k < 2; ++k) residual[k] = (origin[k] - range_offset[0] * ray[k]) / sigma_m;
     residual[2] = along[1] / sigma_rad;
     return true;
   }

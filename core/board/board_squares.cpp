@@ -63,6 +63,13 @@ Vector2d moved_back(const Vector2d& p, const Shift& shift) {
   return {c * q.x() + s * q.y(), -s * q.x() + c * q.y()};
 }
 
+// Where the ray of a point meets the board's plane, in the board's frame: what a range is off by moves a point along a
+// slanting ray, and the squares with it.
+Vector2d met_by_ray(const SE3& to_board, const Vector3d& q) {
+  const Vector3d& from = to_board.t;  // the sensor
+  return (from + (q - from) * (from.z() / (from.z() - q.z()))).head<2>();
+}
+
 double contrast_at(const std::vector<Spot>& spots, const BoardModel& board, const Shift& shift) {
   Colours colours;
   for (const Spot& spot : spots) {
@@ -111,6 +118,35 @@ Shift centred(const std::vector<Spot>& spots, const BoardModel& board, Shift at)
   return at;
 }
 
+// How much farther dark squares seem, by the points' distances from the plate, which then lies where bright squares do.
+void take_difference_out(const BoardModel& board, CloudBoard& found) {
+  SquareCue& cue = *found.squares;
+  const SE3 back = found.T_lidar_board.inverse();
+  Colours across;
+  for (const Vector3d& p : found.points) {
+    const Vector3d q = back * p;
+    const Vector2d at = met_by_ray(back, q);
+    const int colour = board.colour_at(at.x(), at.y(), beside_line);
+    if (colour != 0) across.add((colour > 0) == cue.first_is_dark ? 0 : 1, q.z());
+  }
+  const double cosine = std::abs(found.T_lidar_board.R.col(2).dot(found.T_lidar_board.t.normalized()));
+  cue.dark_farther_m = (across.mean(0) - across.mean(1)) / std::max(0.1, cosine);
+  cue.dark_farther_sigma_m =
+      std::sqrt(across.variance(0) / std::max(1.0, across.n[0]) + across.variance(1) / std::max(1.0, across.n[1])) /
+      std::max(0.1, cosine);
+  double across_m = 0.0;
+  for (Vector3d& p : found.points) {
+    const Vector2d at = met_by_ray(back, back * p);
+    const int colour = board.colour_at(at.x(), at.y(), 0.0);
+    if (colour != 0 && (colour > 0) == cue.first_is_dark) p -= cue.dark_farther_m * p.normalized();
+    across_m += (back * p).z() / static_cast<double>(found.points.size());
+  }
+  // Along the rays, as directions stay.
+  const double along_m = across_m / std::max(0.1, cosine);
+  found.T_lidar_board.t += along_m * found.T_lidar_board.t.normalized();
+  for (BorderPoint& b : found.border) b.p += along_m * b.p.normalized();
+}
+
 }  // namespace
 
 void look_at_squares(std::span<const Point> points, const BoardModel& board, CloudBoard& found) {
@@ -119,8 +155,10 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
   std::vector<Spot> all;
   for (const Point& point : points) {
     const Vector3d q = to_board * Vector3d(point.x, point.y, point.z);
-    if (std::abs(q.z()) > tolerance || (q.head<2>().cwiseAbs() - 0.5 * board.size()).maxCoeff() > 0.0) continue;
-    all.push_back({q.head<2>(), static_cast<double>(point.reflectivity)});
+    if (std::abs(q.z()) > tolerance) continue;
+    const Vector2d at = met_by_ray(to_board, q);
+    if ((at.cwiseAbs() - 0.5 * board.size()).maxCoeff() > 0.0) continue;
+    all.push_back({at, static_cast<double>(point.reflectivity)});
   }
   if (all.size() < least_scored) return;
   std::vector<Spot> spots;
@@ -136,28 +174,7 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
   SquareCue& cue = found.squares.emplace();
   cue.contrast = std::abs(contrast);
   cue.first_is_dark = contrast > 0.0;
-  // How much farther dark squares seem, by the points' distances from the plate.
-  const SE3 back = found.T_lidar_board.inverse();
-  Colours across;
-  for (const Vector3d& p : found.points) {
-    const Vector3d q = back * p;
-    const int colour = board.colour_at(q.x(), q.y(), beside_line);
-    if (colour != 0) across.add((colour > 0) == cue.first_is_dark ? 0 : 1, q.z());
-  }
-  const double cosine = std::abs(found.T_lidar_board.R.col(2).dot(found.T_lidar_board.t.normalized()));
-  cue.dark_farther_m = (across.mean(0) - across.mean(1)) / std::max(0.1, cosine);
-  cue.dark_farther_sigma_m =
-      std::sqrt(across.variance(0) / std::max(1.0, across.n[0]) + across.variance(1) / std::max(1.0, across.n[1])) /
-      std::max(0.1, cosine);
-  double across_m = 0.0;
-  for (Vector3d& p : found.points) {
-    const Vector3d q = back * p;
-    const int colour = board.colour_at(q.x(), q.y(), 0.0);
-    if (colour != 0 && (colour > 0) == cue.first_is_dark) p -= cue.dark_farther_m * p.normalized();
-    across_m += (back * p).z() / static_cast<double>(found.points.size());
-  }
-  // The plate lies where bright squares do.
-  found.T_lidar_board.t += across_m * found.T_lidar_board.R.col(2);
+  take_difference_out(board, found);
 }
 
 }  // namespace rigcal

@@ -27,7 +27,7 @@ constexpr double short_strip = 0.2;       // of that side: strips over the tip o
 constexpr double beyond_share = 0.025;    // of the distance: so far outside of an edge the sensor still looks
 constexpr double beside_from_m = 0.03;    // outside of a plate's edges: there should be nothing on its plane
 constexpr double beside_to_m = 0.15;
-constexpr double most_beside = 0.25;  // of the density on the plate
+constexpr double most_beside = 0.15;  // of the density on the plate
 
 using Key = std::array<int, 3>;
 

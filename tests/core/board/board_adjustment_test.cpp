@@ -169,6 +169,24 @@ TEST(BoardCosts, SumAnyNumberOfPointsInSevenResiduals) {
   EXPECT_NEAR(sum, direct, 1e-9 * direct);
 }
 
+TEST(BoardCosts, MoveSquaresAlongTheRayWhereRangesAreOff) {
+  Random random(7);
+  const SE3 T_base_lidar = random_pose(random, 0.3, 0.3);
+  const SE3 T_lidar_board{exp_so3({0.5, -0.3, 0.4}), {0.2, -0.1, 3.0}};
+  const SE3 T_base_board = T_base_lidar * T_lidar_board;
+  constexpr double too_short_m = 0.02;
+  SE3 seen = T_lidar_board;
+  seen.t -= too_short_m * seen.t.normalized();
+  const board::SquaresCost cost{&T_base_lidar, &T_base_board, seen, 0.002, 0.01};
+  const double still[6] = {};
+  const double believed = 0.0;
+  double residual[3];
+  ASSERT_TRUE(cost(still, still, &too_short_m, residual));
+  EXPECT_LT(Vector3d(residual[0], residual[1], residual[2]).norm(), 0.05);
+  ASSERT_TRUE(cost(still, still, &believed, residual));
+  EXPECT_GT(Vector3d(residual[0], residual[1], residual[2]).norm(), 1.0);
+}
+
 TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
   double nees = 0.0;
   constexpr int trials = 12;

@@ -90,10 +90,40 @@ TEST(DenseBoards, PlacesTheSquaresAndKnowsHowMuchFartherDarkOnesSeem) {
     ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
     const CloudBoard& found = seen.boards[0];
     ASSERT_TRUE(found.squares);
-    EXPECT_LT(nearest_turn(found, T, board), 0.008);
+    EXPECT_LT(nearest_turn(found, T, board), 0.004) << farther;
     EXPECT_NEAR(found.squares->dark_farther_m, farther, 0.001);
     EXPECT_LT(found.squares->dark_farther_sigma_m, 0.0006);
   }
+}
+
+TEST(DenseBoards, DoesNotTakeTheEndOfItsViewForAnEdge) {
+  Random random(4);
+  const BoardModel board = make_board();
+  // A tenth of the plate is outside of the cone.
+  const SE3 T = plate_at(0.19, 2.6, 0.1, 0.2);
+  const CloudBoards seen = find_dense_boards(scan(T, board, {}, random), board);
+  ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
+  EXPECT_LT(seen.boards[0].overlap, 0.97);
+  EXPECT_LT(nearest_turn(seen.boards[0], T, board), 0.01);
+}
+
+TEST(DenseBoards, RefusesAPieceOfALargerSurface) {
+  Random random(5);
+  const BoardModel board = make_board();
+  // A wall of which only a stretch of the board's size is dense enough to be followed.
+  std::vector<Point> points;
+  const auto add = [&](double half_y, double half_z, int count) {
+    for (int k = 0; k < count; ++k) {
+      Point& p = points.emplace_back();
+      p.x = static_cast<float>(4.0 + 0.005 * random.normal());
+      p.y = static_cast<float>(random.uniform(-half_y, half_y));
+      p.z = static_cast<float>(random.uniform(-half_z, half_z));
+    }
+  };
+  add(0.5, 0.35, 1300);
+  EXPECT_EQ(find_dense_boards(points, board).boards.size(), 1u);
+  add(1.5, 1.2, 3200);
+  EXPECT_TRUE(find_dense_boards(points, board).boards.empty());
 }
 
 TEST(DenseBoards, FindsNothingOnABareWall) {
