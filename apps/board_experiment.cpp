@@ -93,12 +93,18 @@ Ways calibrate_pair(const BoardSet& set, const PairKind& kind, const std::vector
   const bool lidars = !sensors[0].camera && !sensors[1].camera;
   const bool cameras = sensors[0].camera && sensors[1].camera;
   out.emplace_back(cameras ? "all corners" : lidars ? "planes" : "lines and planes", std::nullopt);
+  if (!cameras) out.emplace_back("ranges believed", std::nullopt);
   const auto placed = place_pair(sightings, 0, 1, board, std::nullopt);
   if (!placed || placed->runner_up > not_to_be_told) return out;
   sensors[1].T_base_sensor = placed->T_a_b;
   const std::vector<BoardPlace> places = board_places(sightings, sensors, board);
   const BoardAdjustment found = adjust_boards(sensors, places, board, {});
   if (found.converged && found.observable) out[0].second = found.sensors[1].T_base_sensor;
+  if (!cameras) {
+    BoardAdjustOptions believed;
+    believed.range_offset_sigma_m = 0.0;
+    out[3].second = adjust_boards(sensors, places, board, believed).sensors[1].T_base_sensor;
+  }
   out[1].second = place_as_published(places, board);
   out[2].second = cameras  ? place_by_all_corners(places, board, *sensors[0].camera, *sensors[1].camera)
                   : lidars ? place_by_planes(places, board)

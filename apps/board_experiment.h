@@ -40,7 +40,7 @@ struct BoardClaim {
 
 struct BoardDrawOptions {
   int draws = 1000;  ///< At k = 1 with 10 poses; a twentieth elsewhere.
-  int sets = 8;      ///< Of poses, each with noise of its own; draws take them in turn.
+  int sets = 4;      ///< Of poses, each with noise of its own; draws take them in turn.
   int poses_of_set = 27;
   bool asked_only = false;  ///< k = 1 with 10 poses and nothing else.
   std::uint64_t seed = 1;

@@ -101,7 +101,7 @@ std::string detection_text(const std::vector<DetectionRow>& rows) {
 
 std::string livox_text(const std::vector<LivoxRow>& rows) {
   if (rows.empty()) return {};
-  std::string text = "Livox sensors to a camera by ten poses at 2.6 to 4.5 m: median (worst)\n";
+  std::string text = "Livox sensors to a camera by boards at 2.6 to 4.5 m: median (worst)\n";
   for (const LivoxRow& row : rows) {
     text += fmt::format(
         "{:<7} {:.4f} ({:.4f}) deg, {:.2f} ({:.2f}) mm, {} of {} rigs; {} of {} boards found, planes {:.1f} to {:.1f} "

@@ -12,7 +12,6 @@
 namespace rigcal {
 namespace {
 
-constexpr int poses_of_rig = 10;
 constexpr double margin_px = 12.0;
 constexpr double stop_s = 4.0;
 
@@ -104,14 +103,14 @@ Tried calibrate(const LivoxRig& rig, const std::vector<BoardSighting>& sightings
   return out;
 }
 
-Tried try_rig(const Unit& unit, std::uint64_t seed, const RunContext& context) {
+Tried try_rig(const Unit& unit, int poses, std::uint64_t seed, const RunContext& context) {
   Random random(seed, 51);
   const LivoxRig rig = draw_rig(unit, random);
   const BoardStage stage = bare_hall();
   const BoardSettings settings = published_board();
   const BoardModel board(settings);
   std::vector<BoardSighting> sightings;
-  for (int pose = 0; pose < poses_of_rig && !context.cancelled(); ++pose) {
+  for (int pose = 0; pose < poses && !context.cancelled(); ++pose) {
     SE3 T = draw_board_pose(range_of(unit), random);
     while (!is_in_all_images(rig.stations, T, board, margin_px) || !is_in_field(unit, rig.stations[0], T, board)) {
       T = draw_board_pose(range_of(unit), random);
@@ -137,7 +136,7 @@ Tried try_rig(const Unit& unit, std::uint64_t seed, const RunContext& context) {
   return calibrate(rig, sightings, board);
 }
 
-LivoxRow row_of(const Unit& unit, const std::vector<Tried>& tried) {
+LivoxRow row_of(const Unit& unit, int poses, const std::vector<Tried>& tried) {
   LivoxRow row;
   row.model = unit.name;
   row.rigs = static_cast<int>(tried.size());
@@ -146,7 +145,7 @@ LivoxRow row_of(const Unit& unit, const std::vector<Tried>& tried) {
   std::vector<double> sides;
   std::vector<double> planes;
   for (const Tried& t : tried) {
-    row.shown += poses_of_rig;
+    row.shown += poses;
     row.found += t.boards;
     sides.insert(sides.end(), t.sides.begin(), t.sides.end());
     planes.insert(planes.end(), t.planes.begin(), t.planes.end());
@@ -176,17 +175,17 @@ LivoxRow row_of(const Unit& unit, const std::vector<Tried>& tried) {
 
 }  // namespace
 
-Expected<std::vector<LivoxRow>> try_livox_boards(int rigs, std::uint64_t seed, const RunContext& context) {
+Expected<std::vector<LivoxRow>> try_livox_boards(const LivoxBoardOptions& options, const RunContext& context) {
   std::vector<LivoxRow> out;
   for (std::size_t u = 0; u < units.size(); ++u) {
-    std::vector<Tried> tried(static_cast<std::size_t>(rigs));
+    std::vector<Tried> tried(static_cast<std::size_t>(options.rigs));
     for (std::size_t k = 0; k < tried.size(); ++k) {
       const auto all = static_cast<double>(units.size() * tried.size());
       context.reporter.progress("livox", static_cast<double>(u * tried.size() + k) / all);
-      tried[k] = try_rig(units[u], seed + k, context);
+      tried[k] = try_rig(units[u], options.poses, options.seed + k, context);
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
     }
-    out.push_back(row_of(units[u], tried));
+    out.push_back(row_of(units[u], options.poses, tried));
   }
   return out;
 }

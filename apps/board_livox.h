@@ -9,7 +9,7 @@
 
 namespace rigcal {
 
-/// Livox sensors without rings to a camera, by ten poses of a board at 2.6 to 4.5 m.
+/// Livox sensors without rings to a camera, by poses of a board at 2.6 to 4.5 m.
 struct LivoxRow {
   std::string model;
   int rigs = 0;
@@ -28,9 +28,16 @@ struct LivoxRow {
   int signs_right = 0;        ///< and of these found so.
 };
 
-/// A MID-40 and an AVIA with the scan patterns of the simulator, each beside a camera, `rigs` times ten poses: planes 5
-/// to 11 mm thick (rms), dark squares 1 to 9 mm nearer or farther than bright ones, whole footprints. Errors:
-/// cancelled.
-[[nodiscard]] Expected<std::vector<LivoxRow>> try_livox_boards(int rigs, std::uint64_t seed, const RunContext& context);
+struct LivoxBoardOptions {
+  int rigs = 10;
+  int poses = 10;
+  std::uint64_t seed = 1;
+};
+
+/// A MID-40 and an AVIA with the scan patterns of the simulator, each beside a camera: `rigs` rigs with poses of their
+/// own, planes 5 to 11 mm thick (rms), dark squares 1 to 9 mm nearer or farther than bright ones, whole footprints.
+/// Errors: cancelled.
+[[nodiscard]] Expected<std::vector<LivoxRow>> try_livox_boards(const LivoxBoardOptions& options,
+                                                               const RunContext& context);
 
 }  // namespace rigcal

@@ -1,5 +1,6 @@
 #include "apps/board_stage.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -34,11 +35,11 @@ SE3 near_pose(const Matrix3d& R, const Vector3d& t, double turn_rad, Random& ran
   return {exp_so3(turn) * R, t + shift};
 }
 
-// As automatic exposure has it: one value in fifty is brighter than four fifths of the largest.
+// As automatic exposure has it: no more than one value in a thousand is brighter than four fifths of the largest.
 double exposure_for(const sim::LightField& light, double usual_us) {
   std::vector<float> greys;
-  for (std::size_t k = 0; k < light.pixels.size(); k += 31) greys.push_back(light.pixels[k].mean());
-  const auto at = greys.begin() + static_cast<std::ptrdiff_t>(greys.size() * 49 / 50);
+  for (std::size_t k = 0; k < light.pixels.size(); k += 7) greys.push_back(light.pixels[k].mean());
+  const auto at = greys.begin() + static_cast<std::ptrdiff_t>(greys.size() * 999 / 1000);
   std::nth_element(greys.begin(), at, greys.end());
   return 0.8 * usual_us / std::max(1e-3, static_cast<double>(*at));
 }
@@ -51,6 +52,56 @@ sim::ImageSensor sensor_with(double grey_sigma, const sim::LightField& light) {
   sensor.full_well = full_well;
   sensor.read_noise = grey_sigma * full_well;
   return sensor;
+}
+
+// The part of an image in which a board lies, with what is near it.
+struct Window {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+Window window_of(const CameraModel& camera, const SE3& T_camera_board, const BoardModel& board) {
+  constexpr double near_px = 50.0;
+  Eigen::AlignedBox2d box;
+  for (const Vector3d& corner : board.plate_corners()) {
+    if (const auto pixel = camera.project(T_camera_board * corner)) box.extend(*pixel);
+  }
+  const auto within = [](double v, int size) {
+    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(size)));
+  };
+  const CameraIntrinsics& k = camera.intrinsics();
+  Window out;
+  out.x = within(box.min().x() - near_px, k.width - 1);
+  out.y = within(box.min().y() - near_px, k.height - 1);
+  out.width = std::max(1, within(box.max().x() + near_px, k.width) - out.x);
+  out.height = std::max(1, within(box.max().y() + near_px, k.height) - out.y);
+  return out;
+}
+
+sim::LightField light_of(const BoardStage& stage, const sim::Scene& scene, const sim::RayCaster& caster,
+                         const BoardStation& station, const SE3& T_rig_board, const BoardModel& board) {
+  const SE3 T_scene_camera = stage.T_scene_rig * station.T_rig_sensor;
+  const CameraModel camera(*station.camera);
+  if (!stage.is_bare) return sim::ImageRenderer(scene, caster, camera).render(T_scene_camera, 0.0);
+  const Window window = window_of(camera, station.T_rig_sensor.inverse() * T_rig_board, board);
+  CameraIntrinsics part = *station.camera;
+  part.width = window.width;
+  part.height = window.height;
+  part.cx -= window.x;
+  part.cy -= window.y;
+  const sim::LightField seen = sim::ImageRenderer(scene, caster, CameraModel(part)).render(T_scene_camera, 0.0);
+  sim::LightField out;
+  out.width = station.camera->width;
+  out.height = station.camera->height;
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      out.pixels.push_back(
+          seen.at(std::clamp(x - window.x, 0, seen.width - 1), std::clamp(y - window.y, 0, seen.height - 1)));
+    }
+  }
+  return out;
 }
 
 void look_with_camera(const CameraIntrinsics& intrinsics, int station, const sim::LightField& light,
@@ -128,6 +179,7 @@ BoardStage bare_hall() {
   out.scene.light.sun = 0.0;
   out.scene.light.ambient = 0.8;
   out.T_scene_rig.t = {0.0, 0.0, 1.5};
+  out.is_bare = true;
   return out;
 }
 
@@ -160,8 +212,7 @@ std::vector<std::vector<BoardSighting>> see_board(const BoardStage& stage, const
   std::vector<sim::LightField> light(stations.size());
   for (std::size_t s = 0; s < stations.size(); ++s) {
     if (!stations[s].camera) continue;
-    const CameraModel camera(*stations[s].camera);
-    light[s] = sim::ImageRenderer(scene, caster, camera).render(stage.T_scene_rig * stations[s].T_rig_sensor, 0.0);
+    light[s] = light_of(stage, scene, caster, stations[s], T_rig_board, board);
   }
   std::vector<std::vector<BoardSighting>> found(noises.size() * stations.size());
   parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {

@@ -51,6 +51,7 @@ struct PoseRange {
 struct BoardStage {
   sim::Scene scene;
   SE3 T_scene_rig;
+  bool is_bare = false;  ///< Even walls all round: images are rendered near the board only, beside it they go on.
 };
 /// A bare hall of 14 by 10 by 4 m.
 [[nodiscard]] BoardStage bare_hall();

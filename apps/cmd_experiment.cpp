@@ -125,7 +125,10 @@ Expected<BoardExperiment> run_parts(const ExperimentOptions& options, const RunC
     experiment.detection = std::move(*rows);
   }
   if (wanted("livox")) {
-    Expected<std::vector<LivoxRow>> rows = try_livox_boards(options.rigs.value_or(10), options.seed, context);
+    LivoxBoardOptions livox;
+    livox.rigs = options.rigs.value_or(livox.rigs);
+    livox.seed = options.seed;
+    Expected<std::vector<LivoxRow>> rows = try_livox_boards(livox, context);
     if (!rows) return rows.error();
     experiment.livox = std::move(*rows);
   }
@@ -208,7 +211,7 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
                    "checkerboard: draws of 10 poses at the paper's noise (default 1000; elsewhere a twentieth)")
       ->check(CLI::Range(1, 1000000))
       ->option_text("N");
-  command->add_option("--sets", options->boards.sets, "checkerboard: sets of 27 poses to draw from (default 8)")
+  command->add_option("--sets", options->boards.sets, "checkerboard: sets of 27 poses to draw from (default 4)")
       ->check(CLI::Range(1, 1000))
       ->option_text("N");
   command->add_option("--boards", options->shown, "checkerboard: boards shown for detection (default 100)")

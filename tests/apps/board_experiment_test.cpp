@@ -17,7 +17,7 @@ TEST(DrawBoards, BeatsThePapersClaimsByHalfAlreadyInAFewDraws) {
   BoardDrawOptions options;
   options.draws = 4;
   options.sets = 1;
-  options.poses_of_set = 12;
+  options.poses_of_set = 11;
   options.asked_only = true;
   const auto rows = draw_boards(options, {silent});
   ASSERT_TRUE(rows) << rows.error().message();
@@ -27,7 +27,7 @@ TEST(DrawBoards, BeatsThePapersClaimsByHalfAlreadyInAFewDraws) {
     const BoardRow& row = (*rows)[k];
     const BoardClaim& claim = published_claims()[k];
     EXPECT_EQ(row.pair, claim.pair);
-    ASSERT_EQ(row.ways.size(), 3U);
+    ASSERT_EQ(row.ways.size(), row.pair == "camera-camera" ? 3U : 4U);
     EXPECT_EQ(row.ways[0].answers, 4) << board_experiment_text(experiment);
     EXPECT_LT(row.ways[0].rotation_rad, 0.5 * claim.rotation_rad) << board_experiment_text(experiment);
     EXPECT_LT(row.ways[0].translation_m, 0.5 * claim.translation_m) << board_experiment_text(experiment);
@@ -67,7 +67,10 @@ TEST(DetectBoards, FindsTheBoardInEveryScene) {
 TEST(TryLivoxBoards, FindsTheCameraTheSizeAndTheSignOfTheSquares) {
   BoardExperiment experiment;
   SilentReporter silent;
-  const auto rows = try_livox_boards(1, 1, {silent});
+  LivoxBoardOptions options;
+  options.rigs = 1;
+  options.poses = 5;
+  const auto rows = try_livox_boards(options, {silent});
   ASSERT_TRUE(rows) << rows.error().message();
   experiment.livox = *rows;
   const std::string text = board_experiment_text(experiment);
@@ -76,8 +79,8 @@ TEST(TryLivoxBoards, FindsTheCameraTheSizeAndTheSignOfTheSquares) {
     EXPECT_EQ(row.answers, 1) << text;
     EXPECT_LT(row.translation_m, 0.010) << text;
     EXPECT_LT(row.rotation_rad, to_rad(0.2)) << text;
-    EXPECT_EQ(row.shown, 10);
-    EXPECT_GE(row.found, 9) << text;
+    EXPECT_EQ(row.shown, 5);
+    EXPECT_EQ(row.found, 5) << text;
     EXPECT_LT(row.worst_size_m, 0.010) << text;
     EXPECT_EQ(row.signs_right, row.signs) << text;
   }
@@ -92,7 +95,7 @@ TEST(BoardExperiment, EndsWhenTold) {
   const RunContext context{silent, stop.get_token()};
   EXPECT_FALSE(draw_boards({}, context));
   EXPECT_FALSE(detect_boards(3, 1, context));
-  EXPECT_FALSE(try_livox_boards(1, 1, context));
+  EXPECT_FALSE(try_livox_boards({}, context));
 }
 
 }  // namespace
