@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/base_experiment.h"
 #include "apps/board_experiment_text.h"
 #include "apps/command.h"
 #include "apps/planes_experiment_text.h"
@@ -160,10 +161,26 @@ Expected<ExitCode> run_checkerboard(const ExperimentOptions& options, CommandCon
   return ExitCode::good;
 }
 
+Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& context) {
+  BaseExperimentOptions base;
+  base.seed = options.seed;
+  base.points = options.start.points;
+  base.rigs = options.rigs.value_or(base.rigs);
+  const Expected<std::vector<BaseRow>> rows = try_bases(base, context.run_context());
+  if (!rows) return rows.error();
+  if (context.json) {
+    CommandContext::print(base_experiment_json(*rows));
+  } else if (!context.quiet) {
+    CommandContext::print(base_experiment_text(*rows));
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandContext& context) {
   if (options.paper == "checkerboard") return run_checkerboard(options, context);
   if (options.paper == "sigma") return run_sigma(options, context);
   if (options.paper == "start") return run_start(options, context);
+  if (options.paper == "base") return run_base(options, context);
   std::optional<StagedFolder> folder;
   if (!options.out.empty()) {
     Expected<StagedFolder> made =
@@ -194,9 +211,10 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->add_option(
           "PAPER", options->paper,
           "planes: LiDARs from the planes of a corner; checkerboard: LiDARs and cameras by a board; sigma: whether "
-          "errors are as large as sigma says; start: how many random rigs are found without a guess")
+          "errors are as large as sigma says; start: how many random rigs are found without a guess; base: whether the "
+          "choice of the base changes a result")
       ->required()
-      ->check(CLI::IsMember({"planes", "checkerboard", "sigma", "start"}));
+      ->check(CLI::IsMember({"planes", "checkerboard", "sigma", "start", "base"}));
   command->add_option("--trials", options->trials, "Trials of each row of the paper's table (default 100)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
@@ -225,15 +243,17 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--rigs", options->rigs,
                    "sigma: rigs of each kind of errors (default 60); start: of each case (20); checkerboard: with each "
-                   "Livox sensor (10)")
+                   "Livox sensor (10); base: rigs (6)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
-  command->add_option("--points", options->start.points, "start: points of each patch (default 20000)")
+  command->add_option("--points", options->start.points, "start, base: points of each patch (default 20000)")
       ->check(CLI::Range(1000, 1000000))
       ->option_text("N");
   command->add_option("--case", options->start.cases, "start: only this case; may be repeated")
       ->check(CLI::IsMember(start_case_names()))
       ->option_text("NAME");
+  command->add_flag("--basin", options->start.basin,
+                    "start: ever worse guesses, from 1 m and 20 degrees on, until fewer than 99 of 100 rigs are right");
   command->add_option("--seed", options->seed, "Of all random numbers (default 1)")->option_text("N");
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");

@@ -40,6 +40,9 @@ class NumberList {
   std::string example_;
 };
 
+// Fits between the furniture of the room.
+constexpr double usual_drive_m = 1.2;
+
 template <class Take>
 void add_list(CLI::App& command, const std::string& name, const NumberList& list, const std::string& shape,
               const std::string& text, const Take& take) {
@@ -59,6 +62,21 @@ void add_list(CLI::App& command, const std::string& name, const NumberList& list
 }  // namespace
 
 void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
+  command
+      .add_option_function<std::string>(
+          "--motion",
+          [&options](const std::string& motion) {
+            if (motion != "turntable") sim::let_wander(0.1, 1.0, options);
+            if (motion == "figure8" && options.drive_m == 0.0) options.drive_m = usual_drive_m;
+          },
+          "turntable (default); vehicle: it turns in place, each stop 0.1 m and 1 degree off; figure8: such a vehicle "
+          "drives a figure of eight")
+      ->check(CLI::IsMember({"turntable", "vehicle", "figure8"}))
+      ->option_text("MOTION");
+  command.add_option("--drive", options.drive_m, "Metres, half the length of the figure of eight (default 1.2)")
+      ->check(CLI::Range(0.1, 100.0))
+      ->needs("--motion")
+      ->option_text("M");
   command.add_option("--stops", options.stops, "Stops in a full turn (default 20)")
       ->check(CLI::Range(1, 1000))
       ->option_text("N");

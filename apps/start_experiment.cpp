@@ -22,12 +22,24 @@ constexpr double right_m = 0.005;
 constexpr double right_rad = to_rad(0.05);
 
 const std::vector<StartCase>& all_cases() {
-  static const std::vector<StartCase> cases{
-      {"gyro", 0.0, 0.0, true, -1.0, 0.0},
-      {"nothing", 0.0, 0.0, false, -1.0, 0.0},
-      {"vehicle", 0.1, 1.0, true, -1.0, 0.0},
-      {"guess", 0.0, 0.0, true, 1.0, 20.0},
-  };
+  static const std::vector<StartCase> cases = [] {
+    std::vector<StartCase> out(6);
+    out[0].name = "gyro";
+    out[1].name = "nothing";
+    out[1].with_gyro = false;
+    out[2].name = "vehicle";
+    out[2].wander_m = 0.1;
+    out[2].wander_deg = 1.0;
+    out[3] = out[2];
+    out[3].name = "figure8";
+    out[3].drives = true;
+    out[4].name = "guess";
+    out[4].guess_m = 1.0;
+    out[4].guess_deg = 20.0;
+    out[5].name = "apart";
+    out[5].shares_surfaces = false;
+    return out;
+  }();
   return cases;
 }
 
@@ -47,12 +59,14 @@ Expected<Thrown> throw_rig(const StartCase& kind, std::uint64_t seed, int points
   options.shots_per_patch = points;
   Random random(seed, 800);
   options.turntable.stops = 12 + static_cast<int>(random.below(13));
-  // The sigmas are of each of three directions.
-  if (kind.wander_m > 0.0) {
-    options.turntable.stop_jitter_m = kind.wander_m / std::sqrt(3.0);
-    options.turntable.stop_jitter_deg = kind.wander_deg / std::sqrt(3.0);
+  if (kind.wander_m > 0.0) sim::let_wander(kind.wander_m, kind.wander_deg, options.turntable);
+  if (kind.drives) {
+    // It turns by one and a half full turns.
+    options.turntable.stops = 24 + static_cast<int>(random.below(13));
+    options.turntable.drive_m = out.scene == "room" ? 1.2 : 3.0;
   }
-  const sim::RandomMounting mounting;
+  sim::RandomMounting mounting;
+  mounting.shares_surfaces = kind.shares_surfaces;
   Expected<sim::LightRig> light = sim::make_random_rig(*scene, options, mounting);
   if (!light) return light.error();
   out.light = std::move(*light);
@@ -130,34 +144,62 @@ std::vector<std::string> start_case_names() {
   return names;
 }
 
+namespace {
+
+Expected<StartRow> try_case(const StartCase& kind, const StartExperimentOptions& options, const RunContext& context) {
+  StartRow row;
+  row.kind = kind;
+  Errors errors;
+  for (int k = 0; k < options.rigs; ++k) {
+    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(k);
+    context.reporter.progress(kind.name, static_cast<double>(k) / options.rigs);
+    const Expected<Thrown> rig = throw_rig(kind, seed, options.points);
+    if (!rig) return rig.error();
+    SilentReporter silent;
+    const auto result =
+        calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), {}, {silent, context.stop});
+    if (!result) return result.error();
+    judge(*rig, seed, *result, row, errors);
+  }
+  context.reporter.progress(kind.name, 1.0);
+  row.median_mm = median(errors.mm);
+  row.worst_mm = worst_of(errors.mm);
+  row.median_deg = median(errors.deg);
+  row.worst_deg = worst_of(errors.deg);
+  row.start_median_s = median(errors.start_s);
+  row.start_worst_s = worst_of(errors.start_s);
+  return row;
+}
+
+// Up to guesses that say nothing any more.
+Expected<void> try_basin(const StartExperimentOptions& options, const RunContext& context,
+                         std::vector<StartRow>& rows) {
+  for (double scale = 1.0; scale < 9.5; scale *= 1.5) {
+    StartCase kind;
+    kind.guess_m = scale;
+    kind.guess_deg = std::min(180.0, 20.0 * scale);
+    kind.name = fmt::format("guess {:.1f} m {:.0f} deg", kind.guess_m, kind.guess_deg);
+    Expected<StartRow> row = try_case(kind, options, context);
+    if (!row) return row.error();
+    rows.push_back(std::move(*row));
+    if (rows.back().right < 0.99 * options.rigs) break;
+  }
+  return {};
+}
+
+}  // namespace
+
 Expected<std::vector<StartRow>> try_starts(const StartExperimentOptions& options, const RunContext& context) {
   std::vector<StartRow> rows;
   for (const StartCase& kind : all_cases()) {
-    const bool wanted = options.cases.empty() ||
-                        std::find(options.cases.begin(), options.cases.end(), kind.name) != options.cases.end();
-    if (!wanted) continue;
-    StartRow row;
-    row.kind = kind;
-    Errors errors;
-    for (int k = 0; k < options.rigs; ++k) {
-      const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(k);
-      context.reporter.progress(kind.name, static_cast<double>(k) / options.rigs);
-      const Expected<Thrown> rig = throw_rig(kind, seed, options.points);
-      if (!rig) return rig.error();
-      SilentReporter silent;
-      const auto result =
-          calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), {}, {silent, context.stop});
-      if (!result) return result.error();
-      judge(*rig, seed, *result, row, errors);
-    }
-    context.reporter.progress(kind.name, 1.0);
-    row.median_mm = median(errors.mm);
-    row.worst_mm = worst_of(errors.mm);
-    row.median_deg = median(errors.deg);
-    row.worst_deg = worst_of(errors.deg);
-    row.start_median_s = median(errors.start_s);
-    row.start_worst_s = worst_of(errors.start_s);
-    rows.push_back(std::move(row));
+    const bool is_named = std::find(options.cases.begin(), options.cases.end(), kind.name) != options.cases.end();
+    if (!is_named && (!options.cases.empty() || options.basin)) continue;
+    Expected<StartRow> row = try_case(kind, options, context);
+    if (!row) return row.error();
+    rows.push_back(std::move(*row));
+  }
+  if (options.basin) {
+    if (const auto done = try_basin(options, context, rows); !done) return done.error();
   }
   return rows;
 }

@@ -16,9 +16,11 @@ struct StartCase {
   /// in place.
   double wander_m = 0.0;
   double wander_deg = 0.0;
+  bool drives = false;  ///< A figure of eight, in 24 to 36 stops.
   bool with_gyro = true;
   double guess_m = -1.0;  ///< Each guess is off by exactly this; negative: there is none.
   double guess_deg = 0.0;
+  bool shares_surfaces = true;  ///< See sim::RandomMounting.
 };
 
 /// What became of the rigs of one row. A rig is right where every LiDAR is within 5 mm and 0.05 degrees, flagged where
@@ -46,6 +48,8 @@ struct StartExperimentOptions {
   std::uint64_t seed = 1;
   int points = 20000;              ///< Of a patch.
   std::vector<std::string> cases;  ///< Names; empty: all.
+  /// Also tries ever worse guesses, from those of the case `guess` on, until fewer than 99 of 100 rigs are right.
+  bool basin = false;
 };
 
 /// The names that `StartExperimentOptions::cases` may have.

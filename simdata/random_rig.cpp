@@ -1,6 +1,10 @@
 #include "simdata/random_rig.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
 
 #include "simdata/random_vectors.h"
 #include "simdata/ray_caster.h"
@@ -9,6 +13,8 @@ namespace rigcal::sim {
 namespace {
 
 constexpr std::uint64_t thrown_stream = 700;
+constexpr int shots_to_see = 60;      // at each stop
+constexpr int shots_to_share = 2400;  // of a run
 
 Matrix3d random_rotation(Random& random) {
   Eigen::Vector4d xyzw;
@@ -22,25 +28,65 @@ SE3 draw_mounting(Random& random, double reach_m) {
   return {R, distance * random_direction(random)};
 }
 
-bool sees_all_directions(const RayCaster& caster, const TurntableMotion& motion, const SimulatedLidar& lidar,
-                         const SE3& T_base_sensor) {
-  constexpr int shots = 60;  // at each stop, all over the scan
-  constexpr std::int64_t stride = 991;
-  const RayCaster::People nobody;
-  Matrix3d normals = Matrix3d::Zero();
-  int hits = 0;
-  for (int k = 0; k < motion.stop_count(); ++k) {
-    const SE3 T = motion.T_scene_base_at_stop(k) * T_base_sensor;
-    for (int i = 0; i < shots; ++i) {
-      const auto hit = caster.cast(T.t, T.R * lidar.scanner.direction(i * stride), nobody, 60.0);
-      if (!hit) continue;
-      ++hits;
-      normals += hit->normal * hit->normal.transpose();
+// A place, to a metre, and the side that it is seen from.
+using Spot = std::array<std::int64_t, 4>;
+
+struct Seen {
+  Spot spot;
+  Vector3d normal;
+};
+
+Spot spot_of(const Vector3d& p, const Vector3d& normal) {
+  Spot spot{};
+  for (int k = 0; k < 3; ++k) spot[static_cast<std::size_t>(k)] = static_cast<std::int64_t>(std::floor(p[k]));
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  spot[3] = 2 * axis + (normal[axis] < 0.0 ? 1 : 0);
+  return spot;
+}
+
+// What some shots at each stop, all over the scan, meet nearer than 60 m.
+class View {
+ public:
+  View(const RayCaster& caster, const TurntableMotion& motion, const SimulatedLidar& lidar, const SE3& T_base_sensor,
+       int shots)
+      : shots_(shots * motion.stop_count()) {
+    constexpr std::int64_t stride = 991;
+    const RayCaster::People nobody;
+    for (int k = 0; k < motion.stop_count(); ++k) {
+      const SE3 T = motion.T_scene_base_at_stop(k) * T_base_sensor;
+      for (int i = 0; i < shots; ++i) {
+        const Vector3d ray = T.R * lidar.scanner.direction(i * stride);
+        const auto hit = caster.cast(T.t, ray, nobody, 60.0);
+        if (hit) seen_.push_back({spot_of(T.t + hit->range * ray, hit->normal), hit->normal});
+      }
     }
   }
-  if (hits < 0.4 * shots * motion.stop_count()) return false;
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(normals).eigenvalues()[0] >= 0.04 * hits;
-}
+
+  [[nodiscard]] const std::vector<Seen>& seen() const { return seen_; }
+  [[nodiscard]] bool has_all_directions() const {
+    const auto all = [](const Spot&) { return true; };
+    return static_cast<double>(seen_.size()) >= 0.4 * shots_ && least_share(all) >= 0.04;
+  }
+  [[nodiscard]] bool shares(const std::set<Spot>& known) const {
+    return least_share([&](const Spot& spot) { return known.contains(spot); }) >= 0.03;
+  }
+
+ private:
+  // Of the squares of the normals, along the direction that has least of them.
+  template <class Takes>
+  [[nodiscard]] double least_share(const Takes& takes) const {
+    Matrix3d normals = Matrix3d::Zero();
+    for (const Seen& s : seen_) {
+      if (takes(s.spot)) normals += s.normal * s.normal.transpose();
+    }
+    return Eigen::SelfAdjointEigenSolver<Matrix3d>(normals).eigenvalues()[0] /
+           static_cast<double>(std::max<std::size_t>(1, seen_.size()));
+  }
+
+  int shots_;
+  std::vector<Seen> seen_;
+};
 
 }  // namespace
 
@@ -58,10 +104,20 @@ Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& op
   const RayCaster caster(scene);
   Random random(options.seed, thrown_stream);
   constexpr int tries = 1000;
+  std::set<Spot> known;
   for (const SimulatedLidar& lidar : plan->lidars) {
     SE3 T = draw_mounting(random, mounting.reach_m);
-    for (int k = 0; k < tries && mounting.sees_all_directions; ++k) {
-      if (sees_all_directions(caster, plan->motion, lidar, T)) break;
+    for (int k = 0; k < tries; ++k) {
+      const bool sees_all =
+          !mounting.sees_all_directions || View(caster, plan->motion, lidar, T, shots_to_see).has_all_directions();
+      if (sees_all && !mounting.shares_surfaces) break;
+      if (sees_all) {
+        const View view(caster, plan->motion, lidar, T, shots_to_share / plan->motion.stop_count());
+        if (known.empty() || view.shares(known)) {
+          for (const Seen& s : view.seen()) known.insert(s.spot);
+          break;
+        }
+      }
       T = draw_mounting(random, mounting.reach_m);
     }
     rig.sensors[static_cast<std::size_t>(lidar.sensor)].initial_T_base_sensor = T;

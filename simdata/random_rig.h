@@ -10,6 +10,10 @@ struct RandomMounting {
   /// than 60 m, and at least 4 % of the squares of their normals lie along each direction. A LiDAR that sees nothing
   /// but the sky or the floor cannot be calibrated by anybody.
   bool sees_all_directions = true;
+  /// Only mountings in which every LiDAR shares surfaces of all directions with those before it: at least 3 % of the
+  /// squares of the normals of all that it sees lie along each direction on places (to a metre) that another saw
+  /// from the same side. One that sees the ceiling while the others see the floor has an unknown height.
+  bool shares_surfaces = false;
 };
 
 /// A rig that nobody drew: an AVIA and three MID-40, each turned any way and anywhere around the middle of the table's

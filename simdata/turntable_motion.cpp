@@ -15,7 +15,17 @@ double s_curve(double s) {
   return s * s * s * (10.0 + s * (6.0 * s - 15.0));
 }
 
+// A point of a figure of eight (half its length 1), u from 0 to 2 pi from its crossing, and the way it runs there.
+Vector3d eight(double u) { return {std::sin(u), 0.5 * std::sin(2.0 * u), 0.0}; }
+double eight_heading(double u) { return std::atan2(std::cos(2.0 * u), std::cos(u)); }
+
 }  // namespace
+
+void let_wander(double off_m, double off_deg, TurntableOptions& options) {
+  // The sigmas are of each of three directions.
+  options.stop_jitter_m = off_m / std::sqrt(3.0);
+  options.stop_jitter_deg = off_deg / std::sqrt(3.0);
+}
 
 TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOptions& options, Random& random)
     : options_(options) {
@@ -47,7 +57,13 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
     if (k > 0) stop.swing = size * (level + 0.5 * random.uniform(-1.0, 1.0) * Vector3d::UnitZ());
     stops_.push_back(stop);
     time = stop.end_s + options.turn_s + (options.overshoot_rad != 0.0 ? options.overshoot_return_s : 0.0);
-    angle += 2.0 * pi / options.stops + to_rad(options.step_sigma_deg) * random.normal();
+    double step = 2.0 * pi / options.stops;
+    if (options.drive_m > 0.0) {
+      const double u = k * step;
+      stops_.back().place = options.drive_m * eight(u);
+      step = std::remainder(eight_heading(u + step) - eight_heading(u), 2.0 * pi);
+    }
+    angle += step + to_rad(options.step_sigma_deg) * random.normal();
   }
   for (std::size_t i = 0; i < options.bumps.size(); ++i) bump_axes_.push_back(random_direction(random));
   if (options.vibration.amplitude_rad != 0.0) {
@@ -57,10 +73,10 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
 }
 
 // The swing bends the whole carriage about the axis at the table's height; the jitter is the base's own.
-SE3 TurntableMotion::compose(double angle, const Vector6d& jitter, const Vector3d& bend_vector) const {
-  const SE3 turn{exp_so3(angle * Vector3d::UnitZ()), Vector3d::Zero()};
+SE3 TurntableMotion::compose(const Way& way, const Vector3d& bend_vector) const {
+  const SE3 turn{exp_so3(way.angle * Vector3d::UnitZ()), way.place};
   const SE3 bend{exp_so3(bend_vector), Vector3d::Zero()};
-  const SE3 off{exp_so3(jitter.head<3>()), jitter.tail<3>()};
+  const SE3 off{exp_so3(way.jitter.head<3>()), way.jitter.tail<3>()};
   return T_scene_axis_ * turn * bend * T_axis_base_ * off;
 }
 
@@ -101,19 +117,16 @@ TurntableMotion::Way TurntableMotion::way_at(double time_s) const {
                                       [](double time, const StopPose& stop) { return time < stop.start_s; });
   const StopPose& stop = after == stops_.begin() ? stops_.front() : *(after - 1);
   const double crept = options_.creep_rad_per_s * time_s;
-  if (time_s <= stop.end_s || after == stops_.end()) return {stop.angle + crept, stop.jitter};
+  if (time_s <= stop.end_s || after == stops_.end()) return {stop.angle + crept, stop.place, stop.jitter};
   const double since = time_s - stop.end_s;
   const double s = s_curve(since / options_.turn_s);
   const double back =
       options_.overshoot_rad != 0.0 ? s_curve((since - options_.turn_s) / options_.overshoot_return_s) : 0.0;
   const double angle = stop.angle + s * (after->angle - stop.angle) + (s - back) * options_.overshoot_rad;
-  return {angle + crept, stop.jitter + s * (after->jitter - stop.jitter)};
+  return {angle + crept, stop.place + s * (after->place - stop.place), stop.jitter + s * (after->jitter - stop.jitter)};
 }
 
-SE3 TurntableMotion::pose_at(double time_s, const Vector3d& bend) const {
-  const Way way = way_at(time_s);
-  return compose(way.angle, way.jitter, bend);
-}
+SE3 TurntableMotion::pose_at(double time_s, const Vector3d& bend) const { return compose(way_at(time_s), bend); }
 
 double TurntableMotion::angle_rad(double time_s) const { return way_at(time_s).angle - stops_.front().angle; }
 

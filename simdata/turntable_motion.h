@@ -24,7 +24,8 @@ struct Bump {
   double angle_rad = 0.0;
 };
 
-/// How the rig is carried round: a turntable that stops, dwells and goes on. What troubles a stop is off by default.
+/// How the rig is carried round: a turntable that stops, dwells and goes on, or a vehicle that does. What troubles a
+/// stop is off by default.
 struct TurntableOptions {
   int stops = 20;
   double dwell_s = 2.0;
@@ -43,12 +44,18 @@ struct TurntableOptions {
   double swing_hz = 4.0;
   /// Dwells between these two instead of `dwell_s`, short ones as often as long ones (even in the logarithm).
   std::optional<std::array<double, 2>> dwell_range_s;
+  /// Half the length of a figure of eight that the rig is driven along, looking ahead, its stops all along it: a
+  /// vehicle; 0: it turns where it stands.
+  double drive_m = 0.0;
   double creep_rad_per_s = 0.0;  ///< The table turns on by this all the time.
   Vibration vibration;
   double overshoot_rad = 0.0;       ///< Each turn goes this much too far, and back
   double overshoot_return_s = 0.4;  ///< in this time, before the stop starts.
   std::vector<Bump> bumps;
 };
+
+/// A vehicle, not a table: each stop stands off the turn by these, root mean square, in any direction.
+void let_wander(double off_m, double off_deg, TurntableOptions& options);
 
 /// An interval in which nothing but swing, creep and vibration moves the rig: a stop, or its part between two bumps.
 struct Rest {
@@ -103,16 +110,18 @@ class TurntableMotion {
     double end_s = 0.0;
     double dwell_s = 0.0;
     double angle = 0.0;
+    Vector3d place = Vector3d::Zero();  ///< Of the carriage, in the frame of the axis.
     Vector6d jitter = Vector6d::Zero();
     Vector3d swing = Vector3d::Zero();  ///< Direction and size of the swing after arriving here.
   };
   struct Way {
     double angle = 0.0;
+    Vector3d place = Vector3d::Zero();
     Vector6d jitter = Vector6d::Zero();
   };
   [[nodiscard]] Way way_at(double time_s) const;
   [[nodiscard]] SE3 pose_at(double time_s, const Vector3d& bend) const;
-  [[nodiscard]] SE3 compose(double angle, const Vector6d& jitter, const Vector3d& bend) const;
+  [[nodiscard]] SE3 compose(const Way& way, const Vector3d& bend) const;
   [[nodiscard]] Vector3d swing_at(double time_s) const;
   [[nodiscard]] Vector3d bump_at(double time_s) const;
   [[nodiscard]] Vector3d vibration_at(double time_s) const;

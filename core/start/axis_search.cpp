@@ -8,13 +8,16 @@
 
 #include "core/base/parallel.h"
 #include "core/start/multiview.h"
-#include "core/start/surfel_index.h"
+#include "core/start/own_view.h"
 
 namespace rigcal {
 namespace {
 
 constexpr std::size_t directions = 1200;  // some six degrees apart
 constexpr std::size_t searched_items = 1000;
+// All directions are tried with every so many-th of them, the best with all.
+constexpr std::size_t first_stride = 4;
+constexpr std::size_t searched_directions = 200;
 constexpr std::size_t first_items = 800;
 constexpr std::size_t solved_items = 2000;
 constexpr std::size_t least_of_patch = 20;
@@ -30,12 +33,6 @@ constexpr double same_foot_m = 0.3;
 constexpr double max_foot_m = 3.0;
 constexpr double residual_m = 0.02;  // spread of surfels of one surface
 constexpr double damping = 1e-6;
-
-SurfelIndex index_of(const PatchSurfels& patch, double reach_m) {
-  std::vector<PlacedSurfel> placed;
-  for (const Surfel& s : patch.surfels) placed.push_back({s.mean, s.normal, 0});
-  return {without_repetitions(placed, 0.5 * reach_m), reach_m};
-}
 
 // Evenly over the sphere, on a spiral.
 Vector3d direction(std::size_t i) {
@@ -56,23 +53,28 @@ std::vector<Axis> axis_peaks(const std::vector<PatchSurfels>& patches, const std
   const std::vector<PatchSurfels> few = thinned(patches, searched_items, least_of_patch);
   std::vector<SurfelIndex> before;
   for (std::size_t k = 0; k + 1 < patches.size(); ++k) before.push_back(index_of(patches[k], 1.0));
-  std::vector<Axis> all(directions);
   const double cosine = std::cos(to_rad(26.0));
-  parallel_for(directions, 32, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      all[i].direction = direction(i);
-      std::size_t matched = 0;
-      for (std::size_t k = 0; k + 1 < patches.size(); ++k) {
-        const double step =
-            angle[static_cast<std::size_t>(patches[k + 1].stop)] - angle[static_cast<std::size_t>(patches[k].stop)];
-        const Matrix3d R = exp_so3(step * all[i].direction);
-        for (const Surfel& s : few[k + 1].surfels)
-          matched += before[k].contains(R * s.mean, R * s.normal, cosine, 0.35) ? 1 : 0;
-      }
-      all[i].score = static_cast<double>(matched);
+  const auto score = [&](const Vector3d& axis, std::size_t stride) {
+    std::size_t matched = 0;
+    for (std::size_t k = 0; k + 1 < patches.size(); ++k) {
+      const double step =
+          angle[static_cast<std::size_t>(patches[k + 1].stop)] - angle[static_cast<std::size_t>(patches[k].stop)];
+      const Matrix3d R = exp_so3(step * axis);
+      const std::vector<Surfel>& surfels = few[k + 1].surfels;
+      for (std::size_t i = 0; i < surfels.size(); i += stride)
+        matched += before[k].contains(R * surfels[i].mean, R * surfels[i].normal, cosine, 0.35) ? 1 : 0;
     }
-  });
-  std::stable_sort(all.begin(), all.end(), [](const Axis& a, const Axis& b) { return a.score > b.score; });
+    return static_cast<double>(matched);
+  };
+  std::vector<Axis> all(directions);
+  for (std::size_t i = 0; i < directions; ++i) all[i].direction = direction(i);
+  for (const std::size_t stride : {first_stride, std::size_t{1}}) {
+    parallel_for(all.size(), 32, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) all[i].score = score(all[i].direction, stride);
+    });
+    std::stable_sort(all.begin(), all.end(), [](const Axis& a, const Axis& b) { return a.score > b.score; });
+    all.resize(searched_directions);
+  }
   std::vector<Axis> best;
   for (const Axis& a : all) {
     if (best.size() == peaks) break;
@@ -191,21 +193,6 @@ class TurnSolver {
   std::vector<double> given_;
   std::vector<double> angles_;
 };
-
-// Share of the surfels that lie on what other stops saw.
-double agreement(const std::vector<PatchSurfels>& patches, const std::vector<SE3>& poses) {
-  std::vector<PlacedSurfel> placed;
-  for (const PatchSurfels& p : patches) {
-    const SE3& T = poses[static_cast<std::size_t>(p.stop)];
-    for (const Surfel& s : p.surfels) placed.push_back({T * s.mean, T.R * s.normal, p.stop});
-  }
-  if (placed.empty()) return 0.0;
-  const SurfelIndex index(placed, 0.4);
-  std::size_t met = 0;
-  for (const PlacedSurfel& s : placed)
-    met += index.find(s.mean, s.normal, std::cos(to_rad(14.0)), 0.06, s.group) >= 0 ? 1 : 0;
-  return static_cast<double>(met) / static_cast<double>(placed.size());
-}
 
 std::vector<SE3> poses_of(const AxisTurn& turn) {
   std::vector<SE3> poses;

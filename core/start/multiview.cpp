@@ -147,10 +147,8 @@ void align_surfels(const std::vector<PatchSurfels>& patches, const ParameterLayo
   for (double tolerance = options.from_m;; tolerance *= options.shrink) {
     const bool last = tolerance <= options.to_m;
     if (last) tolerance = options.to_m;
-    for (int k = 0; k < options.steps_each; ++k) {
-      multiview.associate(state, tolerance);
-      multiview.step(state, tolerance);
-    }
+    multiview.associate(state, tolerance);
+    for (int k = 0; k < options.steps_each; ++k) multiview.step(state, tolerance);
     if (last) break;
   }
 }

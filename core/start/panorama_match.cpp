@@ -18,6 +18,9 @@ constexpr double height_reach_m = 2.0;
 constexpr double height_apart_m = 0.3;
 constexpr std::size_t heights_each = 2;
 constexpr std::size_t items = 600;
+// All places are tried with few, the best share of them with all.
+constexpr std::size_t first_items = 200;
+constexpr std::size_t best_share = 4;
 
 // z along the axis, origin at its foot.
 SE3 T_frame_axis(const AxisTurn& turn) {
@@ -70,16 +73,25 @@ std::vector<Peak> highest(std::vector<Peak> peaks, std::size_t count, const Apar
 
 SE3 about(double yaw, double height) { return {exp_so3(yaw * Vector3d::UnitZ()), height * Vector3d::UnitZ()}; }
 
+// Scores of `line`, of which only those that may be peaks are left.
+template <class Place>
+std::vector<Peak> scored(std::vector<Peak> line, const SurfelIndex& index, const MovingSurfels& moving, double reach_m,
+                         const Place& place) {
+  const double cosine = std::cos(to_rad(15.0));
+  const MovingSurfels few = thinned(moving, first_items);
+  for (Peak& p : line) p.score = match_score(index, few, place(p.at), cosine, reach_m);
+  std::stable_sort(line.begin(), line.end(), [](const Peak& a, const Peak& b) { return a.score > b.score; });
+  line.resize(line.size() / best_share);
+  for (Peak& p : line) p.score = match_score(index, moving, place(p.at), cosine, reach_m);
+  return line;
+}
+
 std::vector<Peak> yaw_peaks(const std::vector<PlacedSurfel>& map, const std::vector<PlacedSurfel>& other) {
   const SurfelIndex index(without_repetitions(flattened(map), 0.5), 1.0);
   const MovingSurfels moving = moving_of(without_repetitions(flattened(other), 0.5));
   std::vector<Peak> circle(static_cast<std::size_t>(std::lround(2.0 * pi / yaw_step_rad)));
-  parallel_for(circle.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const double yaw = static_cast<double>(k) * yaw_step_rad;
-      circle[k] = {yaw, match_score(index, moving, about(yaw, 0.0), std::cos(to_rad(15.0)), 0.2)};
-    }
-  });
+  for (std::size_t k = 0; k < circle.size(); ++k) circle[k].at = static_cast<double>(k) * yaw_step_rad;
+  circle = scored(std::move(circle), index, moving, 0.2, [](double yaw) { return about(yaw, 0.0); });
   return highest(std::move(circle), yaws,
                  [](double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)) > yaw_apart_rad; });
 }
@@ -87,10 +99,8 @@ std::vector<Peak> yaw_peaks(const std::vector<PlacedSurfel>& map, const std::vec
 std::vector<Peak> height_peaks(const SurfelIndex& index, const MovingSurfels& moving, double yaw) {
   const auto steps = static_cast<int>(std::lround(height_reach_m / height_step_m));
   std::vector<Peak> line;
-  for (int k = -steps; k <= steps; ++k) {
-    const double height = k * height_step_m;
-    line.push_back({height, match_score(index, moving, about(yaw, height), std::cos(to_rad(15.0)), 0.1)});
-  }
+  for (int k = -steps; k <= steps; ++k) line.push_back({k * height_step_m, 0.0});
+  line = scored(std::move(line), index, moving, 0.1, [&](double height) { return about(yaw, height); });
   return highest(std::move(line), heights_each, [](double a, double b) { return std::abs(a - b) > height_apart_m; });
 }
 

@@ -10,8 +10,11 @@
 namespace rigcal {
 namespace {
 
-// Of candidates that were tried with few surfels, so many with more.
+// Of candidates that were tried with few surfels, so many with more, and of these so many with most.
+constexpr std::size_t contenders = 10;
 constexpr std::size_t finalists = 3;
+// A step this small beside the tolerance changes no partner any more.
+constexpr double settled_share = 1e-3;
 
 struct Candidate {
   SE3 X;
@@ -25,6 +28,17 @@ bool distinct(const SE3& a, const SE3& b) {
 void sort_by_score(std::vector<Candidate>& candidates) {
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+}
+
+// The best of those that are distinctly other poses.
+std::vector<Candidate> best_distinct(std::vector<Candidate> candidates, std::size_t count) {
+  sort_by_score(candidates);
+  std::vector<Candidate> out;
+  for (const Candidate& c : candidates) {
+    if (out.size() == count) break;
+    if (std::none_of(out.begin(), out.end(), [&](const Candidate& o) { return !distinct(o.X, c.X); })) out.push_back(c);
+  }
+  return out;
 }
 
 // The first of them, and the first that is distinctly another.
@@ -116,7 +130,7 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
     const Vector6d dx = -H.ldlt().solve(g);
     X = X * SE3::exp(dx);
     X.R = nearest_rotation(X.R);
-    if (tolerance <= to_m && dx.norm() < 1e-5) break;
+    if (tolerance <= to_m && dx.norm() < settled_share * to_m) break;
     tolerance = std::max(to_m, 0.8 * tolerance);
   }
   return X;
@@ -124,25 +138,26 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
 
 RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
                                      const std::vector<SE3>& starts) {
+  const MovingSurfels few = thinned(moving, 300);
   const MovingSurfels some = thinned(moving, 1000);
   const MovingSurfels many = thinned(moving, 3000);
   const double cosine = std::cos(to_rad(14.0));
-  std::vector<Candidate> best;
-  for (const SE3& X : starts) best.push_back({X, 0.0});
+  std::vector<Candidate> all;
+  for (const SE3& X : starts) all.push_back({X, 0.0});
+  parallel_for(all.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      all[i].X = refine_registration(coarse, few, all[i].X, 0.8, 0.3);
+      all[i].score = match_score(fine, few, all[i].X, cosine, 0.15);
+    }
+  });
+  std::vector<Candidate> best = best_distinct(std::move(all), contenders);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      best[i].X = refine_registration(coarse, some, best[i].X, 0.8, 0.3);
       best[i].X = refine_registration(fine, some, best[i].X, 0.3, 0.08);
       best[i].score = match_score(fine, some, best[i].X, cosine, 0.06);
     }
   });
-  sort_by_score(best);
-  std::vector<Candidate> last;
-  for (const Candidate& c : best) {
-    if (last.size() == finalists) break;
-    if (std::none_of(last.begin(), last.end(), [&](const Candidate& l) { return !distinct(l.X, c.X); }))
-      last.push_back(c);
-  }
+  std::vector<Candidate> last = best_distinct(std::move(best), finalists);
   parallel_for(last.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       last[i].X = refine_registration(fine, many, last[i].X, 0.12, 0.08);

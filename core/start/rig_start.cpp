@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "core/start/axis_search.h"
+#include "core/start/drive.h"
 #include "core/start/multiview.h"
+#include "core/start/own_view.h"
 #include "core/start/shape_start.h"
 #include "core/start/step_search.h"
 #include "core/start/turning.h"
@@ -24,6 +26,10 @@ constexpr int many_stops = 5;
 constexpr double min_shape_score = 0.3;
 // Of what a LiDAR saw, so much must lie on what it saw from other stops.
 constexpr double min_own_score = 0.1;
+// Where less of what the base saw lies on what it saw from other stops, it may not have turned about a point.
+constexpr double turning_agreement = 0.85;
+// By how much more must, to believe so.
+constexpr double clear_gain = 0.02;
 // Steps of a table that turns equally by hand; of one whose turns were measured.
 constexpr double assumed_step_sigma_rad = to_rad(3.0);
 constexpr double measured_step_sigma_rad = to_rad(0.5);
@@ -62,6 +68,13 @@ Turned turned_angles(const StartInput& input) {
   return out;
 }
 
+std::vector<Matrix3d> rotations_by_gyro(const StartInput& input) {
+  std::vector<Matrix3d> R{Matrix3d::Identity()};
+  for (std::size_t j = 1; j < static_cast<std::size_t>(input.stops); ++j)
+    R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));
+  return R;
+}
+
 void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
   const auto stops = static_cast<std::size_t>(input.stops);
   start.state.T_G_base.assign(stops, SE3{});
@@ -84,9 +97,7 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     }
     start.given_T_G_base = start.state.T_G_base;
   } else if (stops > 1 && gyro_is_complete(input)) {
-    std::vector<Matrix3d> R{Matrix3d::Identity()};
-    for (std::size_t j = 1; j < stops; ++j) R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));
-    start.state.T_G_base = poses_from_rotations(base_patches, R);
+    start.state.T_G_base = poses_from_rotations(base_patches, rotations_by_gyro(input));
   } else if (stops > 1 && !input.axis) {
     const Turned turned = turned_angles(input);
     AxisSearchOptions options;
@@ -124,6 +135,29 @@ void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& base
     options.priors.stop_priors[j] = isotropic_prior(start.state.T_G_base[j], to_rad(1.0), 0.1);
   }
   align_surfels(base_patches, layout, options, start.state);
+}
+
+// Where the turns by the gyro do not lay what the base saw on itself: it may have turned about another axis (a gyro on
+// another sensor, whose guess is off), or have been driven.
+void try_other_ways(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
+  if (!input.trajectory.empty() || input.stops < 2 || !gyro_is_complete(input)) return;
+  double best = balanced_agreement(base_patches, start.state.T_G_base);
+  const auto try_poses = [&](const std::vector<SE3>& T_G_base) {
+    Start other = start;
+    other.state.T_G_base = T_G_base;
+    refine_stops(input, base_patches, other);
+    const double score = balanced_agreement(base_patches, other.state.T_G_base);
+    if (score <= best + clear_gain) return;
+    best = score;
+    start.state.T_G_base = other.state.T_G_base;
+  };
+  if (best < turning_agreement) {
+    AxisSearchOptions options;
+    options.step_sigma_rad = measured_step_sigma_rad;
+    const std::vector<OwnTurn> own = find_own_turns(base_patches, turned_angles(input).angle, options);
+    if (!own.empty()) try_poses(own.front().T_zero_this);
+  }
+  if (best < turning_agreement) try_poses(poses_of_drive(base_patches, rotations_by_gyro(input)));
 }
 
 RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchSurfels>& patches, int lidar,
@@ -224,7 +258,10 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   place_stops(input, base_patches, start);
   std::erase_if(base_patches,
                 [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
-  if (base_patches.size() > 1) refine_stops(input, base_patches, start);
+  if (base_patches.size() > 1) {
+    refine_stops(input, base_patches, start);
+    try_other_ways(input, base_patches, start);
+  }
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
 
   std::vector<PlacedSurfel> map;

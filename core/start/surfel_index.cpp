@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+
+#include "core/base/floor_of.h"
 
 namespace rigcal {
 namespace {
@@ -13,8 +16,7 @@ struct Voxel {
 };
 
 Voxel voxel_of(const Vector3d& p, double size) {
-  return {static_cast<std::int64_t>(std::floor(p.x() / size)), static_cast<std::int64_t>(std::floor(p.y() / size)),
-          static_cast<std::int64_t>(std::floor(p.z() / size))};
+  return {floor_of(p.x() / size), floor_of(p.y() / size), floor_of(p.z() / size)};
 }
 
 // The eight voxels of edge `size` that hold everything within half an edge of p.
@@ -46,42 +48,57 @@ SurfelIndex::SurfelIndex(std::vector<PlacedSurfel> surfels, double reach_m)
   for (std::size_t i = 1; i < bucket_start_.size(); ++i) bucket_start_[i] += bucket_start_[i - 1];
   entries_.resize(bucket_start_.back());
   std::vector<std::uint32_t> fill(bucket_start_.begin(), bucket_start_.end() - 1);
-  for (std::uint32_t i = 0; i < surfels_.size(); ++i)
-    for_each_near_voxel(surfels_[i].mean, voxel_m_, [&](Voxel v) { entries_[fill[bucket(v.x, v.y, v.z)]++] = i; });
+  for (std::size_t i = 0; i < surfels_.size(); ++i) {
+    const PlacedSurfel& s = surfels_[i];
+    const Entry entry{s.normal.cast<float>(), s.mean.cast<float>(), s.group, static_cast<std::int32_t>(i)};
+    for_each_near_voxel(s.mean, voxel_m_, [&](Voxel v) { entries_[fill[bucket(v.x, v.y, v.z)]++] = entry; });
+  }
+}
+
+// Calls take(entry, squared distance) until it returns false.
+template <class Take>
+void SurfelIndex::for_each_fit(const Vector3d& p, const Vector3d& normal, double min_cosine,
+                               double max_plane_distance_m, const Take& take) const {
+  const Voxel v = voxel_of(p, voxel_m_);
+  const std::size_t b = bucket(v.x, v.y, v.z);
+  const Eigen::Vector3f place = p.cast<float>();
+  const Eigen::Vector3f facing = normal.cast<float>();
+  const auto cosine = static_cast<float>(min_cosine);
+  const auto off = static_cast<float>(max_plane_distance_m);
+  const auto reach = static_cast<float>(voxel_m_ * voxel_m_);
+  const Entry* const end = entries_.data() + bucket_start_[b + 1];
+  for (const Entry* e = entries_.data() + bucket_start_[b]; e != end; ++e) {
+    if (e->normal.dot(facing) < cosine) continue;
+    const Eigen::Vector3f d = place - e->mean;
+    if (std::abs(e->normal.dot(d)) > off) continue;
+    const float distance = d.squaredNorm();
+    if (distance <= reach && !take(*e, distance)) return;
+  }
 }
 
 int SurfelIndex::find(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                       int not_group) const {
-  const Voxel v = voxel_of(p, voxel_m_);
-  const std::size_t b = bucket(v.x, v.y, v.z);
   int best = -1;
-  double best_distance = 1e300;
-  for (std::uint32_t e = bucket_start_[b]; e < bucket_start_[b + 1]; ++e) {
-    const PlacedSurfel& s = surfels_[entries_[e]];
-    if (s.group == not_group || s.normal.dot(normal) < min_cosine) continue;
-    const Vector3d d = p - s.mean;
-    if (std::abs(s.normal.dot(d)) > max_plane_distance_m) continue;
-    const double distance = d.squaredNorm();
+  float best_distance = std::numeric_limits<float>::max();
+  for_each_fit(p, normal, min_cosine, max_plane_distance_m, [&](const Entry& e, float distance) {
     // Two equal hits (a hash collision enters a surfel twice) leave the first.
-    if (distance < best_distance && distance <= voxel_m_ * voxel_m_) {
+    if (distance < best_distance && e.group != not_group) {
       best_distance = distance;
-      best = static_cast<int>(entries_[e]);
+      best = e.surfel;
     }
-  }
+    return true;
+  });
   return best;
 }
 
 bool SurfelIndex::contains(const Vector3d& p, const Vector3d& normal, double min_cosine,
                            double max_plane_distance_m) const {
-  const Voxel v = voxel_of(p, voxel_m_);
-  const std::size_t b = bucket(v.x, v.y, v.z);
-  for (std::uint32_t e = bucket_start_[b]; e < bucket_start_[b + 1]; ++e) {
-    const PlacedSurfel& s = surfels_[entries_[e]];
-    if (s.normal.dot(normal) < min_cosine) continue;
-    const Vector3d d = p - s.mean;
-    if (std::abs(s.normal.dot(d)) <= max_plane_distance_m && d.squaredNorm() <= voxel_m_ * voxel_m_) return true;
-  }
-  return false;
+  bool found = false;
+  for_each_fit(p, normal, min_cosine, max_plane_distance_m, [&](const Entry&, float) {
+    found = true;
+    return false;
+  });
+  return found;
 }
 
 std::vector<PlacedSurfel> without_repetitions(const std::vector<PlacedSurfel>& surfels, double size_m) {
@@ -101,43 +118,33 @@ std::vector<PlacedSurfel> without_repetitions(const std::vector<PlacedSurfel>& s
 
 void SurfelIndex::find_all(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                            int not_group, int most, std::vector<int>& out) const {
-  const Voxel v = voxel_of(p, voxel_m_);
-  const std::size_t b = bucket(v.x, v.y, v.z);
   struct Hit {
-    double distance;
-    int surfel;
+    float distance;
+    std::int32_t group;
+    std::int32_t surfel;
   };
   // A short list kept sorted; few groups meet in one place.
   std::array<Hit, 16> hits{};
-  const int limit = std::min(most, static_cast<int>(hits.size()));
-  int count = 0;
+  const auto limit = static_cast<std::size_t>(std::clamp(most, 0, static_cast<int>(hits.size())));
+  std::size_t count = 0;
   out.clear();
-  if (limit <= 0) return;
-  for (std::uint32_t e = bucket_start_[b]; e < bucket_start_[b + 1]; ++e) {
-    const PlacedSurfel& s = surfels_[entries_[e]];
-    if (s.group == not_group || s.normal.dot(normal) < min_cosine) continue;
-    const Vector3d d = p - s.mean;
-    if (std::abs(s.normal.dot(d)) > max_plane_distance_m) continue;
-    const double distance = d.squaredNorm();
-    if (distance > voxel_m_ * voxel_m_ ||
-        (count == limit && distance >= hits[static_cast<std::size_t>(count - 1)].distance))
-      continue;
-    int at = 0;
-    while (at < count && surfels_[static_cast<std::size_t>(hits[static_cast<std::size_t>(at)].surfel)].group != s.group)
-      ++at;
+  if (limit == 0) return;
+  for_each_fit(p, normal, min_cosine, max_plane_distance_m, [&](const Entry& e, float distance) {
+    if (e.group == not_group || (count == limit && distance >= hits[count - 1].distance)) return true;
+    std::size_t at = 0;
+    while (at < count && hits[at].group != e.group) ++at;
     if (at < count) {
-      if (distance >= hits[static_cast<std::size_t>(at)].distance) continue;
+      if (distance >= hits[at].distance) return true;
     } else if (count < limit) {
       at = count++;
     } else {
       at = count - 1;
     }
-    hits[static_cast<std::size_t>(at)] = {distance, static_cast<int>(entries_[e])};
-    for (; at > 0 && hits[static_cast<std::size_t>(at)].distance < hits[static_cast<std::size_t>(at - 1)].distance;
-         --at)
-      std::swap(hits[static_cast<std::size_t>(at)], hits[static_cast<std::size_t>(at - 1)]);
-  }
-  for (int i = 0; i < count; ++i) out.push_back(hits[static_cast<std::size_t>(i)].surfel);
+    hits[at] = {distance, e.group, e.surfel};
+    for (; at > 0 && hits[at].distance < hits[at - 1].distance; --at) std::swap(hits[at], hits[at - 1]);
+    return true;
+  });
+  for (std::size_t i = 0; i < count; ++i) out.push_back(hits[i].surfel);
 }
 
 }  // namespace rigcal

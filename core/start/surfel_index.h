@@ -35,13 +35,24 @@ class SurfelIndex {
   [[nodiscard]] std::size_t size() const { return surfels_.size(); }
 
  private:
+  // A copy of a surfel, so that a query reads one stretch of memory.
+  struct Entry {
+    Eigen::Vector3f normal;
+    Eigen::Vector3f mean;
+    std::int32_t group;
+    std::int32_t surfel;
+  };
+
   [[nodiscard]] std::size_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const;
+  template <class Take>
+  void for_each_fit(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
+                    const Take& take) const;
 
   std::vector<PlacedSurfel> surfels_;
   double voxel_m_;
   std::size_t mask_ = 0;
-  std::vector<std::uint32_t> bucket_start_;  // surfels entered in each bucket, one list after the other
-  std::vector<std::uint32_t> entries_;
+  std::vector<std::uint32_t> bucket_start_;  // entries of each bucket, one list after the other
+  std::vector<Entry> entries_;
 };
 
 /// One surfel for each direction (within 15 degrees) in each cube of `size_m`, the first met: what many stops have seen

@@ -1,8 +1,10 @@
 #include "core/start/unguessed.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/start/axis_search.h"
+#include "core/start/hand_eye.h"
 #include "core/start/panorama_match.h"
 
 namespace rigcal {
@@ -20,6 +22,12 @@ constexpr double min_score = 0.15;
 // A match as good as this, with no other nearly as good, is sure.
 constexpr double sure_score = 0.5;
 constexpr double sure_ratio = 0.8;
+// A guess that fits, but not surely, is left only for a place that fits this much better.
+constexpr double clearly_better = 1.3;
+// Farther apart than this, two places are two.
+constexpr double other_m = 0.3;
+constexpr double other_rad = to_rad(3.0);
+
 class Placing {
  public:
   Placing(const StartInput& input, const std::vector<PatchSurfels>& patches, const TurnOfPoses& rig, Start& start)
@@ -28,6 +36,7 @@ class Placing {
                                                 start.stop_known.begin());
     for (const SE3& T : start.state.T_G_base) T_zero_base_.push_back(start.state.T_G_base[first].inverse() * T);
     map_.turn = rig.turn;
+    own_.resize(static_cast<std::size_t>(input.lidars));
     for (int i = 0; i < input.lidars; ++i) {
       if (start.lidar_known[static_cast<std::size_t>(i)] && (i == input.base || is_sure(i))) add_to_map(i);
     }
@@ -36,9 +45,10 @@ class Placing {
   void run() {
     std::vector<int> open;
     for (int i = 0; i < input_.lidars; ++i) {
-      if (start_.lidar_known[static_cast<std::size_t>(i)]) continue;
-      find_own_turns_of(i);
-      if (!turns_[static_cast<std::size_t>(i)].empty()) open.push_back(i);
+      const auto si = static_cast<std::size_t>(i);
+      if (i == input_.base || (start_.lidar_known[si] && is_sure(i))) continue;
+      if (start_.lidar_known[si]) own_[si].near = start_.matches[si];
+      if (drove() ? find_mountings_of(i) : find_own_turns_of(i)) open.push_back(i);
     }
     while (!open.empty()) {
       match(open);
@@ -49,6 +59,8 @@ class Placing {
         // Nobody is sure: the one that fits best may help the rest.
         const auto best = std::max_element(open.begin(), open.end(), [&](int a, int b) { return score(a) < score(b); });
         if (score(*best) < min_score) break;
+        const RegistrationResult& match = start_.matches[static_cast<std::size_t>(*best)];
+        doubt_ = std::max(doubt_, match.runner_up_score / match.score);
         found.push_back(*best);
         open.erase(best);
       }
@@ -57,8 +69,10 @@ class Placing {
   }
 
  private:
+  // What was laid on something doubtful is no surer than that.
   void accept(int lidar) {
     const auto i = static_cast<std::size_t>(lidar);
+    start_.matches[i].runner_up_score = std::max(start_.matches[i].runner_up_score, doubt_ * start_.matches[i].score);
     start_.lidar_known[i] = 1;
     start_.state.T_base_sensor[i] = start_.matches[i].X;
     add_to_map(lidar);
@@ -87,16 +101,25 @@ class Placing {
     }
   }
 
-  void find_own_turns_of(int lidar) {
-    turns_.resize(static_cast<std::size_t>(input_.lidars));
+  [[nodiscard]] bool drove() const { return rig_.off_m >= driving_m; }
+
+  bool find_own_turns_of(int lidar) {
     AxisSearchOptions options;
     options.step_sigma_rad = step_sigma_rad;
     if (rig_.off_m > wandering_m) options.wander_m = 0.2;
-    const std::vector<PatchSurfels> own = patches_of(lidar);
-    for (const OwnTurn& turn : find_own_turns(own, rig_.turn.angle, options)) {
-      if (turn.score < min_own_score) continue;
-      turns_[static_cast<std::size_t>(lidar)].push_back(make_panorama(turn.turn, own, turn.T_zero_this));
+    const std::vector<PatchSurfels> patches = patches_of(lidar);
+    std::vector<Panorama>& turns = own_[static_cast<std::size_t>(lidar)].turns;
+    for (const OwnTurn& turn : find_own_turns(patches, rig_.turn.angle, options)) {
+      if (turn.score >= min_own_score) turns.push_back(make_panorama(turn.turn, patches, turn.T_zero_this));
     }
+    return !turns.empty();
+  }
+
+  bool find_mountings_of(int lidar) {
+    std::vector<Mounting>& mountings = own_[static_cast<std::size_t>(lidar)].mountings;
+    mountings = find_mountings(patches_of(lidar), T_zero_base_);
+    std::erase_if(mountings, [](const Mounting& m) { return m.score < min_own_score; });
+    return !mountings.empty();
   }
 
   void match(const std::vector<int>& lidars) {
@@ -104,18 +127,36 @@ class Placing {
     const SurfelIndex fine(without_repetitions(map_.surfels, 0.25), 0.5);
     for (const int i : lidars) {
       const auto si = static_cast<std::size_t>(i);
-      std::vector<SE3> candidates;
-      for (const Panorama& own : turns_[si]) {
-        const std::vector<SE3> some = match_panoramas(map_, own);
-        candidates.insert(candidates.end(), some.begin(), some.end());
-      }
       MovingSurfels moving{T_zero_base_, {}};
       for (const PatchSurfels& p : patches_of(i)) {
         for (const Surfel& s : p.surfels) moving.items.push_back({p.stop, s.mean, s.normal});
       }
-      start_.matches[si] = refine_candidates(coarse, fine, moving, candidates);
+      std::vector<SE3> candidates = mountings_on_map(fine, moving, own_[si].mountings, main_axis(T_zero_base_));
+      for (const Panorama& turn : own_[si].turns) {
+        const std::vector<SE3> some = match_panoramas(map_, turn);
+        candidates.insert(candidates.end(), some.begin(), some.end());
+      }
+      start_.matches[si] = chosen(own_[si].near, refine_candidates(coarse, fine, moving, candidates));
     }
   }
+
+  static RegistrationResult chosen(const std::optional<RegistrationResult>& near, const RegistrationResult& far) {
+    if (!near || far.score >= clearly_better * near->score) return far;
+    RegistrationResult out = *near;
+    const bool is_other = (near->X.t - far.X.t).norm() > other_m || rotation_distance(near->X.R, far.X.R) > other_rad;
+    if (is_other && far.score > out.runner_up_score) {
+      out.runner_up = far.X;
+      out.runner_up_score = far.score;
+    }
+    return out;
+  }
+
+  // How a LiDAR was carried round, by what it saw itself: about an axis, or, where the rig drove, by its mounting.
+  struct Own {
+    std::vector<Panorama> turns;
+    std::vector<Mounting> mountings;
+    std::optional<RegistrationResult> near;  // what fits near its guess, though not surely
+  };
 
   const StartInput& input_;
   const std::vector<PatchSurfels>& patches_;
@@ -123,14 +164,15 @@ class Placing {
   Start& start_;
   std::vector<SE3> T_zero_base_;
   Panorama map_;
-  std::vector<std::vector<Panorama>> turns_;  // by LiDAR
+  std::vector<Own> own_;  // by LiDAR
+  double doubt_ = 0.0;    // of the least sure that others were laid on
 };
 
 }  // namespace
 
 void place_without_guess(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
   const std::optional<TurnOfPoses> rig = turn_of_poses(start.state.T_G_base, start.stop_known);
-  if (rig && rig->off_m < driving_m) Placing(input, patches, *rig, start).run();
+  if (rig) Placing(input, patches, *rig, start).run();
 }
 
 }  // namespace rigcal

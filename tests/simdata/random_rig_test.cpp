@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "simdata/ray_caster.h"
 #include "simdata/scene_file.h"
 
@@ -56,6 +58,43 @@ TEST(RandomRig, MountsLidarsThatLookAtTheSkyOnlyWhereThatIsAskedFor) {
     for (const Patch& patch : thrown("courtyard", seed, anyhow).patches) few += patch.points.size() < 20 ? 1 : 0;
   }
   EXPECT_GT(few, 5U);
+}
+
+TEST(RandomRig, MountsLidarsThatSeeNothingAlikeOnlyWhereThatIsAskedFor) {
+  // In a room 3 m high: some see the floor but not the ceiling, some the other way round, and nobody both.
+  const auto apart = [](const LightRig& rig) {
+    std::vector<double> low(4, 1e9);
+    std::vector<double> high(4, -1e9);
+    for (const Patch& patch : rig.patches) {
+      const auto i = static_cast<std::size_t>(patch.sensor);
+      const SE3 T = rig.T_G_base[static_cast<std::size_t>(patch.stop)] * rig.T_base_sensor[i];
+      for (const Point& p : patch.points) {
+        const double height = rig.axis.dot(T * Vector3d(p.x, p.y, p.z));
+        low[i] = std::min(low[i], height);
+        high[i] = std::max(high[i], height);
+      }
+    }
+    const double room = *std::max_element(high.begin(), high.end()) - *std::min_element(low.begin(), low.end());
+    std::size_t sees_floor = 0;
+    std::size_t sees_ceiling = 0;
+    std::size_t sees_both = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const bool floor = low[i] < *std::min_element(low.begin(), low.end()) + 0.3;
+      const bool ceiling = high[i] > *std::max_element(high.begin(), high.end()) - 0.3;
+      sees_floor += floor && !ceiling ? 1 : 0;
+      sees_ceiling += ceiling && !floor ? 1 : 0;
+      sees_both += floor && ceiling ? 1 : 0;
+    }
+    return room > 2.5 && sees_both == 0 && sees_floor > 0 && sees_ceiling > 0;
+  };
+  RandomMounting sharing;
+  sharing.shares_surfaces = true;
+  int apart_anyhow = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    EXPECT_FALSE(apart(thrown("room", seed, sharing))) << seed;
+    apart_anyhow += apart(thrown("room", seed)) ? 1 : 0;
+  }
+  EXPECT_GT(apart_anyhow, 0);
 }
 
 }  // namespace

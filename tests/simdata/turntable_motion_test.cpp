@@ -196,6 +196,36 @@ TEST(TurntableMotion, DwellsShortAndLongWhereThatIsAskedFor) {
   EXPECT_NEAR(200, below, 50);  // five sigma of 400 even throws
 }
 
+TEST(TurntableMotion, DrivesAFigureOfEightLookingAheadWhereThatIsAskedFor) {
+  TurntableOptions options;
+  options.stops = 32;
+  options.drive_m = 3.0;
+  options.axis_tilt_deg = 0.0;
+  options.base_tilt_deg = 0.0;
+  options.base_offset_max = options.base_offset_min = 0.0;
+  options.step_sigma_deg = 0.0;
+  const TurntableMotion motion = motion_of(7, options);
+  const auto place = [&](int k) { return Vector3d(motion.T_scene_base_at_stop(k % 32).t - Vector3d(1.0, 2.0, 1.3)); };
+  EXPECT_NEAR((place(8) - Vector3d(3.0, 0.0, 0.0)).norm(), 0.0, 0.01);
+  EXPECT_NEAR((place(24) - Vector3d(-3.0, 0.0, 0.0)).norm(), 0.0, 0.01);
+  // It goes through its crossing twice, and across the first way the second time.
+  EXPECT_NEAR(place(16).norm(), 0.0, 0.01);
+  double least = 0.0;
+  double most = 0.0;
+  double heading = 0.0;
+  for (int k = 0; k < 32; ++k) {
+    const Vector3d chord = place(k + 1) - place(k);
+    EXPECT_LT(chord.norm(), 1.0) << k;
+    // Ahead is as it was at the crossing, at 45 degrees.
+    const Vector3d ahead = motion.T_scene_base_at_stop(k).R * Vector3d(1.0, 1.0, 0.0).normalized();
+    EXPECT_GT(ahead.dot(chord.normalized()), 0.9) << k;
+    heading = motion.angle_rad(motion.stop_start_s(k));
+    least = std::min(least, heading);
+    most = std::max(most, heading);
+  }
+  EXPECT_NEAR(to_deg(most - least), 270.0, 2.0);
+}
+
 TEST(TurntableMotion, HasAnImuThatFeelsTheBumpAndTheVibration) {
   TurntableOptions options;
   options.swing_rad = 0.0;

@@ -43,6 +43,13 @@ TEST(PlaceWithoutGuess, FindsThemWithoutGyroTableAnglesAndAxis) {
   expect_all_found(rig, found(rig));
 }
 
+TEST(PlaceWithoutGuess, FindsUnitsInTheWrongOrderInEachOthersPlace) {
+  ThrownRig rig("courtyard", 3, 14);
+  rig.give_gyro();
+  for (std::size_t i = 1; i < 4; ++i) rig.input.guess_T_base_sensor[i] = rig.truth.T_base_sensor[i % 3 + 1];
+  expect_all_found(rig, found(rig));
+}
+
 // A square room, the same from all four sides, with the table in its very middle.
 sim::Scene symmetric_room() {
   sim::Scene scene;

@@ -1,0 +1,123 @@
+#include "apps/base_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/light_runs.h"
+#include "core/base/random.h"
+#include "simdata/scene_file.h"
+
+namespace rigcal {
+namespace {
+
+// What a user knows who calls this LiDAR the base: the same guesses, and the turns of the first LiDAR's gyro by them.
+struct SeenFrom {
+  Rig rig;
+  LidarRecording recording;
+  std::vector<std::optional<SE3>> guess;
+
+  SeenFrom(const Rig& first, const LidarRecording& of_first, std::size_t base) : rig(first), recording(of_first) {
+    rig.base = static_cast<int>(base);
+    const SE3 T_this_first = first.sensors[base].initial_T_base_sensor->inverse();
+    for (Sensor& sensor : rig.sensors) {
+      sensor.initial_T_base_sensor = T_this_first * *sensor.initial_T_base_sensor;
+      guess.push_back(sensor.initial_T_base_sensor);
+    }
+    for (auto& R : recording.R_previous_this) {
+      if (R) R = T_this_first.R * *R * T_this_first.R.transpose();
+    }
+  }
+};
+
+using Extrinsics = std::vector<std::optional<SE3>>;
+
+Expected<Extrinsics> calibrated(const SeenFrom& seen, const RunContext& context) {
+  SilentReporter silent;
+  const auto result = calibrate_lidars(seen.rig, seen.recording, seen.guess, {}, {silent, context.stop});
+  if (!result) return result.error();
+  Extrinsics out;
+  for (const SensorResult& sensor : result->sensors) out.push_back(sensor.T_base_sensor);
+  return out;
+}
+
+void compare(const Extrinsics& first, const Extrinsics& other, BaseRow& row) {
+  for (std::size_t a = 0; a < first.size(); ++a) {
+    if (!first[a] || !other[a]) {
+      ++row.failed;
+      continue;
+    }
+    for (std::size_t b = 0; b < first.size(); ++b) {
+      if (!first[b] || !other[b]) continue;
+      const SE3 of_first = first[a]->inverse() * *first[b];
+      const SE3 of_other = other[a]->inverse() * *other[b];
+      row.worst_mm = std::max(row.worst_mm, 1e3 * (of_first.t - of_other.t).norm());
+      row.worst_deg = std::max(row.worst_deg, to_deg(rotation_distance(of_first.R, of_other.R)));
+    }
+  }
+}
+
+}  // namespace
+
+Expected<std::vector<BaseRow>> try_bases(const BaseExperimentOptions& options, const RunContext& context) {
+  std::vector<BaseRow> rows;
+  for (int k = 0; k < options.rigs; ++k) {
+    context.reporter.progress("bases", static_cast<double>(k) / options.rigs);
+    BaseRow row;
+    row.seed = options.seed + static_cast<std::uint64_t>(k);
+    row.scene = light_run_scenes[row.seed % light_run_scenes.size()];
+    const Expected<sim::Scene> scene = sim::load_scene(row.scene);
+    if (!scene) return scene.error();
+    sim::LightRigOptions light_options;
+    light_options.seed = row.seed;
+    light_options.shots_per_patch = options.points;
+    Random random(row.seed, 810);
+    light_options.turntable.stops = 12 + static_cast<int>(random.below(13));
+    Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
+    if (!light) return light.error();
+    const LidarRecording recording = light_recording(*light, true);
+    row.stops = static_cast<int>(recording.stops.size());
+    row.lidars = static_cast<int>(light->rig.sensors.size());
+    std::optional<Extrinsics> first;
+    for (std::size_t base = 0; base < light->rig.sensors.size(); ++base) {
+      Expected<Extrinsics> found = calibrated(SeenFrom(light->rig, recording, base), context);
+      if (!found) return found.error();
+      if (first) {
+        compare(*first, *found, row);
+      } else {
+        first = std::move(*found);
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  context.reporter.progress("bases", 1.0);
+  return rows;
+}
+
+std::string base_experiment_text(const std::vector<BaseRow>& rows) {
+  std::string text =
+      "One rig, calibrated with each of its LiDARs as the base: the largest difference between two LiDARs\n";
+  for (const BaseRow& row : rows)
+    text += fmt::format("  {} {} ({} stops): {:.4f} mm {:.5f} deg, {} failed\n", row.seed, row.scene, row.stops,
+                        row.worst_mm, row.worst_deg, row.failed);
+  return text;
+}
+
+std::string base_experiment_json(const std::vector<BaseRow>& rows) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const BaseRow& row : rows)
+    all.push_back({{"seed", row.seed},
+                   {"scene", row.scene},
+                   {"stops", row.stops},
+                   {"lidars", row.lidars},
+                   {"failed", row.failed},
+                   {"worst_mm", row.worst_mm},
+                   {"worst_deg", row.worst_deg}});
+  return nlohmann::ordered_json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "base"}, {"rows", all}}.dump(
+             2) +
+         "\n";
+}
+
+}  // namespace rigcal
