@@ -17,7 +17,6 @@ namespace {
 
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
-constexpr double map_at_guess_m = 0.05;
 
 Error stopped() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
 
@@ -219,7 +218,7 @@ class CornerCalibration {
     }
     result.shared_surfaces = shared_surfaces(features, before, after, views_.names);
     result.cuts = cut_surfaces(features, recording_.patches, before, after, had_guess, places);
-    result.map_at_guess = fuse_map(recording_.patches, before, had_guess, places, map_at_guess_m);
+    result.map_at_guess = fuse_map_to_look_at(recording_.patches, before, had_guess, places);
   }
 
   const Rig& rig_;

@@ -6,33 +6,46 @@
 namespace rigcal {
 namespace {
 
-void append(const PatchCells& patch, const std::vector<Eigen::Vector3f>& world, const std::vector<char>& keep,
-            std::uint8_t sensor, std::vector<MapPoint>& map) {
-  for (std::size_t i = 0; i < world.size(); ++i) {
-    if (!keep[i]) continue;
-    map.push_back({world[i].x(), world[i].y(), world[i].z(), patch.thinned[i].reflectivity, sensor});
-  }
-}
+// Points whose cubes are looked up together. The cubes of a shard are then in the processor's cache for a while; the
+// memory still grows with the surface and not with the points.
+constexpr std::size_t batch_points = 1 << 20;
 
 }  // namespace
 
-// Patch by patch, so that the memory grows with the surface and not with the points.
 std::vector<MapPoint> fuse_map(const std::vector<PatchCells>& patches, const RigState& state,
-                               const std::vector<char>& use, const std::vector<int>& sensor_of, double size_m) {
+                               const std::vector<char>& use, const std::vector<int>& sensor_of, double size_m,
+                               std::size_t every) {
   std::vector<MapPoint> map;
   CubeIndex cubes(size_m);
+  std::vector<Eigen::Vector3f> world;
   std::vector<char> keep;
-  for (std::size_t k = 0; k < patches.size(); ++k) {
-    if (!use[k]) continue;
-    const std::vector<Eigen::Vector3f> world = world_points(patches[k], state);
+  for (std::size_t begin = 0, end = 0; begin < patches.size(); begin = end) {
+    world.clear();
+    for (; end < patches.size() && world.size() < batch_points; ++end) {
+      if (use[end]) append_world_points(patches[end], state, every, world);
+    }
     keep.assign(world.size(), 1);
     if (size_m > 0.0) {
       cubes.add(world, [&](std::size_t, std::uint32_t, std::uint32_t i, bool first) { keep[i] = first ? 1 : 0; });
     }
-    append(patches[k], world, keep, static_cast<std::uint8_t>(sensor_of[static_cast<std::size_t>(patches[k].lidar)]),
-           map);
+    std::size_t at = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!use[k]) continue;
+      const auto sensor = static_cast<std::uint8_t>(sensor_of[static_cast<std::size_t>(patches[k].lidar)]);
+      for (std::size_t i = 0; i < patches[k].thinned.size(); i += every, ++at) {
+        if (!keep[at]) continue;
+        map.push_back({world[at].x(), world[at].y(), world[at].z(), patches[k].thinned[i].reflectivity, sensor});
+      }
+    }
   }
   return map;
+}
+
+std::vector<MapPoint> fuse_map_to_look_at(const std::vector<PatchCells>& patches, const RigState& state,
+                                          const std::vector<char>& use, const std::vector<int>& sensor_of) {
+  constexpr double size_m = 0.05;
+  constexpr std::size_t every = 4;  // A surface has a point each 2 cm in every patch.
+  return fuse_map(patches, state, use, sensor_of, size_m, every);
 }
 
 }  // namespace rigcal

@@ -27,9 +27,6 @@ void allow_unevenness(double floor_m, PlaneMapOptions& map) {
   map.max_chi2 = 3.0;
 }
 
-// The map with the guess is only looked at.
-constexpr double map_at_guess_m = 0.05;
-
 // How far the start's poses may be off.
 constexpr double start_prior_m = 0.1;
 constexpr double start_prior_rad = to_rad(1.0);
@@ -399,7 +396,7 @@ void compare_with_guess(const LidarRecording& recording, const std::vector<std::
   const std::vector<PlaneFeature>& features = solution.refined.map.features;
   result.shared_surfaces = shared_surfaces(features, before, solution.state, names);
   result.cuts = cut_surfaces(features, solution.patches(recording), before, solution.state, use, places);
-  result.map_at_guess = fuse_map(solution.patches(recording), before, use, places, map_at_guess_m);
+  result.map_at_guess = fuse_map_to_look_at(solution.patches(recording), before, use, places);
 }
 
 }  // namespace

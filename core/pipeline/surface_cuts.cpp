@@ -93,17 +93,35 @@ std::vector<Window> choose_windows(const std::vector<PlaneFeature>& features, co
 
 using Dots = std::vector<SurfaceCut::Dot>;
 
+// A window in the frame of a sensor: each point is taken once, as it was measured.
+struct SensorWindow {
+  Vector3d center;
+  Vector3d normal;
+  Vector3d along;
+  Vector3d across;
+  double half_depth_m;
+
+  SensorWindow(const Window& window, const SE3& T_sensor_G)
+      : center(T_sensor_G * window.center),
+        normal(T_sensor_G.R * window.normal),
+        along(T_sensor_G.R * window.along),
+        across(T_sensor_G.R * window.normal.cross(window.along)),
+        half_depth_m(window.half_depth_m) {}
+};
+
 // Appends to `dots`, a list for each window.
 void collect(const PatchCells& patch, const SE3& T_G_sensor, std::uint8_t sensor, const std::vector<Window>& windows,
              std::vector<Dots>& dots) {
+  const SE3 T_sensor_G = T_G_sensor.inverse();
+  std::vector<SensorWindow> here;
+  for (const Window& window : windows) here.emplace_back(window, T_sensor_G);
   for (const Point& point : patch.thinned) {
-    const Vector3d p = T_G_sensor * Vector3d(point.x, point.y, point.z);
-    for (std::size_t w = 0; w < windows.size(); ++w) {
-      const Vector3d d = p - windows[w].center;
-      const double off = windows[w].normal.dot(d);
-      const double along = windows[w].along.dot(d);
-      if (std::abs(off) > windows[w].half_depth_m || std::abs(along) > half_length_m) continue;
-      if (std::abs(windows[w].normal.cross(windows[w].along).dot(d)) > half_width_m) continue;
+    for (std::size_t w = 0; w < here.size(); ++w) {
+      const Vector3d d = Vector3d(point.x, point.y, point.z) - here[w].center;
+      const double along = here[w].along.dot(d);
+      if (std::abs(along) > half_length_m || std::abs(here[w].across.dot(d)) > half_width_m) continue;
+      const double off = here[w].normal.dot(d);
+      if (std::abs(off) > here[w].half_depth_m) continue;
       dots[w].push_back({static_cast<float>(along), static_cast<float>(off), sensor});
     }
   }

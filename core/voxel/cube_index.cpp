@@ -22,39 +22,33 @@ Eigen::Vector3d cube_corner(std::uint64_t key) {
 }
 
 std::size_t KeyNumbers::slot(std::uint64_t key) const {
-  const std::size_t mask = keys_.size() - 1;
+  const std::size_t mask = slots_.size() - 1;
   std::size_t at = first_slot(key);
-  while (keys_[at] != none && keys_[at] != key) at = (at + 1) & mask;
+  while (slots_[at].key != none && slots_[at].key != key) at = (at + 1) & mask;
   return at;
 }
 
 KeyNumbers::Met KeyNumbers::meet(std::uint64_t key) {
   std::size_t at = slot(key);
-  if (keys_[at] == key) return {numbers_[at], false};
-  if (2 * (std::size_t{used_} + 1) > keys_.size()) {
+  if (slots_[at].key == key) return {slots_[at].number, false};
+  if (2 * (std::size_t{used_} + 1) > slots_.size()) {
     grow();
     at = slot(key);
   }
-  keys_[at] = key;
-  numbers_[at] = used_;
+  slots_[at] = {key, used_};
   return {used_++, true};
 }
 
 std::uint32_t KeyNumbers::find(std::uint64_t key) const {
-  const std::size_t at = slot(key);
-  return keys_[at] == key ? numbers_[at] : unknown;
+  const Slot& at = slots_[slot(key)];
+  return at.key == key ? at.number : unknown;
 }
 
 void KeyNumbers::grow() {
-  std::vector<std::uint64_t> keys(2 * keys_.size(), none);
-  std::vector<std::uint32_t> numbers(keys.size());
-  keys.swap(keys_);
-  numbers.swap(numbers_);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (keys[i] == none) continue;
-    const std::size_t at = slot(keys[i]);
-    keys_[at] = keys[i];
-    numbers_[at] = numbers[i];
+  std::vector<Slot> slots(2 * slots_.size());
+  slots.swap(slots_);
+  for (const Slot& each : slots) {
+    if (each.key != none) slots_[slot(each.key)] = each;
   }
 }
 

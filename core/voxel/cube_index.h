@@ -32,12 +32,12 @@ class KeyNumbers {
   /// Which of 64 shards a key belongs to, by other bits than its place in a table.
   static std::size_t shard(std::uint64_t key) { return static_cast<std::size_t>(mixed(key) >> 58); }
   /// Says that a key will be asked for soon: tables are larger than caches.
-  void fetch(std::uint64_t key) const { __builtin_prefetch(&keys_[first_slot(key)]); }
+  void fetch(std::uint64_t key) const { __builtin_prefetch(&slots_[first_slot(key)]); }
 
  private:
   /// Where a key is looked for first.
   [[nodiscard]] std::size_t first_slot(std::uint64_t key) const {
-    return static_cast<std::size_t>(mixed(key) >> 8) & (keys_.size() - 1);
+    return static_cast<std::size_t>(mixed(key) >> 8) & (slots_.size() - 1);
   }
   static std::uint64_t mixed(std::uint64_t key) {
     key *= 0x9E3779B97F4A7C15ULL;
@@ -47,8 +47,11 @@ class KeyNumbers {
   void grow();
 
   static constexpr std::uint64_t none = ~std::uint64_t{0};
-  std::vector<std::uint64_t> keys_ = std::vector<std::uint64_t>(1 << 10, none);
-  std::vector<std::uint32_t> numbers_ = std::vector<std::uint32_t>(1 << 10);
+  struct Slot {
+    std::uint64_t key = none;
+    std::uint32_t number = 0;
+  };
+  std::vector<Slot> slots_ = std::vector<Slot>(1 << 10);
   std::uint32_t used_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/floor_of.h"
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
@@ -61,8 +62,8 @@ class Gate {
     order_.resize(cells_.size());
     for (std::uint32_t i = 0; i < order_.size(); ++i) {
       const Vector3d d = cells_[i].mean - q_;
-      const auto a = static_cast<std::int64_t>(std::floor(t1.dot(d) * inverse));
-      const auto b = static_cast<std::int64_t>(std::floor(t2.dot(d) * inverse));
+      const std::int64_t a = floor_of(t1.dot(d) * inverse);
+      const std::int64_t b = floor_of(t2.dot(d) * inverse);
       order_[i] = {(a + 512) * 1024 + (b + 512), i};
     }
     columns_.clear();
@@ -108,11 +109,16 @@ class Gate {
     const PlaneMapOptions& o = context_.options;
     const double slack2 = o.gate_slack_m * o.gate_slack_m;
     bool changed = false;
+    const Column* last = nullptr;
+    SE3 T_sensor_G;
     for (Column& column : columns_) {
       const PatchCells& patch = context_.patches[column.patch];
-      const SE3 T = context_.state.T_G_sensor(patch.stop, patch.lidar).inverse();
-      const Vector3d p = T * column.mean;
-      column.variance = context_.noise[static_cast<std::size_t>(patch.lidar)].variance_along(p, T.R * u_);
+      // Columns of one patch stand together.
+      if (last == nullptr || last->patch != column.patch)
+        T_sensor_G = context_.state.T_G_sensor(patch.stop, patch.lidar).inverse();
+      last = &column;
+      const Vector3d p = T_sensor_G * column.mean;
+      column.variance = context_.noise[static_cast<std::size_t>(patch.lidar)].variance_along(p, T_sensor_G.R * u_);
       const double offset = u_.dot(column.mean - q_);
       const double allowed =
           o.gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) + o.gate_slack_m;

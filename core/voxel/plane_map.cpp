@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/floor_of.h"
 #include "core/base/parallel.h"
+#include "core/base/parallel_sort.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/voxel/plane_gate.h"
 
@@ -23,9 +25,7 @@ std::uint64_t spread(std::uint64_t v) {
 
 // Morton code of the smallest voxel that holds p: the codes of a larger voxel are one contiguous range.
 std::uint64_t morton(const Vector3d& p, double size) {
-  const auto index = [&](double x) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / size)) + (1 << 20));
-  };
+  const auto index = [&](double x) { return static_cast<std::uint64_t>(floor_of(x / size) + (1 << 20)); };
   return spread(index(p.x())) << 2 | spread(index(p.y())) << 1 | spread(index(p.z()));
 }
 
@@ -62,7 +62,7 @@ std::vector<WorldCell> sorted_world_cells(const std::vector<PatchCells>& patches
   // Sorted by key, within a key by patch and cell: sort small handles, then gather.
   std::vector<std::pair<std::uint64_t, std::uint32_t>> handles(moved.size());
   for (std::uint32_t i = 0; i < handles.size(); ++i) handles[i] = {moved[i].key, i};
-  std::sort(handles.begin(), handles.end());
+  parallel_sort(handles);
   std::vector<WorldCell> sorted(moved.size());
   parallel_for(handles.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) sorted[i] = moved[handles[i].second];

@@ -5,15 +5,23 @@
 namespace rigcal {
 
 std::vector<Eigen::Vector3f> world_points(const PatchCells& patch, const RigState& state) {
+  std::vector<Eigen::Vector3f> world;
+  append_world_points(patch, state, 1, world);
+  return world;
+}
+
+void append_world_points(const PatchCells& patch, const RigState& state, std::size_t every,
+                         std::vector<Eigen::Vector3f>& world) {
   const SE3 T = state.T_G_sensor(patch.stop, patch.lidar);
-  std::vector<Eigen::Vector3f> world(patch.thinned.size());
-  parallel_for(world.size(), 16384, [&](std::size_t begin, std::size_t end) {
+  const std::size_t first = world.size();
+  const std::size_t count = (patch.thinned.size() + every - 1) / every;
+  world.resize(first + count);
+  parallel_for(count, 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Point& p = patch.thinned[i];
-      world[i] = (T * Vector3d(p.x, p.y, p.z)).cast<float>();
+      const Point& p = patch.thinned[i * every];
+      world[first + i] = (T * Vector3d(p.x, p.y, p.z)).cast<float>();
     }
   });
-  return world;
 }
 
 }  // namespace rigcal
