@@ -31,8 +31,8 @@ void allow_unevenness(double floor_m, PlaneMapOptions& map) {
 constexpr double start_prior_m = 0.1;
 constexpr double start_prior_rad = to_rad(1.0);
 
-// Of an estimate while more stops are to come.
-constexpr int tight_passes_of_estimate = 3;
+// Of an estimate while more stops are to come; they end when nothing moves any more.
+constexpr int tight_passes_of_estimate = 5;
 
 // Each takes out most of what the one before left.
 constexpr int most_range_rounds = 3;

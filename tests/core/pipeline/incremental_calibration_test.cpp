@@ -37,6 +37,14 @@ std::vector<StopEstimate> all_estimates(IncrementalCalibration& calibration, con
 
 bool are_same(const SE3& a, const SE3& b) { return a.R == b.R && a.t == b.t; }
 
+std::string reasons(const StopEstimate& estimate) {
+  std::string text;
+  for (const LidarEstimate& lidar : estimate.lidars) {
+    for (const std::string& reason : lidar.result.reasons) text += lidar.result.name + ": " + reason + "\n";
+  }
+  return text;
+}
+
 TEST(IncrementalCalibration, TellsAfterEachStopWhatIsKnown) {
   const LightRecording run = make_light_recording(courtyard(8, 10000));
   IncrementalCalibration calibration = begin(run, {0.005, to_rad(0.05)});
@@ -52,7 +60,7 @@ TEST(IncrementalCalibration, TellsAfterEachStopWhatIsKnown) {
   // One stop shares nothing between LiDARs that look opposite ways; all of them share everything.
   EXPECT_FALSE(estimates.front().reached);
   const StopEstimate& last = estimates.back();
-  EXPECT_TRUE(last.reached);
+  EXPECT_TRUE(last.reached) << reasons(last);
   for (std::size_t i = 1; i < last.lidars.size(); ++i) {
     const LidarEstimate& lidar = last.lidars[i];
     ASSERT_TRUE(lidar.result.T_base_sensor);
