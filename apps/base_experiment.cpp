@@ -32,29 +32,39 @@ struct SeenFrom {
   }
 };
 
-using Extrinsics = std::vector<std::optional<SE3>>;
+struct Found {
+  std::optional<SE3> T_base_sensor;
+  bool is_good = false;
+};
+using Extrinsics = std::vector<Found>;
 
 Expected<Extrinsics> calibrated(const SeenFrom& seen, const RunContext& context) {
   SilentReporter silent;
   const auto result = calibrate_lidars(seen.rig, seen.recording, seen.guess, {}, {silent, context.stop});
   if (!result) return result.error();
   Extrinsics out;
-  for (const SensorResult& sensor : result->sensors) out.push_back(sensor.T_base_sensor);
+  for (const SensorResult& sensor : result->sensors)
+    out.push_back({sensor.T_base_sensor, sensor.status == Status::good});
   return out;
 }
 
 void compare(const Extrinsics& first, const Extrinsics& other, BaseRow& row) {
   for (std::size_t a = 0; a < first.size(); ++a) {
-    if (!first[a] || !other[a]) {
+    if (!first[a].T_base_sensor || !other[a].T_base_sensor) {
       ++row.failed;
       continue;
     }
     for (std::size_t b = 0; b < first.size(); ++b) {
-      if (!first[b] || !other[b]) continue;
-      const SE3 of_first = first[a]->inverse() * *first[b];
-      const SE3 of_other = other[a]->inverse() * *other[b];
-      row.worst_mm = std::max(row.worst_mm, 1e3 * (of_first.t - of_other.t).norm());
-      row.worst_deg = std::max(row.worst_deg, to_deg(rotation_distance(of_first.R, of_other.R)));
+      if (!first[b].T_base_sensor || !other[b].T_base_sensor) continue;
+      const SE3 of_first = first[a].T_base_sensor->inverse() * *first[b].T_base_sensor;
+      const SE3 of_other = other[a].T_base_sensor->inverse() * *other[b].T_base_sensor;
+      const double mm = 1e3 * (of_first.t - of_other.t).norm();
+      const double deg = to_deg(rotation_distance(of_first.R, of_other.R));
+      row.worst_mm = std::max(row.worst_mm, mm);
+      row.worst_deg = std::max(row.worst_deg, deg);
+      if (!first[a].is_good || !first[b].is_good || !other[a].is_good || !other[b].is_good) continue;
+      row.good_worst_mm = std::max(row.good_worst_mm, mm);
+      row.good_worst_deg = std::max(row.good_worst_deg, deg);
     }
   }
 }
@@ -100,8 +110,9 @@ std::string base_experiment_text(const std::vector<BaseRow>& rows) {
   std::string text =
       "One rig, calibrated with each of its LiDARs as the base: the largest difference between two LiDARs\n";
   for (const BaseRow& row : rows)
-    text += fmt::format("  {} {} ({} stops): {:.4f} mm {:.5f} deg, {} failed\n", row.seed, row.scene, row.stops,
-                        row.worst_mm, row.worst_deg, row.failed);
+    text += fmt::format("  {} {} ({} stops): {:.4f} mm {:.5f} deg, of good ones {:.4f} mm {:.5f} deg, {} failed\n",
+                        row.seed, row.scene, row.stops, row.worst_mm, row.worst_deg, row.good_worst_mm,
+                        row.good_worst_deg, row.failed);
   return text;
 }
 
@@ -114,7 +125,9 @@ std::string base_experiment_json(const std::vector<BaseRow>& rows) {
                    {"lidars", row.lidars},
                    {"failed", row.failed},
                    {"worst_mm", row.worst_mm},
-                   {"worst_deg", row.worst_deg}});
+                   {"worst_deg", row.worst_deg},
+                   {"good_worst_mm", row.good_worst_mm},
+                   {"good_worst_deg", row.good_worst_deg}});
   return nlohmann::ordered_json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "base"}, {"rows", all}}.dump(
              2) +
          "\n";

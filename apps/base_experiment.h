@@ -25,6 +25,8 @@ struct BaseRow {
   int failed = 0;  ///< LiDARs that one of the calibrations did not solve.
   double worst_mm = 0.0;
   double worst_deg = 0.0;
+  double good_worst_mm = 0.0;  ///< Between LiDARs that both calibrations call good.
+  double good_worst_deg = 0.0;
 };
 
 /// Rigs as they are built (an AVIA and three MID-40), guesses 10 degrees and 0.2 m off, in the three scenes. Errors:

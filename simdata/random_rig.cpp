@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "simdata/random_vectors.h"
@@ -88,6 +89,31 @@ class View {
   std::vector<Seen> seen_;
 };
 
+// Where each LiDAR sits; nothing where one finds no place beside those before it.
+std::optional<std::vector<SE3>> draw_mountings(const RayCaster& caster, const SimulatedRig& plan,
+                                               const RandomMounting& mounting, Random& random) {
+  constexpr int tries = 1000;
+  std::vector<SE3> out;
+  std::set<Spot> known;
+  for (const SimulatedLidar& lidar : plan.lidars) {
+    bool is_placed = false;
+    for (int k = 0; k < tries && !is_placed; ++k) {
+      const SE3 T = draw_mounting(random, mounting.reach_m);
+      if (mounting.sees_all_directions && !View(caster, plan.motion, lidar, T, shots_to_see).has_all_directions())
+        continue;
+      if (mounting.shares_surfaces) {
+        const View view(caster, plan.motion, lidar, T, shots_to_share / plan.motion.stop_count());
+        if (!known.empty() && !view.shares(known)) continue;
+        for (const Seen& s : view.seen()) known.insert(s.spot);
+      }
+      out.push_back(T);
+      is_placed = true;
+    }
+    if (!is_placed) return std::nullopt;
+  }
+  return out;
+}
+
 }  // namespace
 
 Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& options, const RandomMounting& mounting) {
@@ -103,25 +129,15 @@ Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& op
   if (!plan) return plan.error();
   const RayCaster caster(scene);
   Random random(options.seed, thrown_stream);
-  constexpr int tries = 1000;
-  std::set<Spot> known;
-  for (const SimulatedLidar& lidar : plan->lidars) {
-    SE3 T = draw_mounting(random, mounting.reach_m);
-    for (int k = 0; k < tries; ++k) {
-      const bool sees_all =
-          !mounting.sees_all_directions || View(caster, plan->motion, lidar, T, shots_to_see).has_all_directions();
-      if (sees_all && !mounting.shares_surfaces) break;
-      if (sees_all) {
-        const View view(caster, plan->motion, lidar, T, shots_to_share / plan->motion.stop_count());
-        if (known.empty() || view.shares(known)) {
-          for (const Seen& s : view.seen()) known.insert(s.spot);
-          break;
-        }
-      }
-      T = draw_mounting(random, mounting.reach_m);
-    }
-    rig.sensors[static_cast<std::size_t>(lidar.sensor)].initial_T_base_sensor = T;
-  }
+  // Beside one that looks where nobody else can there is no place: then all are drawn anew.
+  constexpr int most_rigs = 20;
+  std::optional<std::vector<SE3>> mountings;
+  for (int k = 0; k < most_rigs && !mountings; ++k) mountings = draw_mountings(caster, *plan, mounting, random);
+  if (!mountings)
+    return input_error("has no room for LiDARs that see all directions, as random rigs are asked to", scene.name,
+                       "take another scene, or ask for less");
+  for (std::size_t i = 0; i < mountings->size(); ++i)
+    rig.sensors[static_cast<std::size_t>(plan->lidars[i].sensor)].initial_T_base_sensor = (*mountings)[i];
   LightRigOptions exact = options;
   exact.mount_error = {0.0, 0.0};
   Expected<LightRig> light = make_light_rig(scene, exact, rig);

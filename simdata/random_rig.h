@@ -18,7 +18,7 @@ struct RandomMounting {
 
 /// A rig that nobody drew: an AVIA and three MID-40, each turned any way and anywhere around the middle of the table's
 /// top, which itself stands beside the table's axis as the options say. The first LiDAR is the base; the rig has no
-/// initial extrinsics.
+/// initial extrinsics. Errors: those of make_light_rig; no such mounting after many tries.
 [[nodiscard]] Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& options,
                                                  const RandomMounting& mounting);
 

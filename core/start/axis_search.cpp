@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/start/best_apart.h"
 #include "core/start/multiview.h"
 #include "core/start/own_view.h"
 
@@ -34,15 +35,6 @@ constexpr double max_foot_m = 3.0;
 constexpr double residual_m = 0.02;  // spread of surfels of one surface
 constexpr double damping = 1e-6;
 
-// Evenly over the sphere, on a spiral.
-Vector3d direction(std::size_t i) {
-  const double golden = pi * (3.0 - std::sqrt(5.0));
-  const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(directions);
-  const double r = std::sqrt(1.0 - z * z);
-  const double phi = golden * static_cast<double>(i);
-  return {r * std::cos(phi), r * std::sin(phi), z};
-}
-
 struct Axis {
   Vector3d direction;
   double score = 0.0;
@@ -67,7 +59,7 @@ std::vector<Axis> axis_peaks(const std::vector<PatchSurfels>& patches, const std
     return static_cast<double>(matched);
   };
   std::vector<Axis> all(directions);
-  for (std::size_t i = 0; i < directions; ++i) all[i].direction = direction(i);
+  for (std::size_t i = 0; i < directions; ++i) all[i].direction = spiral_direction(i, directions);
   for (const std::size_t stride : {first_stride, std::size_t{1}}) {
     parallel_for(all.size(), 32, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) all[i].score = score(all[i].direction, stride);
@@ -75,15 +67,9 @@ std::vector<Axis> axis_peaks(const std::vector<PatchSurfels>& patches, const std
     std::stable_sort(all.begin(), all.end(), [](const Axis& a, const Axis& b) { return a.score > b.score; });
     all.resize(searched_directions);
   }
-  std::vector<Axis> best;
-  for (const Axis& a : all) {
-    if (best.size() == peaks) break;
-    const bool is_new = std::none_of(best.begin(), best.end(), [&](const Axis& b) {
-      return a.direction.dot(b.direction) > std::cos(peak_apart_rad);
-    });
-    if (is_new) best.push_back(a);
-  }
-  return best;
+  return best_apart(std::move(all), peaks, [](const Axis& a, const Axis& b) {
+    return a.direction.dot(b.direction) > std::cos(peak_apart_rad);
+  });
 }
 
 // Gauss-Newton on axis, foot and the angles of all stops but the first.
@@ -335,15 +321,11 @@ std::vector<OwnTurn> find_own_turns(const std::vector<PatchSurfels>& patches, co
   contenders.resize(std::min(finalists, contenders.size()));
   refine_all(thinned(patches, solved_items, least_of_patch), angle, sigma, {{0.25, 1000, 4}, {0.1, 1000, 4}},
              contenders);
-  std::vector<OwnTurn> kept;
-  for (const OwnTurn& own : contenders) {
-    if (own.score < contender_share * contenders.front().score || own.turn.foot.norm() > max_foot_m) continue;
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const OwnTurn& k) {
-      return own.turn.axis.dot(k.turn.axis) > std::cos(same_axis_rad) &&
-             (own.turn.foot - k.turn.foot).norm() < same_foot_m;
-    });
-    if (is_new) kept.push_back(own);
-  }
+  const double least = contenders.empty() ? 0.0 : contender_share * contenders.front().score;
+  std::erase_if(contenders, [&](const OwnTurn& own) { return own.score < least || own.turn.foot.norm() > max_foot_m; });
+  std::vector<OwnTurn> kept = best_apart(std::move(contenders), finalists, [](const OwnTurn& a, const OwnTurn& b) {
+    return a.turn.axis.dot(b.turn.axis) > std::cos(same_axis_rad) && (a.turn.foot - b.turn.foot).norm() < same_foot_m;
+  });
   if (options.wander_m == 0.0) return kept;
   parallel_for(kept.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) set_free(patches, options, kept[i]);

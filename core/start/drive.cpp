@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/start/best_apart.h"
 #include "core/start/own_view.h"
 #include "core/start/surfel_index.h"
 
@@ -94,16 +95,7 @@ Place refined_place(const SurfelIndex& map, const Turned& seen, Place place) {
   return place;
 }
 
-std::vector<Place> best_of(std::vector<Place> places, std::size_t count) {
-  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
-  std::vector<Place> out;
-  for (const Place& p : places) {
-    if (out.size() == count) break;
-    if (std::none_of(out.begin(), out.end(), [&](const Place& o) { return (o.t - p.t).norm() < apart_m; }))
-      out.push_back(p);
-  }
-  return out;
-}
+bool is_near(const Place& a, const Place& b) { return (a.t - b.t).norm() < apart_m; }
 
 // Nothing where too little of the patch fits.
 std::optional<Vector3d> find_place(const SurfelIndex& map, const PatchSurfels& patch, const Matrix3d& R,
@@ -125,14 +117,14 @@ std::optional<Vector3d> find_place(const SurfelIndex& map, const PatchSurfels& p
       for (std::size_t i = begin; i < end; ++i)
         places[i].score = score_at(map, few, places[i].t, std::cos(to_rad(14.0)), 0.2) - expected.cost(places[i].t);
     });
-    places = best_of(std::move(places), refined);
+    places = best_apart(std::move(places), refined, is_near);
     parallel_for(places.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         places[i] = refined_place(map, all, places[i]);
         places[i].score -= expected.cost(places[i].t);
       }
     });
-    const Place found = best_of(std::move(places), 1).front();
+    const Place found = best_apart(std::move(places), 1, is_near).front();
     if (!best || found.score > best->score) best = found;
     fit = best->score + expected.cost(best->t);
     if (fit >= fits_well) break;

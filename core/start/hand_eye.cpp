@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
+#include "core/start/best_apart.h"
 #include "core/start/own_view.h"
 
 namespace rigcal {
@@ -66,12 +67,7 @@ std::vector<Pair> pairs_of(const std::vector<PatchSurfels>& patches, const std::
 
 // Evenly over all rotations: directions on a spiral over the sphere, each with all twists about it.
 Matrix3d rotation(std::size_t i) {
-  const double golden = pi * (3.0 - std::sqrt(5.0));
-  const std::size_t at = i / twists;
-  const double z = 1.0 - (2.0 * static_cast<double>(at) + 1.0) / static_cast<double>(directions);
-  const double r = std::sqrt(1.0 - z * z);
-  const double phi = golden * static_cast<double>(at);
-  const Vector3d direction(r * std::cos(phi), r * std::sin(phi), z);
+  const Vector3d direction = spiral_direction(i / twists, directions);
   const double twist = 2.0 * pi * static_cast<double>(i % twists) / static_cast<double>(twists);
   return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction).toRotationMatrix() *
          exp_so3(twist * Vector3d::UnitZ());
@@ -108,15 +104,9 @@ std::vector<Mounting> rotation_peaks(const std::vector<PatchSurfels>& patches, c
     std::stable_sort(all.begin(), all.end(), [](const Mounting& a, const Mounting& b) { return a.score > b.score; });
     all.resize(std::min(searched_rotations, all.size()));
   }
-  std::vector<Mounting> best;
-  for (const Mounting& m : all) {
-    if (best.size() == peaks) break;
-    const bool is_new = std::none_of(best.begin(), best.end(), [&](const Mounting& b) {
-      return rotation_distance(b.T_base_sensor.R, m.T_base_sensor.R) < peak_apart_rad;
-    });
-    if (is_new) best.push_back(m);
-  }
-  return best;
+  return best_apart(std::move(all), peaks, [](const Mounting& a, const Mounting& b) {
+    return rotation_distance(a.T_base_sensor.R, b.T_base_sensor.R) < peak_apart_rad;
+  });
 }
 
 // One Gauss-Newton step for X: what was seen from stops turned by at most `turned_rad` is laid on each other.
@@ -208,16 +198,12 @@ std::vector<Mounting> find_mountings(const std::vector<PatchSurfels>& patches, c
              contenders);
   contenders.resize(std::min(finalists, contenders.size()));
   refine_all(thinned(patches, solved_items, least_of_patch), T_zero_base, {{0.25, pi, 4}, {0.1, pi, 4}}, contenders);
-  std::vector<Mounting> kept;
-  for (const Mounting& m : contenders) {
-    if (m.score < contender_share * contenders.front().score) continue;
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Mounting& k) {
-      return rotation_distance(m.T_base_sensor.R, k.T_base_sensor.R) < same_rad &&
-             (m.T_base_sensor.t - k.T_base_sensor.t).norm() < same_m;
-    });
-    if (is_new) kept.push_back(m);
-  }
-  return kept;
+  const double least = contender_share * contenders.front().score;
+  std::erase_if(contenders, [&](const Mounting& m) { return m.score < least; });
+  return best_apart(std::move(contenders), finalists, [](const Mounting& a, const Mounting& b) {
+    return rotation_distance(a.T_base_sensor.R, b.T_base_sensor.R) < same_rad &&
+           (a.T_base_sensor.t - b.T_base_sensor.t).norm() < same_m;
+  });
 }
 
 Vector3d main_axis(const std::vector<SE3>& T_zero_base) {
@@ -242,15 +228,10 @@ std::vector<SE3> mountings_on_map(const SurfelIndex& map, const MovingSurfels& m
       X.t += k * height_step_m * axis;
       line.push_back({X, match_score(map, few, X, cosine, 0.1)});
     }
-    std::stable_sort(line.begin(), line.end(), [](const Mounting& a, const Mounting& b) { return a.score > b.score; });
-    std::vector<SE3> best;
-    for (const Mounting& l : line) {
-      if (best.size() == heights_each) break;
-      const bool is_new = std::none_of(best.begin(), best.end(),
-                                       [&](const SE3& b) { return (b.t - l.T_base_sensor.t).norm() < height_apart_m; });
-      if (is_new) best.push_back(l.T_base_sensor);
-    }
-    out.insert(out.end(), best.begin(), best.end());
+    const auto is_near = [](const Mounting& a, const Mounting& b) {
+      return (a.T_base_sensor.t - b.T_base_sensor.t).norm() < height_apart_m;
+    };
+    for (const Mounting& best : best_apart(std::move(line), heights_each, is_near)) out.push_back(best.T_base_sensor);
   }
   return out;
 }

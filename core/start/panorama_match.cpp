@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/start/best_apart.h"
 #include "core/start/registration.h"
 
 namespace rigcal {
@@ -60,17 +61,6 @@ struct Peak {
   double score = 0.0;
 };
 
-template <class Apart>
-std::vector<Peak> highest(std::vector<Peak> peaks, std::size_t count, const Apart& apart) {
-  std::stable_sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.score > b.score; });
-  std::vector<Peak> out;
-  for (const Peak& p : peaks) {
-    if (out.size() == count) break;
-    if (std::all_of(out.begin(), out.end(), [&](const Peak& o) { return apart(o.at, p.at); })) out.push_back(p);
-  }
-  return out;
-}
-
 SE3 about(double yaw, double height) { return {exp_so3(yaw * Vector3d::UnitZ()), height * Vector3d::UnitZ()}; }
 
 // Scores of `line`, of which only those that may be peaks are left.
@@ -92,8 +82,9 @@ std::vector<Peak> yaw_peaks(const std::vector<PlacedSurfel>& map, const std::vec
   std::vector<Peak> circle(static_cast<std::size_t>(std::lround(2.0 * pi / yaw_step_rad)));
   for (std::size_t k = 0; k < circle.size(); ++k) circle[k].at = static_cast<double>(k) * yaw_step_rad;
   circle = scored(std::move(circle), index, moving, 0.2, [](double yaw) { return about(yaw, 0.0); });
-  return highest(std::move(circle), yaws,
-                 [](double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)) > yaw_apart_rad; });
+  return best_apart(std::move(circle), yaws, [](const Peak& a, const Peak& b) {
+    return std::abs(std::remainder(a.at - b.at, 2.0 * pi)) <= yaw_apart_rad;
+  });
 }
 
 std::vector<Peak> height_peaks(const SurfelIndex& index, const MovingSurfels& moving, double yaw) {
@@ -101,7 +92,8 @@ std::vector<Peak> height_peaks(const SurfelIndex& index, const MovingSurfels& mo
   std::vector<Peak> line;
   for (int k = -steps; k <= steps; ++k) line.push_back({k * height_step_m, 0.0});
   line = scored(std::move(line), index, moving, 0.1, [&](double height) { return about(yaw, height); });
-  return highest(std::move(line), heights_each, [](double a, double b) { return std::abs(a - b) > height_apart_m; });
+  return best_apart(std::move(line), heights_each,
+                    [](const Peak& a, const Peak& b) { return std::abs(a.at - b.at) <= height_apart_m; });
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/start/best_apart.h"
 
 namespace rigcal {
 namespace {
@@ -30,16 +31,7 @@ void sort_by_score(std::vector<Candidate>& candidates) {
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
 }
 
-// The best of those that are distinctly other poses.
-std::vector<Candidate> best_distinct(std::vector<Candidate> candidates, std::size_t count) {
-  sort_by_score(candidates);
-  std::vector<Candidate> out;
-  for (const Candidate& c : candidates) {
-    if (out.size() == count) break;
-    if (std::none_of(out.begin(), out.end(), [&](const Candidate& o) { return !distinct(o.X, c.X); })) out.push_back(c);
-  }
-  return out;
-}
+bool is_same(const Candidate& a, const Candidate& b) { return !distinct(a.X, b.X); }
 
 // The first of them, and the first that is distinctly another.
 RegistrationResult result_of(const std::vector<Candidate>& sorted) {
@@ -150,14 +142,14 @@ RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelInde
       all[i].score = match_score(fine, few, all[i].X, cosine, 0.15);
     }
   });
-  std::vector<Candidate> best = best_distinct(std::move(all), contenders);
+  std::vector<Candidate> best = best_apart(std::move(all), contenders, is_same);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(fine, some, best[i].X, 0.3, 0.08);
       best[i].score = match_score(fine, some, best[i].X, cosine, 0.06);
     }
   });
-  std::vector<Candidate> last = best_distinct(std::move(best), finalists);
+  std::vector<Candidate> last = best_apart(std::move(best), finalists, is_same);
   parallel_for(last.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       last[i].X = refine_registration(fine, many, last[i].X, 0.12, 0.08);
@@ -181,13 +173,9 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
     for (std::size_t i = begin; i < end; ++i)
       candidates[i].score = match_score(coarse, few, candidates[i].X, cosine, 0.3);
   });
-  sort_by_score(candidates);
-  std::vector<Candidate> best;
-  for (const Candidate& c : candidates) {
-    if (static_cast<int>(best.size()) >= options.refined) break;
-    if (std::none_of(best.begin(), best.end(), [&](const Candidate& b) { return is_near(b.X, c.X, options); }))
-      best.push_back(c);
-  }
+  std::vector<Candidate> best =
+      best_apart(std::move(candidates), static_cast<std::size_t>(std::max(0, options.refined)),
+                 [&](const Candidate& a, const Candidate& b) { return is_near(a.X, b.X, options); });
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);

@@ -10,6 +10,7 @@
 
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
+#include "core/start/best_apart.h"
 
 namespace rigcal {
 namespace {
@@ -98,11 +99,6 @@ bool distinct(const SE3& a, const SE3& b) {
   return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
 }
 
-void sort_by_score(std::vector<Candidate>& candidates) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-}
-
 }  // namespace
 
 MovingShapes thinned(const MovingShapes& moving, std::size_t count) {
@@ -164,28 +160,17 @@ ShapeMatch match_shapes(const std::vector<ShapeScene>& scenes, const std::vector
   parallel_for(all.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) all[i].score = shape_score(few, all[i].X);
   });
-  sort_by_score(all);
-  std::vector<Candidate> best;
-  for (const Candidate& c : all) {
-    if (best.size() >= refined) break;
-    const bool is_new = std::none_of(best.begin(), best.end(), [&](const Candidate& b) {
-      return rotation_distance(b.X.R, c.X.R) < to_rad(4.5) && (b.X.t - c.X.t).norm() < 0.3;
-    });
-    if (is_new) best.push_back(c);
-  }
+  std::vector<Candidate> best = best_apart(std::move(all), refined, [](const Candidate& a, const Candidate& b) {
+    return rotation_distance(a.X.R, b.X.R) < to_rad(4.5) && (a.X.t - b.X.t).norm() < 0.3;
+  });
   for (std::size_t level = 0; level < scenes.size(); ++level) {
     for (Candidate& c : best) {
       c.X = refine(scenes[level], c.X, 12);
       c.score = shape_score(scenes[level], c.X);
     }
-    sort_by_score(best);
     // What has run into the same place needs no second look.
-    std::vector<Candidate> kept;
-    for (const Candidate& c : best) {
-      if (std::all_of(kept.begin(), kept.end(), [&](const Candidate& k) { return distinct(k.X, c.X); }))
-        kept.push_back(c);
-    }
-    best = std::move(kept);
+    best = best_apart(std::move(best), refined,
+                      [](const Candidate& a, const Candidate& b) { return !distinct(a.X, b.X); });
   }
   ShapeMatch match;
   if (best.empty() || scenes.back().moving.items.empty()) return match;
