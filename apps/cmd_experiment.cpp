@@ -10,6 +10,7 @@
 #include "apps/planes_experiment_text.h"
 #include "apps/sigma_experiment.h"
 #include "apps/start_experiment.h"
+#include "apps/targetless/experiment.h"
 #include "core/io/output_file.h"
 #include "core/io/staged_folder.h"
 
@@ -21,14 +22,14 @@ constexpr std::array<const char*, 4> board_parts{"pairs", "curves", "detection",
 
 struct ExperimentOptions {
   std::string paper;
-  int trials = 100;
+  std::optional<int> trials;  // of planes and targetless
   int mountings = 1000;
   int places = 10;
   SigmaExperimentOptions sigma;
   StartExperimentOptions start;
   BoardDrawOptions boards;
   int shown = 100;
-  std::vector<std::string> parts;  // of checkerboard; empty: all
+  std::vector<std::string> parts;  // of checkerboard and targetless; empty: all
   std::optional<int> rigs;         // of sigma, start and checkerboard
   std::uint64_t seed = 1;
   std::string out;
@@ -36,8 +37,8 @@ struct ExperimentOptions {
 
 Expected<PlanesExperiment> run_planes(const ExperimentOptions& options, const RunContext& context) {
   PlanesExperiment experiment;
-  experiment.trials = options.trials;
-  Expected<std::vector<CornerRow>> table = repeat_table(options.trials, options.seed, context);
+  experiment.trials = options.trials.value_or(100);
+  Expected<std::vector<CornerRow>> table = repeat_table(experiment.trials, options.seed, context);
   if (!table) return table.error();
   experiment.table = std::move(*table);
   const Expected<MountingFigures> mountings = try_mountings(options.mountings, options.seed, context);
@@ -161,6 +162,27 @@ Expected<ExitCode> run_checkerboard(const ExperimentOptions& options, CommandCon
   return ExitCode::good;
 }
 
+Expected<ExitCode> run_targetless(const ExperimentOptions& options, CommandContext& context) {
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made = StagedFolder::replace(options.out, targetless::experiment_file_names());
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  const auto experiment =
+      targetless::run_parts({options.parts, options.trials, options.seed, options.start.points}, context.run_context());
+  if (!experiment) return experiment.error();
+  if (folder) {
+    if (const auto done = write_folder(targetless::experiment_files(*experiment), *folder); !done) return done.error();
+  }
+  if (context.json) {
+    CommandContext::print(targetless::experiment_json(*experiment));
+  } else if (!context.quiet) {
+    CommandContext::print(targetless::experiment_text(*experiment));
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& context) {
   BaseExperimentOptions base;
   base.seed = options.seed;
@@ -181,6 +203,7 @@ Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandConte
   if (options.paper == "sigma") return run_sigma(options, context);
   if (options.paper == "start") return run_start(options, context);
   if (options.paper == "base") return run_base(options, context);
+  if (options.paper == "targetless") return run_targetless(options, context);
   std::optional<StagedFolder> folder;
   if (!options.out.empty()) {
     Expected<StagedFolder> made =
@@ -201,6 +224,20 @@ Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandConte
   return ExitCode::good;
 }
 
+std::vector<std::string> parts_of(const std::string& paper) {
+  if (paper == "targetless") return targetless::part_names();
+  if (paper == "checkerboard") return {board_parts.begin(), board_parts.end()};
+  return {};
+}
+
+void check_parts(const ExperimentOptions& options) {
+  const std::vector<std::string> known = parts_of(options.paper);
+  for (const std::string& part : options.parts) {
+    if (std::find(known.begin(), known.end(), part) != known.end()) continue;
+    throw CLI::ValidationError("--part", options.paper + " has no part '" + part + "'");
+  }
+}
+
 }  // namespace
 
 void add_experiment_command(CLI::App& app, CommandContext& context) {
@@ -210,12 +247,17 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option(
           "PAPER", options->paper,
-          "planes: LiDARs from the planes of a corner; checkerboard: LiDARs and cameras by a board; sigma: whether "
+          "targetless: the main method, beside ICP and others; planes: LiDARs from the planes of a corner; "
+          "checkerboard: LiDARs and cameras by a board; sigma: whether "
           "errors are as large as sigma says; start: how many random rigs are found without a guess; base: whether the "
           "choice of the base changes a result")
       ->required()
-      ->check(CLI::IsMember({"planes", "checkerboard", "sigma", "start", "base"}));
-  command->add_option("--trials", options->trials, "Trials of each row of the paper's table (default 100)")
+      ->check(CLI::IsMember({"targetless", "planes", "checkerboard", "sigma", "start", "base"}));
+  command
+      ->add_option(
+          "--trials", options->trials,
+          "planes: trials of each row of the paper's table (default 100); targetless: of each setting (default: "
+          "some minutes' worth)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
   command->add_option("--mountings", options->mountings, "Corners with a random mounting (default 1000)")
@@ -237,8 +279,8 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->option_text("N");
   command
       ->add_option("--part", options->parts,
-                   "checkerboard: only pairs (10 poses), curves (3 to 20), detection or livox; may be repeated")
-      ->check(CLI::IsMember(std::vector<std::string>(board_parts.begin(), board_parts.end())))
+                   "checkerboard: only pairs (10 poses), curves (3 to 20), detection or livox; targetless: only "
+                   "iterations or basin; may be repeated")
       ->option_text("NAME");
   command
       ->add_option("--rigs", options->rigs,
@@ -246,7 +288,8 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
                    "Livox sensor (10); base: rigs (6)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
-  command->add_option("--points", options->start.points, "start, base: points of each patch (default 20000)")
+  command
+      ->add_option("--points", options->start.points, "targetless, start, base: points of each patch (default 20000)")
       ->check(CLI::Range(1000, 1000000))
       ->option_text("N");
   command->add_option("--case", options->start.cases, "start: only this case; may be repeated")
@@ -258,10 +301,13 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");
   command->footer(
-      "Example:\n  rigcal experiment planes --trials 100 --out planes\n  rigcal experiment checkerboard --part pairs "
+      "Example:\n  rigcal experiment targetless --part iterations --trials 4 --out targetless\n  rigcal experiment "
+      "planes --trials 100 --out planes\n  rigcal experiment checkerboard --part pairs "
       "--draws 100\n  rigcal experiment sigma --rigs 60 --out sigma\n  rigcal experiment start --rigs 20 --case gyro");
-  command->callback(
-      [options, &context] { context.run = [options, &context] { return run_experiment(*options, context); }; });
+  command->callback([options, &context] {
+    check_parts(*options);
+    context.run = [options, &context] { return run_experiment(*options, context); };
+  });
 }
 
 }  // namespace rigcal

@@ -120,6 +120,7 @@ class Calibration {
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
     solution_.T_grid_G = frame_of(surfels);
+    if (options_.on_pass) options_.on_pass("start", solution_.state);
     tell("start");
     return {};
   }
@@ -214,6 +215,7 @@ class Calibration {
       if (!loose) allow_unevenness(floor_m, pass.map);
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
+      if (options_.on_pass) options_.on_pass(name, solution_.state);
       done += 1.0;
       stage.iterations += refined->iterations;
       stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,7 +41,10 @@ struct LidarCalibrationOptions {
   double pose_prior_rad = to_rad(2.0);
   double map_size_m = 0.02;  ///< Of the fused map; 0: all points that were kept.
   int max_tight_passes = 8;  ///< A bound only; passes end when nothing moves any more.
-  bool with_map = true;      ///< Else `add_map` is still to be called: a map is for the eye, and takes its time.
+  /// Told the name of the stage and where everything stands after the start and after each pass (a map built anew, then
+  /// solved): for experiments on how soon a calibration is right.
+  std::function<void(const std::string& stage, const RigState& state)> on_pass = {};
+  bool with_map = true;  ///< Else `add_map` is still to be called: a map is for the eye, and takes its time.
 };
 
 struct LidarSolution;

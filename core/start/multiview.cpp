@@ -1,21 +1,14 @@
 #include "core/start/multiview.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-#include <array>
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/planes/point_to_plane.h"
 #include "core/start/surfel_index.h"
 
 namespace rigcal {
 namespace {
-
-struct Placed {
-  int stop;
-  int lidar;
-  Vector3d mean;  // sensor frame
-};
 
 struct Pair {
   std::uint32_t a;
@@ -80,60 +73,21 @@ class Multiview {
 
  private:
   void add_pair(const Pair& pair, const RigState& state, double tolerance, NormalEquations& sum) const {
-    const Placed& a = placed_[pair.a];
-    const Placed& b = placed_[pair.b];
+    const SensorPoint& a = placed_[pair.a];
+    const SensorPoint& b = placed_[pair.b];
     // The normal is the partner's; each pair is met from both sides, so both normals serve.
     const Vector3d& n = normals_[pair.b];
-    const Vector3d pa = state.T_G_sensor(a.stop, a.lidar) * a.mean;
-    const Vector3d pb = state.T_G_sensor(b.stop, b.lidar) * b.mean;
-    const double r = n.dot(pa - pb);
+    const double r = plane_distance(a, b, n, state);
     const double scaled = 2.0 * r / tolerance;
     // Residuals in units of 2 cm, the spread of surfels of one surface; Cauchy weight.
     const double w = 2500.0 / (1.0 + scaled * scaled);
-    // At most four blocks; a stop or LiDAR that both share moves both ends and its rows are added.
-    std::array<int, 4> index{};
-    std::array<Vector6d, 4> J;
-    int blocks = 0;
-    const auto add = [&](int at, const Vector6d& row) {
-      if (at < 0) return;
-      for (int k = 0; k < blocks; ++k) {
-        if (index[static_cast<std::size_t>(k)] == at) {
-          J[static_cast<std::size_t>(k)] += row;
-          return;
-        }
-      }
-      index[static_cast<std::size_t>(blocks)] = at;
-      J[static_cast<std::size_t>(blocks)] = row;
-      ++blocks;
-    };
-    const auto add_end = [&](const Placed& end, double sign) {
-      const SE3& G = state.T_G_base[static_cast<std::size_t>(end.stop)];
-      const SE3& E = state.T_base_sensor[static_cast<std::size_t>(end.lidar)];
-      const Vector3d n_base = sign * (G.R.transpose() * n);
-      const Vector3d n_sensor = E.R.transpose() * n_base;
-      Vector6d row;
-      row << (E * end.mean).cross(n_base), n_base;
-      add(layout_.stop_index(end.stop), row);
-      row << end.mean.cross(n_sensor), n_sensor;
-      add(layout_.lidar_index(end.lidar), row);
-    };
-    add_end(a, 1.0);
-    add_end(b, -1.0);
-    sum.cost += w * r * r;
-    for (int p = 0; p < blocks; ++p) {
-      const auto sp = static_cast<std::size_t>(p);
-      sum.g.segment<6>(index[sp]) += 2.0 * w * r * J[sp];
-      for (int q = 0; q < blocks; ++q) {
-        const auto sq = static_cast<std::size_t>(q);
-        if (index[sq] <= index[sp]) sum.H.block<6, 6>(index[sp], index[sq]) += (2.0 * w) * J[sp] * J[sq].transpose();
-      }
-    }
+    add_point_to_plane(a, b, n, r, w, layout_, state, sum);
   }
 
   const std::vector<PatchSurfels>& patches_;
   const ParameterLayout& layout_;
   const MultiviewOptions& options_;
-  std::vector<Placed> placed_;
+  std::vector<SensorPoint> placed_;
   std::vector<Vector3d> normals_;
   std::vector<Pair> pairs_;
 };

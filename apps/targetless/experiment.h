@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/targetless/lidar_experiments.h"
+
+namespace rigcal::targetless {
+
+/// The experiments of the targetless paper; parts that were not asked for are empty.
+struct Experiment {
+  std::optional<IterationsExperiment> iterations;
+  std::vector<BasinCell> basin;
+};
+
+struct ExperimentOptions {
+  std::vector<std::string> parts;  ///< Names; empty: all.
+  std::optional<int> trials;       ///< Else each part's own.
+  std::uint64_t seed = 1;
+  int points = 20000;  ///< Of a patch.
+};
+
+/// The names that `ExperimentOptions::parts` may have.
+[[nodiscard]] std::vector<std::string> part_names();
+
+/// Errors: cancelled.
+[[nodiscard]] Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContext& context);
+
+/// Tables for people, the paper's figures beside ours.
+[[nodiscard]] std::string experiment_text(const Experiment& experiment);
+/// See docs/schema/experiment_targetless.json.
+[[nodiscard]] std::string experiment_json(const Experiment& experiment);
+/// Names and contents of what is written into a folder: the two above, tables as CSV, pictures.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> experiment_files(const Experiment& experiment);
+/// All names that there may be.
+[[nodiscard]] std::vector<std::string> experiment_file_names();
+
+}  // namespace rigcal::targetless

@@ -1,0 +1,90 @@
+#include "apps/targetless/experiment.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/targetless/trials.h"
+#include "tests/support/schema_check.h"
+
+namespace rigcal::targetless {
+namespace {
+
+void expect_files(const Experiment& experiment) {
+  const auto json = nlohmann::json::parse(experiment_json(experiment));
+  EXPECT_EQ(SchemaCheck("experiment_targetless.json").violations(json), std::vector<std::string>{});
+  const std::vector<std::string> known = experiment_file_names();
+  for (const auto& [name, text] : experiment_files(experiment)) {
+    EXPECT_THAT(known, testing::Contains(name));
+    EXPECT_FALSE(text.empty()) << name;
+    if (name.ends_with(".svg")) {
+      EXPECT_THAT(text, testing::StartsWith("<svg xmlns")) << name;
+    }
+  }
+}
+
+TEST(TryIterations, ErrorsFallFromIterationToIteration) {
+  LidarExperimentOptions options;
+  options.trials = 2;
+  options.points = 6000;
+  options.stops = 12;
+  SilentReporter silent;
+  Experiment experiment;
+  const auto done = try_iterations(options, {silent});
+  ASSERT_TRUE(done) << done.error().message();
+  experiment.iterations = *done;
+  const std::string text = experiment_text(experiment);
+  EXPECT_EQ(done->trials, 2);
+  ASSERT_EQ(done->methods.size(), 2U);
+  for (const MethodIterations& method : done->methods) {
+    ASSERT_GE(method.after.size(), 4U) << text;
+    EXPECT_EQ(method.after.front().right, 0);
+    EXPECT_LT(method.after.back().translation_m.mean, 0.5 * method.after.front().translation_m.mean) << text;
+    EXPECT_LT(method.after.back().rotation_rad.mean, 0.2 * method.after.front().rotation_rad.mean) << text;
+    EXPECT_GT(method.iteration_s, 0.0);
+  }
+  const MethodIterations& ours = done->methods[0];
+  EXPECT_EQ(ours.after.back().right, 2) << text;
+  EXPECT_LE(ours.most_to_be_right, 5) << text;
+  EXPECT_LT(ours.after.back().translation_m.mean, 0.005) << text;
+  expect_files(experiment);
+}
+
+TEST(Trial, IsRightFromWhereItStaysSo) {
+  Trial trial;
+  for (const double m : {0.2, 0.01, 0.05, 0.015, 0.001}) trial.errors.push_back({0.0, m, 0.0, m});
+  EXPECT_EQ(trial.right_from(), 3);
+  EXPECT_TRUE(trial.is_right(1));
+  EXPECT_FALSE(trial.is_right(2));
+  EXPECT_EQ(trial.after(9).translation_m, 0.001);
+  trial.errors.push_back({0.1, 0.0, 0.1, 0.0});
+  EXPECT_EQ(trial.right_from(), std::nullopt);
+}
+
+TEST(ExperimentFiles, ShowABasin) {
+  Experiment experiment;
+  for (const double m : {0.5, 1.0}) {
+    experiment.basin.push_back({"rigcal", 10.0, m, 4, 4, 1e-4, 0.001});
+    experiment.basin.push_back({"ICP", 10.0, m, 4, 1, 1e-3, 0.01});
+  }
+  EXPECT_THAT(experiment_text(experiment), testing::HasSubstr("1 of 4"));
+  expect_files(experiment);
+}
+
+TEST(TargetlessExperiment, EndsWhenTold) {
+  SilentReporter silent;
+  std::stop_source stop;
+  stop.request_stop();
+  for (const std::string& part : part_names()) {
+    ExperimentOptions options;
+    options.parts = {part};
+    const auto done = run_parts(options, {silent, stop.get_token()});
+    ASSERT_FALSE(done) << part;
+    EXPECT_EQ(done.error().kind, ErrorKind::cancelled);
+  }
+}
+
+}  // namespace
+}  // namespace rigcal::targetless
