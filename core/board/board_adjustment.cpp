@@ -9,6 +9,7 @@
 
 #include "core/base/median.h"
 #include "core/board/board_costs.h"
+#include "core/board/board_jackknife.h"
 
 namespace rigcal {
 namespace {
@@ -22,7 +23,6 @@ using board::SquaresCost;
 constexpr double border_loss_sigmas = 2.0;
 constexpr double corner_loss_sigmas = 3.0;
 constexpr double outlier_ratio = 3.0;
-constexpr double squares_sigma_m = 0.002;  // of the pattern's place by reflectivity: the steps of its search
 constexpr double least_sigma_px = 0.02;
 constexpr double least_sigma_m = 0.001;
 
@@ -42,6 +42,7 @@ struct SensorBlock {
   double x[6] = {};
   double range_offset = 0.0;
   std::array<double, 2> growth{};
+  double widening = 0.0;
   std::array<double, intrinsics_count> intrinsics{};
   std::unique_ptr<ChangingCamera> camera;
 };
@@ -93,11 +94,17 @@ class Adjuster {
     problem_->GetParameterBlocks(&blocks);
     std::erase_if(blocks, [&](double* b) { return problem_->IsParameterBlockConstant(b); });
     if (blocks.empty()) return;
+    // The boards' own poses behind what they share.
+    const auto shared_end = std::stable_partition(blocks.begin(), blocks.end(), [&](const double* b) {
+      return std::none_of(places_.begin(), places_.end(), [&](const PlaceBlock& place) { return place.x == b; });
+    });
     std::map<const double*, int> at;
     int size = 0;
-    for (double* b : blocks) {
-      at[b] = size;
-      size += problem_->ParameterBlockSize(b);
+    int shared = 0;
+    for (auto b = blocks.begin(); b != blocks.end(); ++b) {
+      at[*b] = size;
+      size += problem_->ParameterBlockTangentSize(*b);
+      if (b < shared_end) shared = size;
     }
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.parameter_blocks = blocks;
@@ -115,6 +122,7 @@ class Adjuster {
         for (int k = J.rows[row]; k < J.rows[row + 1]; ++k) H(J.cols[i], J.cols[k]) += J.values[i] * J.values[k];
       }
     }
+    const Eigen::VectorXd between = jackknife_sigmas(J, residuals, shared);
     work_.chi2 = 2.0 * cost / std::max(1.0, degrees_of_freedom() - size);
     // Unknowns in their own units before the condition is judged.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
@@ -129,7 +137,7 @@ class Adjuster {
         work_.covariances[s] = covariance.block<6, 6>(k->second, k->second);
       }
       if (const auto k = at.find(&sensors_[s].range_offset); k != at.end()) {
-        work_.range_offset_sigma_m[s] = std::sqrt(covariance(k->second, k->second));
+        work_.range_offset_sigma_m[s] = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
       }
       for (std::size_t axis = 0; axis < 2; ++axis) {
         if (const auto k = at.find(&sensors_[s].growth[axis]); k != at.end()) {
@@ -154,6 +162,7 @@ class Adjuster {
       block.start = sensor.T_base_sensor;
       block.range_offset = sensor.range_offset_m;
       block.growth = {sensor.growth_m.x(), sensor.growth_m.y()};
+      block.widening = sensor.widening;
       if (!sensor.camera) continue;
       block.camera = std::make_unique<ChangingCamera>(*sensor.camera);
       block.intrinsics = ChangingCamera::values_of(*sensor.camera);
@@ -189,18 +198,22 @@ class Adjuster {
     problem_->AddResidualBlock(plane, nullptr, sensor.x, place.x, &sensor.range_offset);
     plane_points_ += moments.points - 7.0;
     if (seen.cloud->squares) {
-      auto* squares = new ceres::AutoDiffCostFunction<SquaresCost, 3, 6, 6, 1>(
-          new SquaresCost{&sensor.start, &place.start, seen.T_sensor_board, squares_sigma_m,
-                          squares_sigma_m / (0.3 * board_.size().maxCoeff())});
-      problem_->AddResidualBlock(squares, new ceres::HuberLoss(border_loss_sigmas), sensor.x, place.x,
-                                 &sensor.range_offset);
+      const SquareCue& cue = *seen.cloud->squares;
+      auto* squares = new ceres::AutoDiffCostFunction<SquaresCost, 4, 6, 6>(new SquaresCost{
+          &sensor.start, &place.start, cue.T_lidar_pattern, cue.shift_sigma_m, cue.angle_sigma_rad, cue.scale_sigma});
+      problem_->AddResidualBlock(squares, new ceres::HuberLoss(border_loss_sigmas), sensor.x, place.x);
     }
+    std::map<std::pair<int, int>, double> of_edge;
+    for (const BorderPoint& b : seen.cloud->border) of_edge[{b.axis, b.sign}] += 1.0;
     for (const BorderPoint& b : seen.cloud->border) {
-      auto* cost = new ceres::AutoDiffCostFunction<BorderCost, 1, 6, 6, 1, 1>(
+      const double sigma_border =
+          std::hypot(figures.sigma_border_m, std::sqrt(of_edge[{b.axis, b.sign}]) * options_.border_floor_m);
+      auto* cost = new ceres::AutoDiffCostFunction<BorderCost, 1, 6, 6, 1, 1, 1>(
           new BorderCost{&sensor.start, &place.start, b.p, b.axis, static_cast<double>(b.sign),
-                         0.5 * board_.size()[b.axis], figures.sigma_border_m});
+                         0.5 * board_.size()[b.axis], figures.usual_range_m, sigma_border});
       problem_->AddResidualBlock(cost, new ceres::CauchyLoss(border_loss_sigmas), sensor.x, place.x,
-                                 &sensor.range_offset, &sensor.growth[static_cast<std::size_t>(b.axis)]);
+                                 &sensor.range_offset, &sensor.growth[static_cast<std::size_t>(b.axis)],
+                                 &sensor.widening);
     }
   }
 
@@ -214,6 +227,7 @@ class Adjuster {
     const bool ranges_known = options_.range_offset_sigma_m <= 0.0 || options_.sensors_fixed;
     hold_near(&block.range_offset, options_.range_offset_sigma_m, ranges_known);
     for (double& growth : block.growth) hold_near(&growth, options_.growth_sigma_m, options_.sensors_fixed);
+    hold_near(&block.widening, options_.widening_sigma, options_.sensors_fixed);
   }
 
   void hold_near(double* parameter, double sigma, bool known) {
@@ -254,6 +268,7 @@ class Adjuster {
       sensor.T_base_sensor = board::pose_at(sensors_[s].start, sensors_[s].x);
       sensor.range_offset_m = sensors_[s].range_offset;
       sensor.growth_m = {sensors_[s].growth[0], sensors_[s].growth[1]};
+      sensor.widening = sensors_[s].widening;
       if (sensor.camera) {
         sensor.camera = ChangingCamera::with_values(*sensor.camera, sensors_[s].intrinsics.data());
       }
@@ -294,6 +309,23 @@ void estimate_noise(const BoardModel& board, BoardAdjustment& work) {
     if (!pixels.empty()) sensor.sigma_px = std::max(least_sigma_px, 1.05 * median(pixels));
     if (!plane.empty()) sensor.sigma_plane_m = std::max(least_sigma_m, median(plane));
     if (!border.empty()) sensor.sigma_border_m = std::max(least_sigma_m, 1.1 * median(border));
+  }
+}
+
+// The distance at which the plates' growth is told: that of the borders which a LiDAR saw, in the mean.
+void set_usual_ranges(BoardAdjustment& work) {
+  for (std::size_t s = 0; s < work.sensors.size(); ++s) {
+    if (work.sensors[s].usual_range_m > 0.0) continue;
+    double sum = 0.0;
+    double count = 0.0;
+    for (const BoardPlace& place : work.places) {
+      for (const BoardSighting& seen : place.sightings) {
+        if (static_cast<std::size_t>(seen.sensor) != s || !seen.cloud) continue;
+        for (const BorderPoint& b : seen.cloud->border) sum += b.p.norm();
+        count += static_cast<double>(seen.cloud->border.size());
+      }
+    }
+    work.sensors[s].usual_range_m = count > 0.0 ? sum / count : 0.0;
   }
 }
 
@@ -340,6 +372,7 @@ BoardAdjustment adjust_boards(std::vector<BoardSensor> sensors, std::vector<Boar
   BoardAdjustment work;
   work.sensors = std::move(sensors);
   work.places = std::move(places);
+  set_usual_ranges(work);
   for (int pass = 0; pass < std::max(1, options.noise_passes); ++pass) {
     Adjuster(work, board, options).solve();
     if (options.noise_passes > 0 && !options.sensors_fixed) estimate_noise(board, work);

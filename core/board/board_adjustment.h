@@ -16,7 +16,9 @@ struct BoardSensor {
   bool fixed = false;                                  ///< The base.
   std::optional<CameraIntrinsics> camera;              ///< Of a camera; a LiDAR has none.
   double range_offset_m = 0.0;                         ///< To be added to a LiDAR's ranges,
-  Eigen::Vector2d growth_m = Eigen::Vector2d::Zero();  ///< and by how much its beam widens the plate at each edge.
+  Eigen::Vector2d growth_m = Eigen::Vector2d::Zero();  ///< and by how much its beam widens the plate at each edge
+  double usual_range_m = 0.0;                          ///< at this distance (mean over its borders; 0: not set yet),
+  double widening = 0.0;                               ///< and for each metre farther.
   double sigma_px = 0.1;                               ///< Of a corner; estimated.
   double sigma_plane_m = 0.015;                        ///< Of a point across the plate,
   double sigma_border_m = 0.01;                        ///< and of a place on its border; estimated.
@@ -42,8 +44,11 @@ struct BoardAdjustOptions {
   /// How far a LiDAR's ranges may be off; 0: not at all. Where the boards do not tell, the offset stays near zero.
   double range_offset_sigma_m = 0.03;
   double growth_sigma_m = 0.02;
+  double widening_sigma = 0.004;  ///< As wide as half of a LiDAR's beam, or half a step of its scan, radians.
   /// What no averaging over points takes away from a plate's plane: its own unevenness, the laser's calibration.
   double plane_floor_m = 0.001;
+  /// The same for one of its edges: beams do not widen all of them alike.
+  double border_floor_m = 0.002;
   int noise_passes = 3;        ///< The noise is estimated from the residuals so many times.
   bool sensors_fixed = false;  ///< Only the places of the boards are found.
   bool drop_outliers = true;

@@ -25,6 +25,12 @@ struct SquareCue {
   bool first_is_dark = false;   ///< The squares with the colour of the first one (BoardModel::colour_at) are dark.
   double dark_farther_m = 0.0;  ///< By how much dark squares seem farther away than bright ones, along the rays.
   double dark_farther_sigma_m = 0.0;
+  /// The board's pose by the directions in which its squares are seen: as far away as these have their true size, with
+  /// the tilt of the plate. No range tells in it but in the tilt.
+  SE3 T_lidar_pattern;
+  double shift_sigma_m = 0.002;  ///< Across the ray, along either axis of the board,
+  double angle_sigma_rad = 0.01;
+  double scale_sigma = 0.1;  ///< and of the distance, as a share of it.
 };
 
 /// A plate in one cloud.

@@ -133,8 +133,9 @@ struct PlaneCost {
   }
 };
 
-/// A point on the plate's border over its noise: parameters LiDAR, board, range offset, growth. The plate appears
-/// larger by `growth` at each edge (half the beam, half a step of the scan).
+/// A point on the plate's border over its noise: parameters LiDAR, board, range offset, growth, widening. The plate
+/// appears larger at each edge by half the beam and half a step of the scan: by `growth` at the distance `usual_range`,
+/// and by `widening` for each metre farther.
 struct BorderCost {
   const SE3* T_base_lidar;
   const SE3* T_base_board;
@@ -142,41 +143,48 @@ struct BorderCost {
   int axis;          ///< 0: an edge at +-x of the board, 1: at +-y.
   double sign;       ///< Which of the two.
   double half_size;  ///< Of the plate along that axis.
+  double usual_range;
   double sigma_m;
 
   template <class T>
-  bool operator()(const T* lidar_x, const T* board_x, const T* range_offset, const T* growth, T* residual) const {
+  bool operator()(const T* lidar_x, const T* board_x, const T* range_offset, const T* growth, const T* widening,
+                  T* residual) const {
     const Vector3<T> p = point.cast<T>() + range_offset[0] * point.normalized().cast<T>();
     const Vector3<T> in_base = moved<T>(*T_base_lidar, lidar_x, p);
     const Vector3<T> on_board = moved_back<T>(*T_base_board, board_x, in_base);
-    residual[0] = (sign * on_board[axis] - half_size - growth[0]) / sigma_m;
+    const T wider = growth[0] + widening[0] * (point.norm() - usual_range);
+    residual[0] = (sign * on_board[axis] - half_size - wider) / sigma_m;
     return true;
   }
 };
 
-/// Where the pattern lies in the plate's plane by the reflectivity of its squares: parameters LiDAR, board, range
-/// offset; shift along both axes and turn about the normal, each over its noise. What is seen are directions: the
-/// offset moves the pattern along the ray.
+/// Where the pattern lies and how large it seems by the reflectivity of its squares, which are seen as directions:
+/// parameters LiDAR, board; shift along both axes and turn about the normal on the plane of `T_lidar_pattern`
+/// (SquareCue), distance by the size, each over its noise. Nothing that ranges are off by moves them.
 struct SquaresCost {
   const SE3* T_base_lidar;
   const SE3* T_base_board;
-  SE3 T_lidar_seen;
+  SE3 T_lidar_pattern;
   double sigma_m;
   double sigma_rad;
+  double sigma_scale;
 
   template <class T>
-  bool operator()(const T* lidar_x, const T* board_x, const T* range_offset, T* residual) const {
-    const Vector3d ray = T_lidar_seen.R.transpose() * T_lidar_seen.t.normalized();
-    const SE3 to_seen = T_lidar_seen.inverse();
-    const auto in_seen = [&](const Vector3<T>& on_board) {
-      const Vector3<T> in_base = moved<T>(*T_base_board, board_x, on_board);
-      const Vector3<T> in_lidar = moved_back<T>(*T_base_lidar, lidar_x, in_base);
-      return Vector3<T>(to_seen.R.cast<T>() * in_lidar + to_seen.t.cast<T>());
+  bool operator()(const T* lidar_x, const T* board_x, T* residual) const {
+    const auto in_lidar = [&](const Vector3d& on_board) {
+      const Vector3<T> in_base = moved<T>(*T_base_board, board_x, Vector3<T>(on_board.cast<T>()));
+      return moved_back<T>(*T_base_lidar, lidar_x, in_base);
     };
-    const Vector3<T> origin = in_seen(Vector3<T>(T(0.0), T(0.0), T(0.0)));
-    const Vector3<T> along = in_seen(Vector3<T>(T(1.0), T(0.0), T(0.0))) - origin;
-    for (int k = 0; k < 2; ++k) residual[k] = (origin[k] - range_offset[0] * ray[k]) / sigma_m;
-    residual[2] = along[1] / sigma_rad;
+    const Vector3d normal = T_lidar_pattern.R.col(2);
+    const Vector3<T> origin = in_lidar(Vector3d::Zero());
+    const Vector3<T> along = in_lidar(Vector3d::UnitX()) - origin;
+    const T nearer = normal.dot(T_lidar_pattern.t) / normal.cast<T>().dot(origin);
+    const Matrix3d to_board = T_lidar_pattern.R.transpose();
+    const Vector3<T> off = to_board.cast<T>() * Vector3<T>(nearer * origin - T_lidar_pattern.t.cast<T>());
+    residual[0] = off[0] / sigma_m;
+    residual[1] = off[1] / sigma_m;
+    residual[2] = (to_board.cast<T>() * along)[1] / sigma_rad;
+    residual[3] = (nearer - 1.0) / sigma_scale;
     return true;
   }
 };

@@ -46,7 +46,8 @@ SightingResiduals residuals_of(const BoardSighting& sighting, const BoardSensor&
     }
     for (const BorderPoint& b : sighting.cloud->border) {
       const Vector3d q = to_board * (b.p + sensor.range_offset_m * b.p.normalized());
-      const double off = b.sign * q[b.axis] - 0.5 * board.size()[b.axis] - sensor.growth_m[b.axis];
+      const double growth = sensor.growth_m[b.axis] + sensor.widening * (b.p.norm() - sensor.usual_range_m);
+      const double off = b.sign * q[b.axis] - 0.5 * board.size()[b.axis] - growth;
       // One that lies far out was a hand or a stand; the adjustment's robust loss bears with it as well.
       border.add(std::clamp(off, -3.0 * sensor.sigma_border_m, 3.0 * sensor.sigma_border_m));
     }

@@ -150,6 +150,7 @@ BoardSighting resolved(const BoardSighting& sighting, std::size_t alternative, c
   }
   if (out.cloud) {
     out.cloud->T_lidar_board = out.T_sensor_board;
+    if (out.cloud->squares) out.cloud->squares->T_lidar_pattern = out.cloud->squares->T_lidar_pattern * turn;
     for (BorderPoint& p : out.cloud->border) {
       Vector3d normal = Vector3d::Zero();
       normal[p.axis] = p.sign;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/board/squares_fit.h"
+
 namespace rigcal {
 namespace {
 
@@ -14,11 +16,9 @@ constexpr double clear_contrast = 0.8;  // difference of the colours' means over
 constexpr double beside_line = 0.12;    // of a square: nearer to a line the beam meets both colours
 constexpr double slope_reach = 0.25;    // of a square
 constexpr double across_sigmas = 3.0;
-
-struct Spot {
-  Vector2d at;
-  double reflectivity = 0.0;
-};
+// What no averaging over points takes away: a sensor's own directions are bent by so much across a board.
+constexpr double place_floor_m = 0.001;
+constexpr double bend_floor_m = 0.0005;  // from the board's middle to its ends
 
 struct Colours {
   double n[2] = {};
@@ -41,25 +41,20 @@ struct Colours {
   }
 };
 
-struct Shift {
-  Vector2d t = Vector2d::Zero();
-  double angle_rad = 0.0;
-};
-
 // `by` in metres at the pattern's outermost lines: along x, along y, about the normal.
-Shift shifted(Shift shift, int axis, double by, const BoardModel& board) {
+SquaresPlace shifted(SquaresPlace place, int axis, double by, const BoardModel& board) {
   if (axis < 2) {
-    shift.t[axis] += by;
+    place.shift[axis] += by;
   } else {
-    shift.angle_rad += by / (0.5 * board.size().maxCoeff());
+    place.angle_rad += by / (0.5 * board.size().maxCoeff());
   }
-  return shift;
+  return place;
 }
 
-Vector2d moved_back(const Vector2d& p, const Shift& shift) {
-  const double c = std::cos(shift.angle_rad);
-  const double s = std::sin(shift.angle_rad);
-  const Vector2d q = p - shift.t;
+Vector2d moved_back(const Vector2d& p, const SquaresPlace& place) {
+  const double c = std::cos(place.angle_rad);
+  const double s = std::sin(place.angle_rad);
+  const Vector2d q = p - place.shift;
   return {c * q.x() + s * q.y(), -s * q.x() + c * q.y()};
 }
 
@@ -70,10 +65,10 @@ Vector2d met_by_ray(const SE3& to_board, const Vector3d& q) {
   return (from + (q - from) * (from.z() / (from.z() - q.z()))).head<2>();
 }
 
-double contrast_at(const std::vector<Spot>& spots, const BoardModel& board, const Shift& shift) {
+double contrast_at(const std::vector<SquareSpot>& spots, const BoardModel& board, const SquaresPlace& place) {
   Colours colours;
-  for (const Spot& spot : spots) {
-    const Vector2d q = moved_back(spot.at, shift);
+  for (const SquareSpot& spot : spots) {
+    const Vector2d q = moved_back(spot.at, place);
     const int colour = board.colour_at(q.x(), q.y(), 0.0);
     if (colour != 0) colours.add(colour > 0 ? 0 : 1, spot.reflectivity);
   }
@@ -81,15 +76,15 @@ double contrast_at(const std::vector<Spot>& spots, const BoardModel& board, cons
 }
 
 // Steps along each of the three until none helps, then finer ones.
-Shift sharpest(const std::vector<Spot>& spots, const BoardModel& board) {
-  Shift best;
+SquaresPlace sharpest(const std::vector<SquareSpot>& spots, const BoardModel& board) {
+  SquaresPlace best;
   double most = std::abs(contrast_at(spots, board, best));
   for (double step = 0.08; step > 0.03; step *= 0.5) {
     for (bool better = true; better;) {
       better = false;
       for (int k = 0; k < 6; ++k) {
-        const Shift next = shifted(best, k / 2, (k % 2 == 0 ? 1.0 : -1.0) * step * board.square(), board);
-        if (next.t.norm() > 0.45 * board.square() || std::abs(next.angle_rad) > to_rad(3.0)) continue;
+        const SquaresPlace next = shifted(best, k / 2, (k % 2 == 0 ? 1.0 : -1.0) * step * board.square(), board);
+        if (next.shift.norm() > 0.45 * board.square() || std::abs(next.angle_rad) > to_rad(3.0)) continue;
         const double here = std::abs(contrast_at(spots, board, next));
         if (here <= most + 1e-9) continue;
         most = here;
@@ -103,7 +98,7 @@ Shift sharpest(const std::vector<Spot>& spots, const BoardModel& board) {
 
 // The middle of the contrast's slopes to both sides along each of the three: its very peak is made by the few points
 // next to the lines, the slopes by many.
-Shift centred(const std::vector<Spot>& spots, const BoardModel& board, Shift at) {
+SquaresPlace centred(const std::vector<SquareSpot>& spots, const BoardModel& board, SquaresPlace at) {
   const double reach = slope_reach * board.square();
   for (int pass = 0; pass < 3; ++pass) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -152,7 +147,7 @@ void take_difference_out(const BoardModel& board, CloudBoard& found) {
 void look_at_squares(std::span<const Point> points, const BoardModel& board, CloudBoard& found) {
   const SE3 to_board = found.T_lidar_board.inverse();
   const double tolerance = std::max(0.02, across_sigmas * found.plane_rms_m);
-  std::vector<Spot> all;
+  std::vector<SquareSpot> all;
   for (const Point& point : points) {
     const Vector3d q = to_board * Vector3d(point.x, point.y, point.z);
     if (std::abs(q.z()) > tolerance) continue;
@@ -161,19 +156,28 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
     all.push_back({at, static_cast<double>(point.reflectivity)});
   }
   if (all.size() < least_scored) return;
-  std::vector<Spot> spots;
+  std::vector<SquareSpot> spots;
   const std::size_t every = std::max<std::size_t>(1, all.size() / most_scored);
   for (std::size_t k = 0; k < all.size(); k += every) spots.push_back(all[k]);
-  const Shift shift = centred(spots, board, sharpest(spots, board));
-  const double contrast = contrast_at(spots, board, shift);
+  SquaresPlace place = centred(spots, board, sharpest(spots, board));
+  const double contrast = contrast_at(spots, board, place);
   if (std::abs(contrast) < clear_contrast) return;
-  SE3 in_plane;
-  in_plane.R = exp_so3({0.0, 0.0, shift.angle_rad});
-  in_plane.t << shift.t, 0.0;
-  found.T_lidar_board = found.T_lidar_board * in_plane;
   SquareCue& cue = found.squares.emplace();
   cue.contrast = std::abs(contrast);
   cue.first_is_dark = contrast > 0.0;
+  if (const auto fit = fit_squares(spots, board, place)) {
+    place = fit->place;
+    const double bend = bend_floor_m / (0.3 * board.size().maxCoeff());
+    cue.shift_sigma_m = std::hypot(place_floor_m, fit->shift_sigma_m);
+    cue.angle_sigma_rad = std::hypot(bend, fit->angle_sigma_rad);
+    cue.scale_sigma = std::hypot(bend, fit->scale_sigma);
+  }
+  SE3 in_plane;
+  in_plane.R = exp_so3({0.0, 0.0, place.angle_rad});
+  in_plane.t << place.shift, 0.0;
+  found.T_lidar_board = found.T_lidar_board * in_plane;
+  cue.T_lidar_pattern = found.T_lidar_board;
+  cue.T_lidar_pattern.t /= place.scale;
   take_difference_out(board, found);
 }
 

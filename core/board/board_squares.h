@@ -8,8 +8,9 @@ namespace rigcal {
 
 /// Lays the pattern of the board on the reflectivity of a cloud's points near a plate that was found: of the places
 /// within 3 cm and 2 degrees of the outline's, in either half turn, the one at which the squares of the two colours
-/// differ most. Where they differ clearly, `found` gets the place, the colours' difference in range, and its points
-/// shifted to where bright squares lie. Otherwise it stays as it is.
+/// differ most, and from there by least squares (`fit_squares`). Where they differ clearly, `found` gets the place, the
+/// distance by the squares' size, the colours' difference in range, and its points shifted to where bright squares lie.
+/// Otherwise it stays as it is.
 void look_at_squares(std::span<const Point> points, const BoardModel& board, CloudBoard& found);
 
 }  // namespace rigcal

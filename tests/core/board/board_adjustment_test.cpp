@@ -169,22 +169,27 @@ TEST(BoardCosts, SumAnyNumberOfPointsInSevenResiduals) {
   EXPECT_NEAR(sum, direct, 1e-9 * direct);
 }
 
-TEST(BoardCosts, MoveSquaresAlongTheRayWhereRangesAreOff) {
+TEST(BoardCosts, SeeSquaresAsDirectionsAndTheirSizeAsADistance) {
   Random random(7);
   const SE3 T_base_lidar = random_pose(random, 0.3, 0.3);
   const SE3 T_lidar_board{exp_so3({0.5, -0.3, 0.4}), {0.2, -0.1, 3.0}};
   const SE3 T_base_board = T_base_lidar * T_lidar_board;
-  constexpr double too_short_m = 0.02;
-  SE3 seen = T_lidar_board;
-  seen.t -= too_short_m * seen.t.normalized();
-  const board::SquaresCost cost{&T_base_lidar, &T_base_board, seen, 0.002, 0.01};
-  const double still[6] = {};
-  const double believed = 0.0;
-  double residual[3];
-  ASSERT_TRUE(cost(still, still, &too_short_m, residual));
-  EXPECT_LT(Vector3d(residual[0], residual[1], residual[2]).norm(), 0.05);
-  ASSERT_TRUE(cost(still, still, &believed, residual));
-  EXPECT_GT(Vector3d(residual[0], residual[1], residual[2]).norm(), 1.0);
+  const auto residual_of = [&](const SE3& T_lidar_pattern) {
+    const board::SquaresCost cost{&T_base_lidar, &T_base_board, T_lidar_pattern, 0.002, 0.01, 0.005};
+    const double still[6] = {};
+    Eigen::Vector4d residual;
+    EXPECT_TRUE(cost(still, still, residual.data()));
+    return residual;
+  };
+  EXPECT_LT(residual_of(T_lidar_board).norm(), 1e-9);
+  SE3 farther = T_lidar_board;
+  farther.t *= 1.01;
+  // Farther along the ray: nothing moves on the plane, squares are a hundredth too small.
+  EXPECT_LT((residual_of(farther) - Eigen::Vector4d(0.0, 0.0, 0.0, 2.0)).norm(), 1e-9);
+  const SE3 shifted = T_lidar_board * SE3{Matrix3d::Identity(), {0.004, -0.002, 0.0}};
+  EXPECT_LT((residual_of(shifted) - Eigen::Vector4d(-2.0, 1.0, 0.0, 0.0)).norm(), 1e-9);
+  const SE3 turned = T_lidar_board * SE3{exp_so3({0.0, 0.0, 0.01}), Vector3d::Zero()};
+  EXPECT_NEAR(residual_of(turned)[2], -1.0, 1e-3);
 }
 
 TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
@@ -195,6 +200,7 @@ TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
     const World world = make_world(10, 0.0, random);
     BoardAdjustOptions options;
     options.plane_floor_m = 0.0;
+    options.border_floor_m = 0.0;
     const BoardAdjustment found = calibrate(world.sightings, options);
     EXPECT_TRUE(found.converged && found.observable);
     const SE3& T = found.sensors[1].T_base_sensor;
@@ -219,6 +225,31 @@ TEST(BoardAdjustment, NoticesRangesThatAreTooShort) {
   BoardAdjustOptions believed;
   believed.range_offset_sigma_m = 0.0;
   EXPECT_EQ(calibrate(world.sightings, believed).sensors[0].range_offset_m, 0.0);
+}
+
+TEST(BoardAdjustment, KnowsRangesNoBetterThanTheBoardsAgreeOnThem) {
+  double squares = 0.0;
+  double sigmas = 0.0;
+  constexpr int trials = 12;
+  for (int trial = 0; trial < trials; ++trial) {
+    Random random(200 + static_cast<std::uint64_t>(trial));
+    World world = make_world(10, 0.02, random);
+    // Each plate as a whole is seen nearer or farther, which its own residuals do not show.
+    for (BoardSighting& s : world.sightings) {
+      if (!s.cloud) continue;
+      const double by = 0.01 * random.normal();
+      for (Vector3d& p : s.cloud->points) p += by * p.normalized();
+      for (BorderPoint& b : s.cloud->border) b.p += by * b.p.normalized();
+    }
+    BoardAdjustOptions options;
+    options.drop_outliers = false;
+    const BoardAdjustment found = calibrate(world.sightings, options);
+    squares += std::pow((found.sensors[0].range_offset_m - 0.02) / found.range_offset_sigma_m[0], 2) / trials;
+    sigmas += found.range_offset_sigma_m[0] / trials;
+  }
+  EXPECT_GT(squares, 0.25);
+  EXPECT_LT(squares, 3.0);
+  EXPECT_LT(sigmas, 0.015);
 }
 
 TEST(BoardAdjustment, ThrowsOutABoardThatMoved) {

@@ -12,6 +12,7 @@ BoardModel make_board() { return BoardModel({"checkerboard", {7, 4}, 0.1, {1.0, 
 struct DenseScan {
   double sigma_m = 0.009;  ///< Of ranges, as real boards show.
   double dark_farther_m = 0.0;
+  double range_offset_m = 0.0;
   double dark_reflectivity = 10.0;
   int shots = 60000;
 };
@@ -42,7 +43,7 @@ std::vector<Point> scan(const SE3& T, const BoardModel& board, const DenseScan& 
     for (const double up : {-0.0016, 0.0, 0.0016}) on += meet(up, 0.0, range, colour) ? 1 : 0;
     const bool hit = meet(0.0, 0.0, range, colour);
     if (hit != (on >= 2)) continue;
-    range += options.sigma_m * random.normal() + (colour == 2 ? options.dark_farther_m : 0.0);
+    range += options.sigma_m * random.normal() + (colour == 2 ? options.dark_farther_m : 0.0) + options.range_offset_m;
     const Vector3d ray = Vector3d(1.0, std::tan(angle) * std::cos(turn), std::tan(angle) * std::sin(turn)).normalized();
     Point& p = out.emplace_back();
     p.x = static_cast<float>(range * ray.x());
@@ -93,6 +94,22 @@ TEST(DenseBoards, PlacesTheSquaresAndKnowsHowMuchFartherDarkOnesSeem) {
     EXPECT_LT(nearest_turn(found, T, board), 0.004) << farther;
     EXPECT_NEAR(found.squares->dark_farther_m, farther, 0.001);
     EXPECT_LT(found.squares->dark_farther_sigma_m, 0.0006);
+  }
+}
+
+TEST(DenseBoards, KnowsTheDistanceBySquaresWhereRangesAreOff) {
+  Random random(6);
+  const BoardModel board = make_board();
+  for (const double offset : {-0.03, 0.03}) {
+    const SE3 T = plate_at(-0.05, 3.4, 0.7, -0.2);
+    DenseScan options;
+    options.range_offset_m = offset;
+    const CloudBoards seen = find_dense_boards(scan(T, board, options, random), board);
+    ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
+    ASSERT_TRUE(seen.boards[0].squares);
+    EXPECT_NEAR(seen.boards[0].T_lidar_board.t.norm(), T.t.norm() + offset, 0.004);
+    EXPECT_NEAR(seen.boards[0].squares->T_lidar_pattern.t.norm(), T.t.norm(), 0.006);
+    EXPECT_LT(seen.boards[0].squares->scale_sigma, 0.003);
   }
 }
 
