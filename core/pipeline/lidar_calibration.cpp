@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "core/base/median.h"
+#include "core/pipeline/frozen_directions.h"
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/range_stage.h"
@@ -49,7 +50,7 @@ class Calibration {
         guess_(guess),
         options_(options),
         context_(context),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -79,6 +80,7 @@ class Calibration {
       return done.error();
     }
     clock_.begin("verdict");
+    freeze_open_directions(solution_);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
     result.stages = clock_.take();
     return result;
@@ -356,6 +358,7 @@ class Calibration {
   CalibrationResult conclude() {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
+    freeze_open_directions(solution_);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
     result.stages = clock_.take();
     if (options_.with_map) add_map(rig_, recording_, guess_, options_, solution_, result);

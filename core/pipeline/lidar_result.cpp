@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/quality/open_directions.h"
 #include "core/quality/verdict.h"
 
 namespace rigcal {
@@ -113,6 +114,11 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
     const std::size_t places = stops_with_points(recording);
     e.covariance = with_unevenness(findings.covariances.with_priors[i], s.unevenness_m, places);
     e.covariance_data_only = with_unevenness(findings.covariances.data_only[i], s.unevenness_m, places);
+    if (i < s.frozen.size()) e.frozen = s.frozen[i];
+    if (translation_bound(e.covariance) > options.require.translation_m) {
+      e.helpful_turn =
+          turn_for_weak_translation({s.refined.map.features, s.state, s.layout, s.adjust}, lidar, e.covariance);
+    }
   }
   e.T_base_sensor = s.state.T_base_sensor[i];
   e.hold_out = findings.held_out.normalised[i];
@@ -122,6 +128,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
   result.guess_T_base_sensor = guess;
   result.hold_out = {e.hold_out, e.hold_out_rms_m, e.hold_out_start_rms_m, "m"};
+  if (e.observable && e.found) {
+    result.weak_directions = weak_directions(e.covariance, e.T_base_sensor, options.require, e.frozen);
+  }
   if (verdict.status != Status::failed) {
     result.T_base_sensor = e.T_base_sensor;
     result.covariance = e.covariance;

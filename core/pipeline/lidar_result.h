@@ -20,6 +20,8 @@ struct LidarSolution {
   /// By how much each LiDAR measures too far, where that was found and taken out; empty: not of any.
   std::vector<double> range_offset_m;
   std::vector<PatchCells> corrected;  ///< The recording's patches without these offsets.
+  /// Along which direction of its own frame each LiDAR stays where shapes laid it; zero: none. Empty: not of any.
+  std::vector<Vector3d> frozen;
 
   [[nodiscard]] const std::vector<PatchCells>& patches(const LidarRecording& recording) const {
     return corrected.empty() ? recording.patches : corrected;

@@ -12,9 +12,6 @@
 namespace rigcal {
 namespace {
 
-// 95 % of the chi-square distribution with three degrees of freedom.
-constexpr double chi2_95_3 = 7.815;
-
 double largest(const Matrix3d& C) { return Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2]; }
 
 std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const ParameterLayout& layout) {
@@ -48,15 +45,23 @@ AdjustOptions with_honest_matches(AdjustOptions options) {
   return options;
 }
 
-// By how much planes hold one direction of a LiDAR's place.
+// Half of a pose: where it is, or how it is turned.
+enum class Half { turn, place };
+
+Eigen::Block<Matrix6d, 3, 3> half_of(Matrix6d& C, Half half) {
+  return half == Half::place ? C.block<3, 3>(3, 3) : C.block<3, 3>(0, 0);
+}
+
+// By how much planes hold one direction of a LiDAR's place or turn.
 struct Hold {
-  double all = 0.0;     ///< 1 / m^2, up to a factor that all planes share.
-  double facing = 0.0;  ///< Of these from planes that face it.
+  double all = 0.0;     ///< 1 / m^2 or 1 / rad^2, up to a factor that all planes share.
+  double facing = 0.0;  ///< Of these from planes that face it, or stand aslant to the way a turn moves them.
 };
 
 // Of every LiDAR along its own direction `axes[i]`; directions of zero length are passed over.
-std::vector<Hold> holds_along(const SolvedPlanes& solved, const std::vector<Vector3d>& axes) {
-  constexpr double facing_cos = 0.1;  // six degrees: what noise tilts small leaves by, and no more
+std::vector<Hold> holds_along(const SolvedPlanes& solved, Half half, const std::vector<Vector3d>& axes) {
+  // What noise tilts small leaves by, and no more; turns are held by far ones, which are larger and tilted less.
+  const double facing_cos = half == Half::place ? 0.1 : 0.05;
   std::vector<Hold> holds(axes.size());
   PlaneDerivatives plane;
   for (const PlaneFeature& feature : solved.features) {
@@ -64,41 +69,67 @@ std::vector<Hold> holds_along(const SolvedPlanes& solved, const std::vector<Vect
     for (const PlaneObservation& o : feature.observations) {
       const auto i = static_cast<std::size_t>(o.lidar);
       if (axes[i].isZero() || !(o.offset_variance > 0.0)) continue;
-      const double cosine = plane.normal.dot(solved.state.T_G_sensor(o.stop, o.lidar).R * axes[i]);
-      const double information = cosine * cosine / o.offset_variance;
-      holds[i].all += information;
-      if (std::abs(cosine) > facing_cos) holds[i].facing += information;
+      const Vector3d normal = solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * plane.normal;
+      const auto add = [&](double cosine, double information) {
+        holds[i].all += information;
+        if (std::abs(cosine) > facing_cos) holds[i].facing += information;
+      };
+      if (half == Half::place) {
+        const double cosine = normal.dot(axes[i]);
+        add(cosine, cosine * cosine / o.offset_variance);
+        continue;
+      }
+      // By its distance, and by how far it reaches about its mean.
+      const double off = normal.dot(axes[i].cross(o.mean));
+      const Vector3d tilt = normal.cross(axes[i]);
+      add(off / std::max(o.mean.norm(), 1e-3), off * off / o.offset_variance);
+      add(tilt.norm(), tilt.dot(o.scatter * tilt) / (o.N * o.offset_variance));
     }
   }
   return holds;
 }
 
-// Noise tilts the normals of leaves by a degree or two, and thousands of walls so tilted seem to hold the height that
-// none of them faces (in a court of walls: to 7 mm, where it was 90 mm off). What does not face the worst direction of
-// a LiDAR's place does not count there, where that is most of what holds it.
-void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held, LidarCovariances& out) {
+// One axis of the covariances' halves, `rank` from the widest; of the LiDARs in `open`. Those that are not held along
+// it are widened and stay in `open`.
+void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half, int rank, std::vector<char>& open,
+                LidarCovariances& out) {
   constexpr double least_share = 0.5;
-  constexpr double widest_m = 2.0;
-  const std::size_t lidars = out.with_priors.size();
-  std::vector<Vector3d> axes(lidars, Vector3d::Zero());
-  for (std::size_t i = 0; i < lidars; ++i) {
-    if (out.with_priors[i].isZero(0.0)) continue;
-    const Matrix3d C = out.with_priors[i].bottomRightCorner<3, 3>();
-    axes[i] = Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2);
+  const double widest = half == Half::place ? 2.0 : 1.0;  // m, rad
+  std::vector<Vector3d> axes(open.size(), Vector3d::Zero());
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (!open[i]) continue;
+    const Matrix3d C = half_of(out.with_priors[i], half);
+    axes[i] = Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2 - rank);
   }
-  const std::vector<Hold> holds = holds_along(solved, axes);
-  for (std::size_t i = 0; i < lidars; ++i) {
-    if (axes[i].isZero() || holds[i].facing >= least_share * holds[i].all) continue;
+  const std::vector<Hold> holds = holds_along(solved, half, axes);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    open[i] = open[i] && holds[i].facing < least_share * holds[i].all;
+    if (!open[i]) continue;
     double by_match = 0.0;
     if (i < held.lidar_matches.size() && held.lidar_matches[i]) {
-      const Matrix3d C = held.lidar_matches[i]->information.inverse().bottomRightCorner<3, 3>();
-      by_match = 1.0 / axes[i].dot(C * axes[i]);
+      Matrix6d C = held.lidar_matches[i]->information.inverse();
+      by_match = 1.0 / axes[i].dot(half_of(C, half) * axes[i]);
     }
     for (Matrix6d* covariance : {&out.with_priors[i], &out.data_only[i]}) {
-      const double variance = axes[i].dot(covariance->bottomRightCorner<3, 3>() * axes[i]);
+      const double variance = axes[i].dot(half_of(*covariance, half) * axes[i]);
       const double by_planes = std::max(0.0, 1.0 / variance - by_match) * holds[i].facing / holds[i].all;
-      const double honest = std::min(1.0 / std::max(by_planes + by_match, 1e-9), widest_m * widest_m);
-      covariance->bottomRightCorner<3, 3>() += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
+      const double honest = std::min(1.0 / std::max(by_planes + by_match, 1e-9), widest * widest);
+      if (half == Half::place && rank == 0 && by_match > by_planes) out.only_matched[i] = axes[i];
+      half_of(*covariance, half) += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
+    }
+  }
+}
+
+// Noise tilts the normals of leaves by a degree or two, and thousands of walls so tilted seem to hold the height that
+// none of them faces (in a court of walls: to 7 mm, where it was 90 mm off). What does not face the worst direction of
+// a LiDAR's place or turn does not count there, where that is most of what holds it; nor then for the next direction.
+void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held, LidarCovariances& out) {
+  out.only_matched.assign(out.with_priors.size(), Vector3d::Zero());
+  for (const Half half : {Half::place, Half::turn}) {
+    std::vector<char> open;
+    for (const Matrix6d& covariance : out.with_priors) open.push_back(!covariance.isZero(0.0));
+    for (int rank = 0; rank < 3 && std::count(open.begin(), open.end(), 1) > 0; ++rank) {
+      widen_axis(solved, held, half, rank, open, out);
     }
   }
 }
@@ -241,9 +272,7 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   return out;
 }
 
-std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor) {
-  const Matrix3d C = covariance.bottomRightCorner<3, 3>();
-  Vector3d d = T_base_sensor.R * Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2);
+std::string direction_words(Vector3d d) {
   int axis = 0;
   d.cwiseAbs().maxCoeff(&axis);
   if (d[axis] < 0.0) d = -d;
@@ -251,6 +280,11 @@ std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base
   constexpr std::array<const char*, 3> axes{"x (forwards)", "y (sideways)", "z (up and down)"};
   if (d[axis] > as_good_as_axis) return axes[static_cast<std::size_t>(axis)] + std::string(" of the base frame");
   return "(" + fixed_text(d.x(), 2) + ", " + fixed_text(d.y(), 2) + ", " + fixed_text(d.z(), 2) + ") of the base frame";
+}
+
+std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor) {
+  const Matrix3d C = covariance.bottomRightCorner<3, 3>();
+  return direction_words(T_base_sensor.R * Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2));
 }
 
 double translation_bound(const Matrix6d& covariance) {

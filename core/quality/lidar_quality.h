@@ -24,6 +24,9 @@ struct SolvedPlanes {
   bool ranges_corrected = false;  ///< What they were off by was found and taken out.
 };
 
+/// 95 % of the chi-square distribution with three degrees of freedom.
+constexpr double chi2_95_3 = 7.815;
+
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.
 constexpr double usual_range_offset_m = 0.015;
 
@@ -38,12 +41,14 @@ struct LidarCovariances {
   std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero where it is fixed.
   std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
   std::vector<double> range_sigma_m;  ///< Of each LiDAR's range offset; empty where they were not asked for.
+  /// The direction of each LiDAR's place (its own frame, unit) that no plane faces and its match holds; zero: none.
+  std::vector<Vector3d> only_matched;
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
 /// capped by the floor of the map), times chi2 where that is above one, and what the LiDARs' ranges may be off by as
-/// far as the planes do not tell it (core/planes/range_offsets.h). A direction of a place that no plane faces is as
-/// wide as what else holds it, at most 2 m.
+/// far as the planes do not tell it (core/planes/range_offsets.h). A direction of a place or turn that no plane
+/// faces is as wide as what else holds it, at most 2 m and 1 rad.
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the
@@ -59,8 +64,10 @@ struct HoldOut {
 /// and who is on them stay as they are. `guess`: extrinsics before the calibration.
 [[nodiscard]] HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess);
 
-/// The direction of the largest uncertainty of a translation covariance in words, for a reason: "z (up and down) of the
-/// base frame", or, where it is no axis of it, "(0.71, 0.70, 0.00) of the base frame".
+/// A direction of the base frame in words, for a reason: "z (up and down) of the base frame", or, where it is no axis
+/// of it, "(0.71, 0.70, 0.00) of the base frame".
+[[nodiscard]] std::string direction_words(Vector3d d);
+/// That of the largest uncertainty of a translation covariance.
 [[nodiscard]] std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor);
 
 /// 95 % bound of the length of the translation (m) and rotation (rad) error, from the largest axis of the ellipsoids.

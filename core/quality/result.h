@@ -35,6 +35,7 @@ struct SensorResult {
   std::optional<SE3> guess_T_base_sensor = std::nullopt;  ///< Where it was thought to be before.
   HoldOutFigures hold_out = {};
   std::optional<RangeOffset> range_offset = std::nullopt;  ///< Where one stood out: the transform is that without it.
+  std::vector<WeakDirection> weak_directions = {};         ///< Places, then turns, the worst first; empty when good.
 };
 
 /// An image that took part.

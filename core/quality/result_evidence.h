@@ -19,6 +19,17 @@ struct HoldOutFigures {
   std::string unit = "m";  ///< Or "px", of images.
 };
 
+/// A direction of a sensor's place, or an axis that it may be turned about, which is known worse than was asked for.
+struct WeakDirection {
+  bool is_turn = false;
+  Vector3d axis = Vector3d::UnitX();  ///< Unit, in the base frame; its sign means nothing.
+  double bound = 0.0;                 ///< 95 %, m along it or rad about it.
+  bool is_open = false;               ///< Nothing holds it: half a metre or thirty degrees. There is no transform then.
+  /// No surface faces it: the transform has what the start took from shapes, nothing was fitted along it.
+  bool is_frozen = false;
+  std::string missing;  ///< What would hold it: "a level surface (a floor, a ceiling, a table)".
+};
+
 /// How thick the surfaces are that two sensors see: by how much the one's points stand off the other's.
 struct SharedSurfaces {
   std::string first;  ///< Sensors by name; both empty: all pairs together.

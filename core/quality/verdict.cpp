@@ -8,24 +8,24 @@
 namespace rigcal {
 namespace {
 
-// Wider than this nothing is known: half a metre, thirty degrees.
-constexpr double unknown_m = 0.5;
-constexpr double unknown_rad = 0.52;
-
 void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
-  const double t = translation_bound(e.covariance);
-  const double r = rotation_bound(e.covariance);
-  const std::string direction = weak_translation_words(e.covariance, e.T_base_sensor);
-  if (t > unknown_m || r > unknown_rad) {
-    std::string open = t > unknown_m ? "its place along " + direction : std::string();
-    if (r > unknown_rad) open += (open.empty() ? "" : " and ") + std::string("its rotation");
-    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave " + open +
-                      " open; add stops that face surfaces of other directions");
+  const OpenDirections open = open_directions(e.covariance, e.T_base_sensor);
+  if (!open.what.empty()) {
+    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave " + open.what +
+                      " open; add " + open.surface + " where it and the others look" + turn_words(e.helpful_turn));
     return;
   }
+  const double t = translation_bound(e.covariance);
+  const double r = rotation_bound(e.covariance);
   if (t > require.translation_m) {
     weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
-                        "), worst along " + direction + "; add stops that see a surface facing that way");
+                        "), worst along " + weak_translation_words(e.covariance, e.T_base_sensor) +
+                        "; add stops that see a surface facing that way: " +
+                        surface_for_weak_translation(e.covariance, e.T_base_sensor) + turn_words(e.helpful_turn));
+  }
+  if (!e.frozen.isZero()) {
+    weaken(verdict, "no surface faces " + direction_words(e.T_base_sensor.R * e.frozen) +
+                        ": along it the place is what shapes told at the start, nothing was fitted");
   }
   if (r > require.rotation_rad) {
     weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
@@ -34,7 +34,7 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
   const double t_data = translation_bound(e.covariance_data_only);
   const double r_data = rotation_bound(e.covariance_data_only);
   if (t_data > std::max(2.0 * t, require.translation_m) || r_data > std::max(2.0 * r, require.rotation_rad)) {
-    const bool is_open = t_data > unknown_m || r_data > unknown_rad;
+    const bool is_open = t_data > open_translation_m || r_data > open_rotation_rad;
     weaken(verdict, "part of it comes from the given poses and guesses, not from the data (the data alone " +
                         (is_open ? "leave it open" : "tell it to " + mm(t_data) + " and " + deg(r_data)) +
                         "); record stops in which it and " + e.base_name + " see the same surfaces");

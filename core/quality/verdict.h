@@ -1,9 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "core/quality/lidar_quality.h"
+#include "core/quality/open_directions.h"
 
 namespace rigcal {
 
@@ -24,7 +25,9 @@ struct LidarEvidence {
   Matrix6d covariance = Matrix6d::Zero();
   Matrix6d covariance_data_only = Matrix6d::Zero();
   SE3 T_base_sensor;
-  double hold_out = 0.0;  ///< Normalised; 0: none.
+  std::optional<HelpfulTurn> helpful_turn;  ///< For the direction in which its place is known worst.
+  Vector3d frozen = Vector3d::Zero();       ///< Its own direction along which it was left where shapes laid it.
+  double hold_out = 0.0;                    ///< Normalised; 0: none.
   double hold_out_rms_m = 0.0;
   double hold_out_start_rms_m = 0.0;
 };

@@ -21,6 +21,13 @@ Vector3d rotation_stddev_deg(const SensorResult& sensor) {
 
 Vector3d translation_stddev_m(const SensorResult& sensor) { return sensor.covariance.diagonal().tail<3>().cwiseSqrt(); }
 
+std::string weak_yaml(const WeakDirection& weak) {
+  const std::string bound = weak.is_turn ? "deg: " + number_text(to_deg(weak.bound)) : "m: " + number_text(weak.bound);
+  return std::string("      - {of: ") + (weak.is_turn ? "turn" : "place") + ", axis: " + list_text(weak.axis) +
+         ", bound_" + bound + ", open: " + (weak.is_open ? "true" : "false") +
+         ", frozen: " + (weak.is_frozen ? "true" : "false") + ", missing: " + quoted_text(weak.missing) + "}\n";
+}
+
 std::string sensor_yaml(const SensorResult& sensor) {
   std::string text = "  " + key_text(sensor.name) + ":\n";
   text += std::string("    status: ") + to_string(sensor.status) + "\n    reasons: [";
@@ -28,6 +35,8 @@ std::string sensor_yaml(const SensorResult& sensor) {
     text += (i == 0 ? "" : ", ") + quoted_text(sensor.reasons[i]);
   }
   text += "]\n";
+  if (!sensor.weak_directions.empty()) text += "    weak_directions:\n";
+  for (const WeakDirection& weak : sensor.weak_directions) text += weak_yaml(weak);
   if (!sensor.T_base_sensor) return text;
   const SE3& T = *sensor.T_base_sensor;
   text += "    translation: " + list_text(T.t) + "\n";
@@ -50,6 +59,16 @@ std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& re
   return {};
 }
 
+Json weak_json(const WeakDirection& weak) {
+  Json json{{"of", weak.is_turn ? "turn" : "place"}, {"axis", {weak.axis.x(), weak.axis.y(), weak.axis.z()}}};
+  if (weak.is_turn) json["bound_deg"] = to_deg(weak.bound);
+  if (!weak.is_turn) json["bound_m"] = weak.bound;
+  json["open"] = weak.is_open;
+  json["frozen"] = weak.is_frozen;
+  json["missing"] = weak.missing;
+  return json;
+}
+
 Json sensor_json(const SensorResult& sensor) {
   Json json{{"name", sensor.name}, {"status", to_string(sensor.status)}, {"reasons", sensor.reasons}};
   if (sensor.T_base_sensor) {
@@ -58,6 +77,7 @@ Json sensor_json(const SensorResult& sensor) {
     json["stddev_translation_mm"] = {mm.x(), mm.y(), mm.z()};
     json["stddev_rotation_deg"] = {deg.x(), deg.y(), deg.z()};
   }
+  for (const WeakDirection& weak : sensor.weak_directions) json["weak_directions"].push_back(weak_json(weak));
   if (sensor.hold_out.ratio > 0.0) {
     const HoldOutFigures& figures = sensor.hold_out;
     json["hold_out"] = {{"over_noise", figures.ratio},

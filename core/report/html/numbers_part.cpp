@@ -56,6 +56,21 @@ std::string details(const CalibrationResult& result, const SensorResult& sensor)
   return out + "</details>";
 }
 
+std::string weak_table(const CalibrationResult& result) {
+  std::vector<std::vector<std::string>> rows;
+  for (const SensorResult& sensor : result.sensors) {
+    for (const WeakDirection& weak : sensor.weak_directions) {
+      const std::string bound =
+          weak.is_turn ? fixed_text(to_deg(weak.bound), 3) + "°" : fixed_text(1e3 * weak.bound, 1) + " mm";
+      rows.push_back(
+          {sensor.name, std::string(weak.is_turn ? "turn about " : "place along ") + direction_words(weak.axis),
+           weak.is_open ? "open: no transform" : bound + (weak.is_frozen ? ", not fitted" : ""), weak.missing});
+    }
+  }
+  if (rows.empty()) return {};
+  return table({"sensor", "weak direction", "known to (95 %)", "what would hold it"}, rows);
+}
+
 }  // namespace
 
 std::string numbers_part(const CalibrationResult& result) {
@@ -68,7 +83,7 @@ std::string numbers_part(const CalibrationResult& result) {
                     triple(sigma_deg(sensor), 4), moved(sensor)});
     all += details(result, sensor);
   }
-  if (rows.empty()) return section("numbers", "Numbers", paragraph("No sensor has a transform."));
+  if (rows.empty()) return section("numbers", "Numbers", paragraph("No sensor has a transform.") + weak_table(result));
   const std::string remark =
       "<b>p_base = R p_sensor + t.</b> The table holds T_base_sensor, which maps coordinates in the sensor into " +
       html_text(result.base) +
@@ -78,7 +93,7 @@ std::string numbers_part(const CalibrationResult& result) {
   return section("numbers", "Numbers",
                  table({"sensor", "x, y, z, m", "roll, pitch, yaw, °", "sigma, mm", "sigma, °", "moved from the guess"},
                        rows, remark) +
-                     all);
+                     weak_table(result) + all);
 }
 
 }  // namespace rigcal::html

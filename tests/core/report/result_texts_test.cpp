@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/io/extrinsics_file.h"
 #include "tests/core/report/make_result.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/yaml_json.h"
@@ -40,6 +41,26 @@ TEST(ExtrinsicsYaml, IsLaidOutAsTheContractSays) {
           "    example: {p_sensor: [1, 0, 0], p_base: [0.5, 1.25, 2.0]}\n"
           "    stddev: {translation_m: [0.5, 0.5, 0.5], rotation_deg: [28.647889756541"));
   EXPECT_THAT(text, HasSubstr("    covariance: [[0.25, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.25"));
+}
+
+TEST(ExtrinsicsYaml, SaysWhichDirectionsAreWeakAndWhichWereNotFitted) {
+  CalibrationResult result = make_result();
+  result.sensors[1].weak_directions = {{false, Vector3d::UnitZ(), 0.25, false, true, "a level surface"}};
+  result.sensors[2].weak_directions = {{true, Vector3d::UnitX(), pi / 4.0, true, false, "an upright one"}};
+  const std::string text = extrinsics_yaml(result);
+  EXPECT_THAT(text, HasSubstr("    weak_directions:\n"
+                              "      - {of: place, axis: [0.0, 0.0, 1.0], bound_m: 0.25, open: false, frozen: true, "
+                              "missing: \"a level surface\"}\n"));
+  EXPECT_THAT(text, HasSubstr("      - {of: turn, axis: [1.0, 0.0, 0.0], bound_deg: 45.0, open: true, frozen: false, "
+                              "missing: \"an upright one\"}\n"));
+  const auto tree = parse_yaml(text, "extrinsics.yaml");
+  ASSERT_TRUE(tree) << tree.error().message();
+  EXPECT_THAT(SchemaCheck("extrinsics.json").violations(json_of(*tree)), testing::IsEmpty());
+  EXPECT_TRUE(parse_extrinsics(text, "extrinsics.yaml"));
+  const nlohmann::json report = nlohmann::json::parse(report_json(result));
+  EXPECT_THAT(SchemaCheck("report.json").violations(report), testing::IsEmpty());
+  EXPECT_EQ(report["sensors"][1]["weak_directions"][0]["bound_m"], 0.25);
+  EXPECT_FALSE(report["sensors"][0].contains("weak_directions"));
 }
 
 TEST(ExtrinsicsYaml, LeavesTheKeysOfAFailedSensorsTransformOut) {
