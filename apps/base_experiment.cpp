@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/independent_trials.h"
 #include "apps/light_runs.h"
 #include "core/base/random.h"
 #include "simdata/scene_file.h"
@@ -13,21 +14,25 @@
 namespace rigcal {
 namespace {
 
-// What a user knows who calls this LiDAR the base: the same guesses, and the turns of the first LiDAR's gyro by them.
+// What a user knows who calls this LiDAR the base: the same guesses, or none, and the turns of the first LiDAR's gyro,
+// in the base's axes where the guess tells these.
 struct SeenFrom {
   Rig rig;
   LidarRecording recording;
   std::vector<std::optional<SE3>> guess;
 
-  SeenFrom(const Rig& first, const LidarRecording& of_first, std::size_t base) : rig(first), recording(of_first) {
+  SeenFrom(const Rig& first, const LidarRecording& of_first, bool with_guess, std::size_t base)
+      : rig(first), recording(of_first) {
     rig.base = static_cast<int>(base);
     const SE3 T_this_first = first.sensors[base].initial_T_base_sensor->inverse();
     for (Sensor& sensor : rig.sensors) {
       sensor.initial_T_base_sensor = T_this_first * *sensor.initial_T_base_sensor;
-      guess.push_back(sensor.initial_T_base_sensor);
+      guess.push_back(with_guess ? sensor.initial_T_base_sensor : std::nullopt);
     }
+    guess[base] = SE3{};
     for (auto& R : recording.R_previous_this) {
-      if (R) R = T_this_first.R * *R * T_this_first.R.transpose();
+      if (!R || base == 0) continue;
+      R = with_guess ? std::optional<Matrix3d>(T_this_first.R * *R * T_this_first.R.transpose()) : std::nullopt;
     }
   }
 };
@@ -40,7 +45,9 @@ using Extrinsics = std::vector<Found>;
 
 Expected<Extrinsics> calibrated(const SeenFrom& seen, const RunContext& context) {
   SilentReporter silent;
-  const auto result = calibrate_lidars(seen.rig, seen.recording, seen.guess, {}, {silent, context.stop});
+  LidarCalibrationOptions options;
+  options.with_map = false;
+  const auto result = calibrate_lidars(seen.rig, seen.recording, seen.guess, options, {silent, context.stop});
   if (!result) return result.error();
   Extrinsics out;
   for (const SensorResult& sensor : result->sensors)
@@ -69,40 +76,43 @@ void compare(const Extrinsics& first, const Extrinsics& other, BaseRow& row) {
   }
 }
 
+Expected<void> try_rig(const BaseExperimentOptions& options, std::uint64_t seed, const RunContext& context,
+                       BaseRow& row) {
+  row.seed = seed;
+  row.scene = light_run_scenes[row.seed % light_run_scenes.size()];
+  const Expected<sim::Scene> scene = sim::load_scene(row.scene);
+  if (!scene) return scene.error();
+  sim::LightRigOptions light_options;
+  light_options.seed = row.seed;
+  light_options.shots_per_patch = options.points;
+  Random random(row.seed, 810);
+  light_options.turntable.stops = 12 + static_cast<int>(random.below(13));
+  Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
+  if (!light) return light.error();
+  const LidarRecording recording = light_recording(*light, options.with_gyro);
+  row.stops = static_cast<int>(recording.stops.size());
+  row.lidars = static_cast<int>(light->rig.sensors.size());
+  std::optional<Extrinsics> first;
+  for (std::size_t base = 0; base < light->rig.sensors.size(); ++base) {
+    Expected<Extrinsics> found = calibrated(SeenFrom(light->rig, recording, options.with_guess, base), context);
+    if (!found) return found.error();
+    if (first) {
+      compare(*first, *found, row);
+    } else {
+      first = std::move(*found);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Expected<std::vector<BaseRow>> try_bases(const BaseExperimentOptions& options, const RunContext& context) {
-  std::vector<BaseRow> rows;
-  for (int k = 0; k < options.rigs; ++k) {
-    context.reporter.progress("bases", static_cast<double>(k) / options.rigs);
-    BaseRow row;
-    row.seed = options.seed + static_cast<std::uint64_t>(k);
-    row.scene = light_run_scenes[row.seed % light_run_scenes.size()];
-    const Expected<sim::Scene> scene = sim::load_scene(row.scene);
-    if (!scene) return scene.error();
-    sim::LightRigOptions light_options;
-    light_options.seed = row.seed;
-    light_options.shots_per_patch = options.points;
-    Random random(row.seed, 810);
-    light_options.turntable.stops = 12 + static_cast<int>(random.below(13));
-    Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
-    if (!light) return light.error();
-    const LidarRecording recording = light_recording(*light, true);
-    row.stops = static_cast<int>(recording.stops.size());
-    row.lidars = static_cast<int>(light->rig.sensors.size());
-    std::optional<Extrinsics> first;
-    for (std::size_t base = 0; base < light->rig.sensors.size(); ++base) {
-      Expected<Extrinsics> found = calibrated(SeenFrom(light->rig, recording, base), context);
-      if (!found) return found.error();
-      if (first) {
-        compare(*first, *found, row);
-      } else {
-        first = std::move(*found);
-      }
-    }
-    rows.push_back(std::move(row));
-  }
-  context.reporter.progress("bases", 1.0);
+  std::vector<BaseRow> rows(static_cast<std::size_t>(options.rigs));
+  const auto done = independent_trials(options.rigs, "bases", context, [&](int k) {
+    return try_rig(options, options.seed + static_cast<std::uint64_t>(k), context, rows[static_cast<std::size_t>(k)]);
+  });
+  if (!done) return done.error();
   return rows;
 }
 
@@ -110,7 +120,7 @@ std::string base_experiment_text(const std::vector<BaseRow>& rows) {
   std::string text =
       "One rig, calibrated with each of its LiDARs as the base: the largest difference between two LiDARs\n";
   for (const BaseRow& row : rows)
-    text += fmt::format("  {} {} ({} stops): {:.4f} mm {:.5f} deg, of good ones {:.4f} mm {:.5f} deg, {} failed\n",
+    text += fmt::format("  {} {} ({} stops): {:.2g} mm {:.2g} deg, of good ones {:.2g} mm {:.2g} deg, {} failed\n",
                         row.seed, row.scene, row.stops, row.worst_mm, row.worst_deg, row.good_worst_mm,
                         row.good_worst_deg, row.failed);
   return text;

@@ -12,7 +12,9 @@ namespace rigcal {
 struct BaseExperimentOptions {
   int rigs = 6;
   std::uint64_t seed = 1;
-  int points = 20000;  ///< Of a patch.
+  int points = 20000;      ///< Of a patch.
+  bool with_guess = true;  ///< 10 degrees and 0.2 m off.
+  bool with_gyro = true;   ///< The first LiDAR's.
 };
 
 /// One rig, calibrated with each of its LiDARs as the base: how far the pose of any LiDAR in the frame of any other is
@@ -29,8 +31,7 @@ struct BaseRow {
   double good_worst_deg = 0.0;
 };
 
-/// Rigs as they are built (an AVIA and three MID-40), guesses 10 degrees and 0.2 m off, in the three scenes. Errors:
-/// cancelled.
+/// Rigs as they are built (an AVIA and three MID-40), in the three scenes. Errors: cancelled.
 [[nodiscard]] Expected<std::vector<BaseRow>> try_bases(const BaseExperimentOptions& options, const RunContext& context);
 
 [[nodiscard]] std::string base_experiment_text(const std::vector<BaseRow>& rows);

@@ -47,6 +47,7 @@ void CellSink::stop_done(const StopRecord& record) {
   stop.stop = record.stop;
   if (stops_ > 0) {
     stop.R_previous_this = base_rotation(rig_, record);
+    stop.gyro_turn = gyro_turn(lidar_sensors(rig_), record);
     stop.turned_rad = turned_rad(record);
   }
   for (PatchCells& patch : patches) {

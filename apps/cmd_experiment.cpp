@@ -30,6 +30,8 @@ struct ExperimentOptions {
   BoardDrawOptions boards;
   int shown = 100;
   std::vector<std::string> parts;  // of checkerboard and targetless; empty: all
+  bool no_guess = false;           // of base
+  bool no_gyro = false;            // likewise
   std::optional<int> rigs;         // of sigma, start and checkerboard
   std::uint64_t seed = 1;
   std::string out;
@@ -187,6 +189,8 @@ Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& co
   BaseExperimentOptions base;
   base.seed = options.seed;
   base.points = options.start.points;
+  base.with_guess = !options.no_guess;
+  base.with_gyro = !options.no_gyro;
   base.rigs = options.rigs.value_or(base.rigs);
   const Expected<std::vector<BaseRow>> rows = try_bases(base, context.run_context());
   if (!rows) return rows.error();
@@ -297,6 +301,8 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->option_text("NAME");
   command->add_flag("--basin", options->start.basin,
                     "start: ever worse guesses, from 1 m and 20 degrees on, until fewer than 99 of 100 rigs are right");
+  command->add_flag("--no-guess", options->no_guess, "base: without a guess");
+  command->add_flag("--no-gyro", options->no_gyro, "base: without the turns by a gyro");
   command->add_option("--seed", options->seed, "Of all random numbers (default 1)")->option_text("N");
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");

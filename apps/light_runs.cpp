@@ -11,7 +11,10 @@ LidarRecording light_recording(sim::LightRig& light, bool with_gyro) {
     out.stops.push_back({static_cast<int>(j), 0, 0});
     if (!with_gyro) continue;
     out.R_previous_this.emplace_back();
-    if (j > 0) out.R_previous_this.back() = exp_so3(light.step_rotations[j - 1]);
+    out.gyro_turns.emplace_back();
+    if (j == 0) continue;
+    out.R_previous_this.back() = exp_so3(light.step_rotations[j - 1]);
+    out.gyro_turns.back() = GyroTurn{light.rig.base, *out.R_previous_this.back()};
   }
   out.patches = cells_of_patches(light.patches, CellOptions{});
   for (Patch& patch : light.patches) patch.points = {};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "apps/independent_trials.h"
 #include "apps/light_runs.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
@@ -97,10 +98,20 @@ double worst_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
-void judge(const Thrown& rig, std::uint64_t seed, const CalibrationResult& result, StartRow& row, Errors& errors) {
+// What became of one rig.
+struct Trial {
+  std::uint64_t seed = 0;
+  std::string scene;
+  std::size_t stops = 0;
+  std::vector<SE3> truth;
+  CalibrationResult result;
+};
+
+void judge(const Trial& trial, StartRow& row, Errors& errors) {
+  const CalibrationResult& result = trial.result;
   bool all_right = true;
   bool all_flagged = true;
-  std::string miss = fmt::format("{} {} ({} stops):", seed, rig.scene, rig.light.T_G_base.size());
+  std::string miss = fmt::format("{} {} ({} stops):", trial.seed, trial.scene, trial.stops);
   for (std::size_t i = 1; i < result.sensors.size(); ++i) {
     const SensorResult& sensor = result.sensors[i];
     ++row.lidars;
@@ -108,7 +119,7 @@ void judge(const Thrown& rig, std::uint64_t seed, const CalibrationResult& resul
     double deg = 0.0;
     bool right = false;
     if (sensor.T_base_sensor) {
-      const SE3& truth = rig.light.T_base_sensor[i];
+      const SE3& truth = trial.truth[i];
       mm = 1e3 * (sensor.T_base_sensor->t - truth.t).norm();
       deg = to_deg(rotation_distance(sensor.T_base_sensor->R, truth.R));
       right = mm <= 1e3 * right_m && to_rad(deg) <= right_rad;
@@ -146,22 +157,30 @@ std::vector<std::string> start_case_names() {
 
 namespace {
 
+Expected<void> try_rig(const StartCase& kind, std::uint64_t seed, int points, const RunContext& context, Trial& out) {
+  const Expected<Thrown> rig = throw_rig(kind, seed, points);
+  if (!rig) return rig.error();
+  SilentReporter silent;
+  LidarCalibrationOptions options;
+  options.with_map = false;
+  auto result =
+      calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), options, {silent, context.stop});
+  if (!result) return result.error();
+  out = {seed, rig->scene, rig->light.T_G_base.size(), rig->light.T_base_sensor, std::move(*result)};
+  return {};
+}
+
 Expected<StartRow> try_case(const StartCase& kind, const StartExperimentOptions& options, const RunContext& context) {
+  std::vector<Trial> trials(static_cast<std::size_t>(options.rigs));
+  const auto done = independent_trials(options.rigs, kind.name, context, [&](int k) {
+    return try_rig(kind, options.seed + static_cast<std::uint64_t>(k), options.points, context,
+                   trials[static_cast<std::size_t>(k)]);
+  });
+  if (!done) return done.error();
   StartRow row;
   row.kind = kind;
   Errors errors;
-  for (int k = 0; k < options.rigs; ++k) {
-    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(k);
-    context.reporter.progress(kind.name, static_cast<double>(k) / options.rigs);
-    const Expected<Thrown> rig = throw_rig(kind, seed, options.points);
-    if (!rig) return rig.error();
-    SilentReporter silent;
-    const auto result =
-        calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), {}, {silent, context.stop});
-    if (!result) return result.error();
-    judge(*rig, seed, *result, row, errors);
-  }
-  context.reporter.progress(kind.name, 1.0);
+  for (const Trial& trial : trials) judge(trial, row, errors);
   row.median_mm = median(errors.mm);
   row.worst_mm = worst_of(errors.mm);
   row.median_deg = median(errors.deg);

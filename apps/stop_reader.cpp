@@ -1,5 +1,6 @@
 #include "apps/stop_reader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -67,6 +68,12 @@ Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& 
 std::optional<double> turned_rad(const StillStop& stop) {
   if (!stop.rotation_known) return std::nullopt;
   return log_so3(stop.R_previous_this).norm();
+}
+
+std::optional<GyroTurn> gyro_turn(const std::vector<int>& lidar_sensors, const StillStop& stop) {
+  const auto lidar = std::find(lidar_sensors.begin(), lidar_sensors.end(), stop.sensor);
+  if (!stop.rotation_known || lidar == lidar_sensors.end()) return std::nullopt;
+  return GyroTurn{static_cast<int>(lidar - lidar_sensors.begin()), stop.R_previous_this};
 }
 
 std::optional<Matrix3d> base_rotation(const Rig& rig, const StillStop& stop) {

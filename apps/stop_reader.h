@@ -7,6 +7,7 @@
 #include "apps/batch_source.h"
 #include "apps/datagram_file.h"
 #include "core/base/run_context.h"
+#include "core/pipeline/lidar_calibration.h"
 #include "core/stops/stop_finder.h"
 
 namespace rigcal {
@@ -69,6 +70,8 @@ struct StopReading {
 
 /// By how much the rig turned since the stop before, about whatever axis, where it is known.
 [[nodiscard]] std::optional<double> turned_rad(const StillStop& stop);
+/// The same with its axis, as the gyro told it; nothing where the gyro is none of these LiDARs'.
+[[nodiscard]] std::optional<GyroTurn> gyro_turn(const std::vector<int>& lidar_sensors, const StillStop& stop);
 
 /// What keeps a recording from being calibrated: nothing of a LiDAR in it, a LiDAR of the rig that is not in it, a rig
 /// that never stands still, or, without an inertial unit, LiDARs that see too little to tell.

@@ -54,9 +54,11 @@ class NearPoints final : public StopSink {
 
 void take_rotations(const Rig& rig, const std::vector<StopRecord>& stops, LidarRecording& out) {
   out.R_previous_this.assign(stops.size(), std::nullopt);
+  out.gyro_turns.assign(stops.size(), std::nullopt);
   out.turned_rad.assign(stops.size(), std::nullopt);
   for (std::size_t j = 1; j < stops.size(); ++j) {
     out.R_previous_this[j] = base_rotation(rig, stops[j]);
+    out.gyro_turns[j] = gyro_turn(out.lidar_sensors, stops[j]);
     out.turned_rad[j] = turned_rad(stops[j]);
   }
 }

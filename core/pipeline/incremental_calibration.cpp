@@ -148,6 +148,7 @@ void append(CalibrationStop stop, LidarRecording& recording) {
   const auto index = static_cast<int>(recording.stops.size());
   recording.stops.push_back(stop.stop);
   recording.R_previous_this.push_back(stop.R_previous_this);
+  recording.gyro_turns.push_back(stop.gyro_turn);
   recording.turned_rad.push_back(stop.turned_rad);
   // A trajectory has a pose for every stop or is none.
   if (stop.T_G_base) recording.trajectory.push_back(stop.T_G_base);
@@ -161,8 +162,9 @@ void append(CalibrationStop stop, LidarRecording& recording) {
 std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
   std::vector<CalibrationStop> out;
   for (std::size_t j = 0; j < recording.stops.size(); ++j) {
-    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}, {}});
+    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}, {}, {}});
     if (j < recording.R_previous_this.size()) stop.R_previous_this = recording.R_previous_this[j];
+    if (j < recording.gyro_turns.size()) stop.gyro_turn = recording.gyro_turns[j];
     if (j < recording.turned_rad.size()) stop.turned_rad = recording.turned_rad[j];
     if (j < recording.trajectory.size()) stop.T_G_base = recording.trajectory[j];
   }

@@ -15,7 +15,8 @@ namespace rigcal {
 struct CalibrationStop {
   Stop stop;
   std::vector<PatchCells> patches;          ///< By LiDAR; which stop they name does not matter.
-  std::optional<Matrix3d> R_previous_this;  ///< By the gyro.
+  std::optional<Matrix3d> R_previous_this;  ///< Of the base, by the gyro.
+  std::optional<GyroTurn> gyro_turn;        ///< The same as it was told.
   std::optional<double> turned_rad;         ///< Likewise, where its axis is not known.
   std::optional<SE3> T_G_base;              ///< Rough, where the recording has a trajectory.
 };

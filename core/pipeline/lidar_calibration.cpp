@@ -9,6 +9,7 @@
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/range_stage.h"
+#include "core/pipeline/solving_base.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/pipeline/surface_cuts.h"
 #include "core/quality/shared_surfaces.h"
@@ -50,6 +51,7 @@ class Calibration {
         guess_(guess),
         options_(options),
         context_(context),
+        solving_guess_(guess),
         solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
@@ -80,8 +82,7 @@ class Calibration {
       return done.error();
     }
     clock_.begin("verdict");
-    freeze_open_directions(solution_);
-    CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
+    CalibrationResult result = judge();
     result.stages = clock_.take();
     return result;
   }
@@ -91,12 +92,14 @@ class Calibration {
     const auto base = std::find(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(), rig_.base);
     if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
     base_ = static_cast<int>(base - recording_.lidar_sensors.begin());
+    solving_ = base_;
     if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
     return {};
   }
 
   [[nodiscard]] int stops() const { return static_cast<int>(recording_.stops.size()); }
   [[nodiscard]] int lidars() const { return static_cast<int>(recording_.lidar_sensors.size()); }
+  [[nodiscard]] int sensor_of(int lidar) const { return recording_.lidar_sensors[static_cast<std::size_t>(lidar)]; }
 
   Expected<void> find_rough() {
     StageReport& stage = clock_.begin("start");
@@ -117,7 +120,10 @@ class Calibration {
     input.cells = &recording_.patches;
     input.turned_rad = recording_.turned_rad;
     if (rig_.turntable) input.axis = rig_.turntable->axis;
-    Expected<Start> start = find_start(input, surfels, context_);
+    Expected<Start> start = start_in(solving_lidar(input, recording_.gyro_turns, surfels), input, surfels);
+    if (!start) return start.error();
+    // What the base shares with others but not with that LiDAR must be found from its own side.
+    if (!start->lidar_known[static_cast<std::size_t>(base_)]) start = start_in(base_, input, surfels);
     if (!start) return start.error();
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
@@ -125,6 +131,13 @@ class Calibration {
     if (options_.on_pass) options_.on_pass("start", solution_.state);
     tell("start");
     return {};
+  }
+
+  Expected<Start> start_in(int lidar, const StartInput& of_base, const std::vector<PatchSurfels>& surfels) {
+    solving_ = lidar;
+    const StartInput input = seen_from(lidar, of_base, recording_.gyro_turns);
+    solving_guess_ = input.guess_T_base_sensor;
+    return find_start(input, surfels, context_);
   }
 
   // The grid's frame from everything that was seen, whichever sensor is the base.
@@ -154,7 +167,8 @@ class Calibration {
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
-                             " is left out: its pose was not found from the base's surfaces");
+                             " is left out: its pose was not found from the surfaces of " +
+                             rig_.sensors[static_cast<std::size_t>(sensor_of(solving_))].name);
     }
   }
 
@@ -180,8 +194,9 @@ class Calibration {
     }
     if (!given) return;
     solution_.adjust.lidar_priors.resize(recording_.lidar_sensors.size());
-    for (std::size_t i = 0; i < guess_.size(); ++i) {
-      if (guess_[i]) solution_.adjust.lidar_priors[i] = isotropic_prior(*guess_[i], to_rad(10.0), 0.2);
+    for (std::size_t i = 0; i < solving_guess_.size(); ++i) {
+      const std::optional<SE3>& T = solving_guess_[i];
+      if (T) solution_.adjust.lidar_priors[i] = isotropic_prior(*T, to_rad(10.0), 0.2);
     }
   }
 
@@ -194,13 +209,13 @@ class Calibration {
       stop_used[static_cast<std::size_t>(recording_.patches[k].stop)] = 1;
       lidar_used[static_cast<std::size_t>(recording_.patches[k].lidar)] = 1;
     }
-    // The world is the rig frame at the first stop that is used.
+    // The world is the solving LiDAR's frame at the first stop that is used.
     const auto first = std::find(stop_used.begin(), stop_used.end(), 1) - stop_used.begin();
     for (int j = 0; j < stops() && free_stops; ++j) {
       if (j != first && stop_used[static_cast<std::size_t>(j)]) layout.free_stop(j);
     }
     for (int i = 0; i < lidars() && free_lidars; ++i) {
-      if (i != base_ && lidar_used[static_cast<std::size_t>(i)]) layout.free_lidar(i);
+      if (i != solving_ && lidar_used[static_cast<std::size_t>(i)]) layout.free_lidar(i);
     }
     return layout;
   }
@@ -272,7 +287,7 @@ class Calibration {
     std::vector<char> base_only = solution_.use;
     bool has_base = false;
     for (std::size_t k = 0; k < base_only.size(); ++k) {
-      base_only[k] = base_only[k] && recording_.patches[k].lidar == base_;
+      base_only[k] = base_only[k] && recording_.patches[k].lidar == solving_;
       has_base |= base_only[k] != 0;
     }
     if (has_base) {
@@ -355,11 +370,18 @@ class Calibration {
     return {};
   }
 
+  // Weighed where it was solved, told in the base's frame.
+  CalibrationResult judge() {
+    freeze_open_directions(solution_);
+    const SolutionQuality quality = weigh_solution(base_, solving_guess_, solution_);
+    change_base(solving_, base_, solution_);
+    return judge_solution(rig_, recording_, base_, guess_, options_, solution_, quality);
+  }
+
   CalibrationResult conclude() {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
-    freeze_open_directions(solution_);
-    CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_);
+    CalibrationResult result = judge();
     result.stages = clock_.take();
     if (options_.with_map) add_map(rig_, recording_, guess_, options_, solution_, result);
     return result;
@@ -371,6 +393,8 @@ class Calibration {
   const LidarCalibrationOptions& options_;
   const RunContext& context_;
   int base_ = 0;
+  int solving_ = 0;                                // the LiDAR in whose frame it is solved
+  std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
   StageClock clock_;
 };

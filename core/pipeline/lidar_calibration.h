@@ -15,13 +15,20 @@
 
 namespace rigcal {
 
+/// A turn of the rig since the stop before, in the frame of the LiDAR whose gyro told it.
+struct GyroTurn {
+  int lidar = 0;
+  Matrix3d R_previous_this = Matrix3d::Identity();
+};
+
 /// A recording boiled down to what the LiDAR calibration needs. LiDARs are numbered in the order of `lidar_sensors`,
 /// stops in the order of `stops`.
 struct LidarRecording {
   std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR.
   std::vector<Stop> stops;         ///< `index` is the number users see.
   std::vector<PatchCells> patches;
-  std::vector<std::optional<Matrix3d>> R_previous_this;  ///< By the gyro; empty: no gyro.
+  std::vector<std::optional<Matrix3d>> R_previous_this;  ///< Of the base, by the gyro; empty: no gyro.
+  std::vector<std::optional<GyroTurn>> gyro_turns;       ///< The same as they were told, by stop; may be empty.
   std::vector<std::optional<double>> turned_rad;         ///< Likewise, by a gyro whose mounting is not known: no axis.
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty: none.
   bool trajectory_is_prior = false;                      ///< It comes from the user: see `pose_prior`.
@@ -49,7 +56,8 @@ struct LidarCalibrationOptions {
 
 struct LidarSolution;
 
-/// The targetless method for LiDARs: start, base poses, extrinsics, joint adjustment, verdict. `guess_T_base_sensor`
+/// The targetless method for LiDARs: start, poses, extrinsics, joint adjustment, verdict. All of it runs in the frame
+/// of a LiDAR that the data choose (core/pipeline/solving_base.h); the result is in the base's. `guess_T_base_sensor`
 /// has an entry for each LiDAR. Errors: no stop, no base in the recording and no way round it, cancelled. A sensor that
 /// cannot be solved is no error but `failed` in the result. `solution`, if not null, gets where the calibration ended,
 /// for what builds on it.

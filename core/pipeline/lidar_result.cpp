@@ -79,8 +79,7 @@ std::vector<std::optional<int>> places_of_others(const std::vector<std::optional
 }
 
 struct Findings {
-  LidarCovariances covariances;
-  HoldOut held_out;
+  const SolutionQuality& quality;
   std::vector<double> used;
   std::vector<std::optional<int>> stands_at;
 };
@@ -109,11 +108,12 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
     e.from_guess_rad = rotation_distance(s.state.T_base_sensor[i].R, guess->R);
   }
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
-  e.observable = findings.covariances.observable && !findings.covariances.with_priors.empty();
+  const LidarCovariances& covariances = findings.quality.covariances;
+  e.observable = covariances.observable && !covariances.with_priors.empty();
   if (e.observable) {
     const std::size_t places = stops_with_points(recording);
-    e.covariance = with_unevenness(findings.covariances.with_priors[i], s.unevenness_m, places);
-    e.covariance_data_only = with_unevenness(findings.covariances.data_only[i], s.unevenness_m, places);
+    e.covariance = with_unevenness(covariances.with_priors[i], s.unevenness_m, places);
+    e.covariance_data_only = with_unevenness(covariances.data_only[i], s.unevenness_m, places);
     if (i < s.frozen.size()) e.frozen = s.frozen[i];
     if (translation_bound(e.covariance) > options.require.translation_m) {
       e.helpful_turn =
@@ -121,9 +121,10 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
     }
   }
   e.T_base_sensor = s.state.T_base_sensor[i];
-  e.hold_out = findings.held_out.normalised[i];
-  e.hold_out_rms_m = findings.held_out.rms_m[i];
-  e.hold_out_start_rms_m = findings.held_out.start_rms_m[i];
+  const HoldOut& held_out = findings.quality.held_out;
+  e.hold_out = held_out.normalised[i];
+  e.hold_out_rms_m = held_out.rms_m[i];
+  e.hold_out_start_rms_m = held_out.start_rms_m[i];
   const Verdict verdict = judge_lidar(e, options.require);
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
   result.guess_T_base_sensor = guess;
@@ -152,16 +153,19 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 
 }  // namespace
 
-CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
-                                 const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
-                                 const LidarSolution& s) {
+SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
   const SolvedPlanes solved{s.refined.map.features,   s.state, s.layout, s.adjust, usual_range_offset_m,
                             !s.range_offset_m.empty()};
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i)
     start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
-  const Findings findings{lidar_covariances(solved), hold_out(solved, base_lidar, start_extrinsics),
-                          used_shares(recording, s), places_of_others(guess, s)};
+  return {lidar_covariances(solved, base_lidar), hold_out(solved, base_lidar, start_extrinsics)};
+}
+
+CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
+                                 const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
+                                 const LidarSolution& s, const SolutionQuality& quality) {
+  const Findings findings{quality, used_shares(recording, s), places_of_others(guess, s)};
   CalibrationResult result;
   result.base = rig.base_sensor().name;
   result.method = "targetless";
@@ -181,8 +185,9 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
       mark_unfinished(options.last_stage, one);
     }
     const auto i = static_cast<std::size_t>(lidar);
-    if (i < s.range_offset_m.size() && i < findings.covariances.range_sigma_m.size()) {
-      one.range_offset = RangeOffset{s.range_offset_m[i], findings.covariances.range_sigma_m[i]};
+    const std::vector<double>& range_sigma_m = quality.covariances.range_sigma_m;
+    if (i < s.range_offset_m.size() && i < range_sigma_m.size()) {
+      one.range_offset = RangeOffset{s.range_offset_m[i], range_sigma_m[i]};
     }
     result.status = std::max(result.status, one.status);
     result.sensors.push_back(std::move(one));

@@ -6,12 +6,12 @@
 
 namespace rigcal {
 
-/// Where the calibration ended.
+/// Where the calibration ended, in the base's frame.
 struct LidarSolution {
   Start start;
   RigState state;
-  ParameterLayout layout;
-  AdjustOptions adjust;
+  ParameterLayout layout;  ///< As it was solved: the LiDAR that is fixed may be another than the base.
+  AdjustOptions adjust;    ///< Likewise.
   RefineSummary refined;
   std::vector<char> use;  ///< Patches that took part.
   std::vector<NoiseModel> noise;
@@ -45,10 +45,21 @@ struct WarmStart {
                                                           const RunContext& context, const WarmStart* warm,
                                                           std::unique_ptr<LidarSolution>& solution);
 
-/// Covariances, hold-out and verdict of every LiDAR of the rig, and the poses of the stops. Everything of the result
-/// but stages, warnings and map.
+/// What tells how far the numbers of a solution can be trusted.
+struct SolutionQuality {
+  LidarCovariances covariances;  ///< Of the poses in the base's frame.
+  HoldOut held_out;
+};
+
+/// Of a solution where it was solved, in whichever LiDAR's frame that is; the guesses likewise.
+[[nodiscard]] SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess,
+                                             const LidarSolution& solution);
+
+/// The verdict on every LiDAR of the rig, and the poses of the stops, of a solution in the base's frame. Everything of
+/// the result but stages, warnings and map.
 [[nodiscard]] CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
                                                const std::vector<std::optional<SE3>>& guess_T_base_sensor,
-                                               const LidarCalibrationOptions& options, const LidarSolution& solution);
+                                               const LidarCalibrationOptions& options, const LidarSolution& solution,
+                                               const SolutionQuality& quality);
 
 }  // namespace rigcal

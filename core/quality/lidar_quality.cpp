@@ -14,11 +14,30 @@ namespace {
 
 double largest(const Matrix3d& C) { return Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2]; }
 
-std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const ParameterLayout& layout) {
+// Of all free parameters.
+struct FullCovariances {
+  Eigen::MatrixXd with_priors;
+  Eigen::MatrixXd data_only;
+};
+
+// T_b_i = T_b T_i^-1, each with its own exp(x) on the right: T_b_i exp(x_i - Ad(T_i_b) x_b).
+std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const SolvedPlanes& solved,
+                                std::optional<int> base) {
+  const ParameterLayout& layout = solved.layout;
+  const std::vector<SE3>& T = solved.state.T_base_sensor;
   std::vector<Matrix6d> out(static_cast<std::size_t>(layout.lidars()), Matrix6d::Zero());
+  const int of_base = base ? layout.lidar_index(*base) : -1;
   for (int i = 0; i < layout.lidars(); ++i) {
+    if (of_base >= 0 && i == *base) continue;
+    const auto si = static_cast<std::size_t>(i);
     const int index = layout.lidar_index(i);
-    if (index >= 0) out[static_cast<std::size_t>(i)] = covariance.block<6, 6>(index, index);
+    if (index >= 0) out[si] = covariance.block<6, 6>(index, index);
+    if (of_base < 0) continue;
+    const Matrix6d A = (T[si].inverse() * T[static_cast<std::size_t>(*base)]).adjoint();
+    out[si] += A * covariance.block<6, 6>(of_base, of_base) * A.transpose();
+    if (index < 0) continue;
+    const Matrix6d cross = A * covariance.block<6, 6>(of_base, index);
+    out[si] -= cross + cross.transpose();
   }
   return out;
 }
@@ -48,8 +67,11 @@ AdjustOptions with_honest_matches(AdjustOptions options) {
 // Half of a pose: where it is, or how it is turned.
 enum class Half { turn, place };
 
-Eigen::Block<Matrix6d, 3, 3> half_of(Matrix6d& C, Half half) {
-  return half == Half::place ? C.block<3, 3>(3, 3) : C.block<3, 3>(0, 0);
+// Of the pose whose six start at `at`.
+template <class Covariance>
+auto half_of(Covariance& C, Half half, int at = 0) {
+  const int first = half == Half::place ? at + 3 : at;
+  return C.template block<3, 3>(first, first);
 }
 
 // By how much planes hold one direction of a LiDAR's place or turn.
@@ -92,13 +114,13 @@ std::vector<Hold> holds_along(const SolvedPlanes& solved, Half half, const std::
 // One axis of the covariances' halves, `rank` from the widest; of the LiDARs in `open`. Those that are not held along
 // it are widened and stay in `open`.
 void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half, int rank, std::vector<char>& open,
-                LidarCovariances& out) {
+                FullCovariances& full, LidarCovariances& out) {
   constexpr double least_share = 0.5;
   const double widest = half == Half::place ? 2.0 : 1.0;  // m, rad
   std::vector<Vector3d> axes(open.size(), Vector3d::Zero());
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (!open[i]) continue;
-    const Matrix3d C = half_of(out.with_priors[i], half);
+    const Matrix3d C = half_of(full.with_priors, half, solved.layout.lidar_index(static_cast<int>(i)));
     axes[i] = Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2 - rank);
   }
   const std::vector<Hold> holds = holds_along(solved, half, axes);
@@ -110,12 +132,13 @@ void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half
       Matrix6d C = held.lidar_matches[i]->information.inverse();
       by_match = 1.0 / axes[i].dot(half_of(C, half) * axes[i]);
     }
-    for (Matrix6d* covariance : {&out.with_priors[i], &out.data_only[i]}) {
-      const double variance = axes[i].dot(half_of(*covariance, half) * axes[i]);
+    for (Eigen::MatrixXd* covariance : {&full.with_priors, &full.data_only}) {
+      auto part = half_of(*covariance, half, solved.layout.lidar_index(static_cast<int>(i)));
+      const double variance = axes[i].dot(part * axes[i]);
       const double by_planes = std::max(0.0, 1.0 / variance - by_match) * holds[i].facing / holds[i].all;
       const double honest = std::min(1.0 / std::max(by_planes + by_match, 1e-9), widest * widest);
       if (half == Half::place && rank == 0 && by_match > by_planes) out.only_matched[i] = axes[i];
-      half_of(*covariance, half) += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
+      part += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
     }
   }
 }
@@ -123,20 +146,21 @@ void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half
 // Noise tilts the normals of leaves by a degree or two, and thousands of walls so tilted seem to hold the height that
 // none of them faces (in a court of walls: to 7 mm, where it was 90 mm off). What does not face the worst direction of
 // a LiDAR's place or turn does not count there, where that is most of what holds it; nor then for the next direction.
-void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held, LidarCovariances& out) {
-  out.only_matched.assign(out.with_priors.size(), Vector3d::Zero());
+void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held, FullCovariances& full,
+                           LidarCovariances& out) {
+  out.only_matched.assign(static_cast<std::size_t>(solved.layout.lidars()), Vector3d::Zero());
   for (const Half half : {Half::place, Half::turn}) {
     std::vector<char> open;
-    for (const Matrix6d& covariance : out.with_priors) open.push_back(!covariance.isZero(0.0));
+    for (int i = 0; i < solved.layout.lidars(); ++i) open.push_back(solved.layout.lidar_index(i) >= 0 ? 1 : 0);
     for (int rank = 0; rank < 3 && std::count(open.begin(), open.end(), 1) > 0; ++rank) {
-      widen_axis(solved, held, half, rank, open, out);
+      widen_axis(solved, held, half, rank, open, full, out);
     }
   }
 }
 
 // What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view. Where nothing
 // was taken out: as likely as it is that there is something, and then by what it seems to be.
-void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& held, double factor,
+void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& held, double factor, FullCovariances& full,
                             LidarCovariances& out) {
   const RangeOffsets offsets =
       find_range_offsets(solved.features, solved.state, solved.layout, held, {}, solved.range_offset_m);
@@ -147,11 +171,9 @@ void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& hel
     of_offsets *= offsets.likely;
   }
   for (Eigen::Index i = 0; i < of_offsets.rows(); ++i) out.range_sigma_m.push_back(std::sqrt(of_offsets(i, i)));
-  const std::vector<Matrix6d> wider = blocks_of(offsets.shift * of_offsets * offsets.shift.transpose(), solved.layout);
-  for (std::size_t i = 0; i < wider.size(); ++i) {
-    out.with_priors[i] += wider[i];
-    out.data_only[i] += wider[i];
-  }
+  const Eigen::MatrixXd wider = offsets.shift * of_offsets * offsets.shift.transpose();
+  full.with_priors += wider;
+  full.data_only += wider;
 }
 
 // Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
@@ -198,7 +220,7 @@ double mean_square_offset(const std::vector<PlaneFeature>& features, const RigSt
   return degrees > 0.0 ? squares / degrees : 0.0;
 }
 
-LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
+LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base) {
   LidarCovariances out;
   const int n = solved.layout.size();
   if (n == 0 || solved.features.empty()) return out;
@@ -208,14 +230,17 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved) {
   NormalEquations data = sum;
   const AdjustOptions held = with_honest_matches(solved.adjust);
   add_matches(solved.layout, held, solved.state, data);
-  out.data_only = blocks_of(factor * inverse_information(data.H), solved.layout);
+  FullCovariances full;
+  full.data_only = factor * inverse_information(data.H);
   add_priors(solved.layout, held, solved.state, sum);
   const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
   out.observable = llt.info() == Eigen::Success;
-  out.with_priors = blocks_of(factor * inverse_information(sum.H), solved.layout);
-  if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, out);
+  full.with_priors = factor * inverse_information(sum.H);
+  if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, full, out);
   // Given poses and guesses hold what they hold.
-  if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, out);
+  if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, full, out);
+  out.with_priors = blocks_of(full.with_priors, solved, base);
+  out.data_only = blocks_of(full.data_only, solved, base);
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,7 @@ constexpr double usual_range_offset_m = 0.015;
 struct LidarCovariances {
   bool observable = false;            ///< The normal equations could be inverted at all.
   double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
-  std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero where it is fixed.
+  std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero for the base.
   std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
   std::vector<double> range_sigma_m;  ///< Of each LiDAR's range offset; empty where they were not asked for.
   /// The direction of each LiDAR's place (its own frame, unit) that no plane faces and its match holds; zero: none.
@@ -48,8 +49,9 @@ struct LidarCovariances {
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
 /// capped by the floor of the map), times chi2 where that is above one, and what the LiDARs' ranges may be off by as
 /// far as the planes do not tell it (core/planes/range_offsets.h). A direction of a place or turn that no plane
-/// faces is as wide as what else holds it, at most 2 m and 1 rad.
-[[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved);
+/// faces is as wide as what else holds it, at most 2 m and 1 rad. All of it is of the poses as they were solved,
+/// against the LiDAR that is fixed; told are those against `base` (nothing: the same), by the adjoints.
+[[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base = std::nullopt);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the
 /// other stops: 1 is what noise alone gives.

@@ -124,5 +124,17 @@ TEST(DegenerateScenes, InTheMiddleOfASquareRoomFourTurnsFitWithoutAGuess) {
   }
 }
 
+TEST(DegenerateScenes, BesideTheMiddleOfASquareRoomNoGuessIsNeeded) {
+  expect_right(calibrate_in(walls_of_room(8.0, 8.0, 3.0), {.with_guess = false}));
+}
+
+TEST(DegenerateScenes, InTheMiddleOfACorridorTwoTurnsFitWithoutAGuess) {
+  const Seen seen = calibrate_in(corridor(), {.with_guess = false, .table = "0, 0"});
+  for (std::size_t i = 1; i < seen.result.sensors.size(); ++i) {
+    EXPECT_EQ(seen.result.sensors[i].status, Status::weak);
+    EXPECT_THAT(seen.result.sensors[i].reasons, Contains(HasSubstr("another pose fits its surfaces nearly as well")));
+  }
+}
+
 }  // namespace
 }  // namespace rigcal

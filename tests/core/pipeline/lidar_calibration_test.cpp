@@ -14,6 +14,7 @@
 namespace rigcal {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -174,6 +175,26 @@ TEST(CalibrateLidars, FindsLidarsWithoutAGuess) {
   const CalibrationResult result = calibrated(run);
   expect_right_and_good(run, result);
   EXPECT_FALSE(result.sensors[1].guess_T_base_sensor);
+}
+
+TEST(CalibrateLidars, UnitsInTheWrongOrderAreFoundAndNamed) {
+  for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{1, 3}, {1, 2}}) {
+    LightRecording run = make_light_recording(make_courtyard(13));
+    std::swap(run.guess[a], run.guess[b]);
+    const CalibrationResult result = calibrated(run);
+    for (const auto& [unit, other] : {std::pair{a, b}, std::pair{b, a}}) {
+      const SensorResult& sensor = result.sensors[unit];
+      EXPECT_EQ(sensor.status, Status::weak);
+      EXPECT_THAT(sensor.reasons,
+                  Contains(HasSubstr("stands where the rig file has " + run.rig.sensors[other].name + ",")));
+      ASSERT_TRUE(sensor.T_base_sensor);
+      EXPECT_LT(shift_m(run, result, unit), 0.005);
+      EXPECT_LT(turn_deg(run, result, unit), 0.05);
+    }
+    const std::size_t in_order = 6 - a - b;
+    EXPECT_EQ(result.sensors[in_order].status, Status::good);
+    EXPECT_LT(shift_m(run, result, in_order), 0.005);
+  }
 }
 
 TEST(CalibrateLidars, ALidarThatCannotBeFoundWithoutAGuessFailsAndSaysSo) {

@@ -78,6 +78,36 @@ TEST(LidarCovariances, AreMeasuredAgainWhenTheNoiseIsLargerThanItWasSaidToBe) {
   EXPECT_GT(translation_bound(c.with_priors[1]), 2.0 * said);
 }
 
+TEST(LidarCovariances, AreTheSameWhicheverLidarIsFixed) {
+  Random random(11);
+  RigState state;
+  state.T_G_base.emplace_back();
+  for (int j = 1; j < stops; ++j) state.T_G_base.push_back(random_pose(random, 0.6, 0.2));
+  state.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
+  std::vector<PlaneFeature> features = make_plane_features(state, 25, 60, sigma_m, random);
+  for (PlaneFeature& feature : features) {
+    for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
+  }
+  const auto covariances = [&](const RigState& at, int fixed, int base) {
+    ParameterLayout layout(stops, 3);
+    for (int j = 1; j < stops; ++j) layout.free_stop(j);
+    for (int i = 0; i < 3; ++i) {
+      if (i != fixed) layout.free_lidar(i);
+    }
+    return lidar_covariances({features, at, layout, {}}, base).with_priors;
+  };
+  RigState seen_from_1 = state;
+  for (SE3& T : seen_from_1.T_G_base) T = T * state.T_base_sensor[1];
+  for (SE3& T : seen_from_1.T_base_sensor) T = state.T_base_sensor[1].inverse() * T;
+  const std::vector<Matrix6d> told = covariances(state, 0, 1);
+  const std::vector<Matrix6d> solved = covariances(seen_from_1, 1, 1);
+  EXPECT_EQ(told[1], Matrix6d::Zero());
+  for (const std::size_t i : {0U, 2U}) {
+    EXPECT_GT(solved[i].norm(), 0.0);
+    EXPECT_LT((told[i] - solved[i]).norm(), 1e-6 * solved[i].norm()) << i;
+  }
+}
+
 TEST(LidarCovariances, TellWhatOnlyAPriorFixes) {
   Solved run(8);
   // One plane at one stop: two shifts and a turn of the second LiDAR are open.
