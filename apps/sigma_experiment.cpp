@@ -5,6 +5,7 @@
 #include <array>
 
 #include "apps/light_runs.h"
+#include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/light_rig.h"
@@ -24,16 +25,21 @@ const std::array<SigmaCase, 2>& cases() {
   return all;
 }
 
-Expected<void> try_rig(const SigmaExperimentOptions& options, std::uint64_t seed, const RunContext& context,
-                       SigmaRow& row) {
+// What one rig comes to.
+struct RigTrials {
+  int failed = 0;
+  std::vector<SigmaTrial> trials;
+};
+
+Expected<RigTrials> try_rig(const SigmaCase& kind, int points, std::uint64_t seed, const RunContext& context) {
   const std::string scene_name = light_run_scenes[seed % light_run_scenes.size()];
   const Expected<sim::Scene> scene = sim::load_scene(scene_name);
   if (!scene) return scene.error();
   sim::LightRigOptions light_options;
   light_options.seed = seed;
-  light_options.shots_per_patch = options.points;
-  light_options.unit_errors.range_bias_sigma_m = row.kind.range_bias_m;
-  light_options.unit_errors.footprint_share = row.kind.footprint_share;
+  light_options.shots_per_patch = points;
+  light_options.unit_errors.range_bias_sigma_m = kind.range_bias_m;
+  light_options.unit_errors.footprint_share = kind.footprint_share;
   light_options.turntable.stops = 12 + static_cast<int>(Random(seed, stops_stream).below(13));
   Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
   if (!light) return light.error();
@@ -43,19 +49,34 @@ Expected<void> try_rig(const SigmaExperimentOptions& options, std::uint64_t seed
   const Expected<CalibrationResult> result =
       calibrate_lidars(light->rig, light_recording(*light, true), guess, {}, context);
   if (!result) return result.error();
-  ++row.rigs;
+  RigTrials out;
   for (std::size_t i = 0; i < result->sensors.size(); ++i) {
     const SensorResult& sensor = result->sensors[i];
     if (sensor.name == result->base) continue;
     if (!sensor.T_base_sensor) {
-      ++row.failed;
+      ++out.failed;
       continue;
     }
     const Vector6d xi = (light->T_base_sensor[i].inverse() * *sensor.T_base_sensor).log();
-    row.trials.push_back({scene_name, xi.dot(sensor.covariance.ldlt().solve(xi)), xi.tail<3>().norm(),
+    out.trials.push_back({scene_name, xi.dot(sensor.covariance.ldlt().solve(xi)), xi.tail<3>().norm(),
                           xi.head<3>().norm(), sensor.status});
   }
-  return {};
+  return out;
+}
+
+// `count` rigs from `seed` on, side by side.
+Expected<std::vector<RigTrials>> try_rigs(const SigmaCase& kind, int points, std::uint64_t seed, std::size_t count,
+                                          const RunContext& context) {
+  std::vector<std::optional<Expected<RigTrials>>> tried(count);
+  parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) tried[k] = try_rig(kind, points, seed + k, context);
+  });
+  std::vector<RigTrials> out;
+  for (std::optional<Expected<RigTrials>>& one : tried) {
+    if (!*one) return one->error();
+    out.push_back(std::move(**one));
+  }
+  return out;
 }
 
 double median_of(std::vector<double> values) {
@@ -80,7 +101,11 @@ SigmaFigures sigma_figures(const SigmaRow& row, const std::string& scene) {
     out.within_68 += trial.nees <= chi2_68 ? 1.0 : 0.0;
     metres.push_back(trial.translation_m);
     radians.push_back(trial.rotation_rad);
-    if (trial.status != Status::good) continue;
+    if (trial.status != Status::good) {
+      const Requirement asked;
+      if (trial.translation_m <= asked.translation_m && trial.rotation_rad <= asked.rotation_rad) ++out.false_alarms;
+      continue;
+    }
     ++out.good;
     good_within += inside ? 1.0 : 0.0;
   }
@@ -98,17 +123,23 @@ Expected<std::vector<SigmaRow>> try_sigmas(const SigmaExperimentOptions& options
   std::vector<SigmaRow> rows;
   SilentReporter silent;
   const RunContext quiet{silent, context.stop};
-  const auto all = static_cast<double>(cases().size() * static_cast<std::size_t>(options.rigs));
-  double done = 0.0;
+  const auto rigs = static_cast<std::size_t>(options.rigs);
+  const std::size_t at_once = 2 * static_cast<std::size_t>(thread_count());
+  const auto all = static_cast<double>(cases().size() * rigs);
   for (const SigmaCase& kind : cases()) {
     SigmaRow& row = rows.emplace_back();
     row.kind = kind;
-    for (int k = 0; k < options.rigs; ++k) {
-      context.reporter.progress("sigma", done / all);
+    while (static_cast<std::size_t>(row.rigs) < rigs) {
+      const auto before = static_cast<std::size_t>(row.rigs);
+      context.reporter.progress("sigma", static_cast<double>((rows.size() - 1) * rigs + before) / all);
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
-      const auto tried = try_rig(options, options.seed + static_cast<std::uint64_t>(k), quiet, row);
+      const auto tried = try_rigs(kind, options.points, options.seed + before, std::min(at_once, rigs - before), quiet);
       if (!tried) return tried.error();
-      done += 1.0;
+      for (const RigTrials& rig : *tried) {
+        ++row.rigs;
+        row.failed += rig.failed;
+        row.trials.insert(row.trials.end(), rig.trials.begin(), rig.trials.end());
+      }
     }
   }
   return rows;

@@ -42,6 +42,7 @@ struct SigmaFigures {
   double within_95 = 0.0;       ///< Share of errors in the 95 % ellipsoid,
   double within_68 = 0.0;       ///< and in that of 68 %.
   double good_within_95 = 0.0;  ///< Of those called good.
+  int false_alarms = 0;         ///< Within what `good` asks for, and not called good.
   double median_m = 0.0;
   double median_rad = 0.0;
 };
@@ -54,7 +55,8 @@ struct SigmaExperimentOptions {
 };
 
 /// Calibrates `rigs` rigs of 12 to 24 stops, in turn in a courtyard, a room and a sparse field, in memory, for each
-/// kind of errors: none beyond noise, and 10 mm of range bias a unit with whole footprints. Errors: cancelled.
+/// kind of errors: none beyond noise, and 10 mm of range bias a unit with whole footprints. Rigs run side by side on
+/// all threads; no figure depends on how many there are. Errors: cancelled.
 [[nodiscard]] Expected<std::vector<SigmaRow>> try_sigmas(const SigmaExperimentOptions& options,
                                                          const RunContext& context);
 

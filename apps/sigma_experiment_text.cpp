@@ -37,15 +37,16 @@ std::string sigma_experiment_text(const std::vector<SigmaRow>& rows) {
   std::string text =
       "Errors of LiDARs over their sigma, squared (NEES, 6 degrees of freedom): a true sigma has a mean of 6,\n"
       "95 % and 68 % of the errors in the ellipsoids of that name\n"
-      "scene       LiDARs  good   NEES   in 95 %  in 68 %  good ones in 95 %   median error\n";
+      "scene       LiDARs  good  false alarms   NEES   in 95 %  in 68 %  good ones in 95 %   median error\n";
   for (const SigmaRow& row : rows) {
     text += fmt::format("{}: {} rigs{}\n", row.kind.name, row.rigs,
                         row.failed > 0 ? fmt::format(", {} LiDARs without an answer", row.failed) : "");
     for (const std::string& scene : scenes_of(row)) {
       const SigmaFigures f = sigma_figures(row, scene);
-      text += fmt::format("{:<11} {:>6} {:>5} {:>6.2f} {:>7.1f} % {:>6.1f} % {:>16.1f} %   {:.2f} mm {:.4f} deg\n",
-                          scene.empty() ? "all" : scene, f.lidars, f.good, f.mean_nees, 100.0 * f.within_95,
-                          100.0 * f.within_68, 100.0 * f.good_within_95, 1e3 * f.median_m, to_deg(f.median_rad));
+      text +=
+          fmt::format("{:<11} {:>6} {:>5} {:>13} {:>6.2f} {:>7.1f} % {:>6.1f} % {:>16.1f} %   {:.2f} mm {:.4f} deg\n",
+                      scene.empty() ? "all" : scene, f.lidars, f.good, f.false_alarms, f.mean_nees, 100.0 * f.within_95,
+                      100.0 * f.within_68, 100.0 * f.good_within_95, 1e3 * f.median_m, to_deg(f.median_rad));
     }
   }
   return text;
@@ -60,6 +61,7 @@ std::string sigma_experiment_json(const std::vector<SigmaRow>& rows) {
       scenes.push_back({{"scene", scene.empty() ? "all" : scene},
                         {"lidars", f.lidars},
                         {"good", f.good},
+                        {"false_alarms", f.false_alarms},
                         {"mean_nees", f.mean_nees},
                         {"within_95", f.within_95},
                         {"within_68", f.within_68},

@@ -15,15 +15,17 @@ TEST(SigmaFigures, CountErrorsInsideTheEllipsoidsByScene) {
   for (const double nees : {1.0, 6.9, 7.1, 12.5, 12.7})
     row.trials.push_back({"room", nees, 0.001, 0.001, Status::good});
   row.trials.push_back({"sparse", 100.0, 0.02, 0.01, Status::weak});
+  row.trials.push_back({"sparse", 1.0, 0.002, 0.001, Status::weak});
   const SigmaFigures room = sigma_figures(row, "room");
   EXPECT_EQ(room.lidars, 5);
   EXPECT_NEAR(room.mean_nees, 8.04, 1e-9);
   EXPECT_NEAR(room.within_68, 0.4, 1e-9);
   EXPECT_NEAR(room.within_95, 0.8, 1e-9);
   const SigmaFigures all = sigma_figures(row, "");
-  EXPECT_EQ(all.lidars, 6);
+  EXPECT_EQ(all.lidars, 7);
   EXPECT_EQ(all.good, 5);
-  EXPECT_NEAR(all.within_95, 4.0 / 6.0, 1e-9);
+  EXPECT_EQ(all.false_alarms, 1);
+  EXPECT_NEAR(all.within_95, 5.0 / 7.0, 1e-9);
   EXPECT_NEAR(all.good_within_95, 0.8, 1e-9);
   EXPECT_EQ(sigma_figures(row, "courtyard").lidars, 0);
 }
