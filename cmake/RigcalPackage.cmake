@@ -53,7 +53,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libgpiod-dev, "
-  "libopencv-calib3d-dev, libopencv-core-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
+  "libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "Headers and static libraries of rigcal, for find_package(rigcal): what the
 program does, from C++.")

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/camera/camera_checks.h"
+#include "core/camera/camera_start.h"
 #include "core/camera/edge_search.h"
 #include "core/camera/information.h"
 #include "core/camera/joint_solve.h"
@@ -48,11 +49,7 @@ class CameraCalibration {
   Expected<CameraEstimate> run() {
     const auto start = std::chrono::steady_clock::now();
     estimate_.intrinsics = camera_.intrinsics;
-    if (camera_.guess_T_base_camera) {
-      find();
-    } else {
-      estimate_.why_not = "there is no guess of where it sits (initial_extrinsics in the rig file)";
-    }
+    find();
     if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
     estimate_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return std::move(estimate_);
@@ -60,7 +57,6 @@ class CameraCalibration {
 
  private:
   void find() {
-    set_priors();
     views_ = make_edge_views(scene_, camera_);
     estimate_.views = static_cast<int>(views_.size());
     if (views_.empty()) {
@@ -77,8 +73,8 @@ class CameraCalibration {
     ask_information();
   }
 
-  void set_priors() {
-    priors_.T_base_camera = *camera_.guess_T_base_camera;
+  void set_priors(const SE3& guess_T_base_camera) {
+    priors_.T_base_camera = guess_T_base_camera;
     priors_.rotation_rad = options_.guess_sigma_rad;
     priors_.translation_m = options_.guess_sigma_m;
     priors_.focal_scale = options_.focal_sigma;
@@ -91,26 +87,52 @@ class CameraCalibration {
     return count;
   }
 
-  // Solves from every start that the search finds, with few samples; the best becomes the start of the end.
+  // The best of what is found around the guess, or around each place where a camera without one may be.
   void choose_start() {
-    const CameraState guess{*camera_.guess_T_base_camera};
-    find_visible(scene_, camera_.intrinsics, guess, {start_margin_px, sparse_spacing_px}, views_);
-    if (segments() < least_segments) {
-      estimate_.why_not =
-          "its images show too few edges of the map: where walls, floors and corners meet, within view "
-          "of the LiDARs too, there must be some in most images, and the guess within " +
-          std::to_string(static_cast<int>(to_deg(options_.guess_sigma_rad))) + " degrees";
+    std::vector<EdgeSolution> solutions;
+    if (camera_.guess_T_base_camera) {
+      look_around(*camera_.guess_T_base_camera, solutions);
+      if (solutions.empty()) {
+        estimate_.why_not =
+            "its images show too few edges of the map: where walls, floors and corners meet, within view "
+            "of the LiDARs too, there must be some in most images, and the guess within " +
+            std::to_string(static_cast<int>(to_deg(options_.guess_sigma_rad))) + " degrees";
+      }
       return;
     }
-    std::vector<SE3> starts =
-        search_edges(scene_, camera_.intrinsics, guess.T_base_camera, priors_, views_, EdgeSearchOptions{});
-    starts.push_back(guess.T_base_camera);
-    std::vector<EdgeSolution> solutions;
+    const CameraStarts starts = find_camera_starts(scene_, camera_, context_);
+    for (const SE3& start : starts.T_base_camera) {
+      if (context_.cancelled()) return;
+      std::vector<EdgeSolution> own;
+      look_around(start, own);
+      // Of few segments many are explained anywhere: where views of other things compete, their number counts as well.
+      for (EdgeSolution& each : own) each.score *= std::sqrt(static_cast<double>(segments()));
+      solutions.insert(solutions.end(), own.begin(), own.end());
+    }
+    if (!solutions.empty()) compare(solutions);
+    if (solutions.empty()) {
+      estimate_.why_not = "it cannot be found without a rough pose (" +
+                          (starts.why_none.empty() ? "its images show too few edges of the map" : starts.why_none) +
+                          "); give one under initial_extrinsics in the rig file, or by --initial (10 degrees, 0.2 m)";
+      return;
+    }
+    // What was found is from now on the guess: how far from it the start of the search was says nothing.
+    set_priors(best_.state.T_base_camera);
+  }
+
+  // Solves from every start that the search around a guess finds, with few samples; the best of all becomes the start
+  // of the end. Adds nothing where too little is seen from there.
+  void look_around(const SE3& guess, std::vector<EdgeSolution>& solutions) {
+    set_priors(guess);
+    find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px}, views_);
+    if (segments() < least_segments) return;
+    std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, EdgeSearchOptions{});
+    starts.push_back(guess);
     for (const SE3& start : starts) solve_quickly(start, solutions);
     compare(solutions);
-    if (estimate_.runner_up_ratio < unclear_ratio) return;
+    if (estimate_.runner_up_ratio < unclear_ratio || !camera_.guess_T_base_camera) return;
     // Edges alone do not tell the minima apart; reflectivity may know a better start.
-    const auto search = search_information(scene_, camera_, guess.T_base_camera, options_, context_);
+    const auto search = search_information(scene_, camera_, guess, options_, context_);
     if (!search) return;
     solve_quickly(search->best.T_base_camera, solutions);
     if (search->runner_up) solve_quickly(search->runner_up->T_base_camera, solutions);
@@ -252,8 +274,10 @@ class CameraCalibration {
       const EdgeFitQuality unseen = fit_quality(scene_, camera_.intrinsics, state, match, held_out);
       estimate_.hold_out = unseen.normalised;
       estimate_.hold_out_px = unseen.residual_px;
-      estimate_.hold_out_start_px = offset_from(scene_, camera_.intrinsics, best_.state,
-                                                CameraState{*camera_.guess_T_base_camera}, match, held_out);
+      if (camera_.guess_T_base_camera) {
+        estimate_.hold_out_start_px = offset_from(scene_, camera_.intrinsics, best_.state,
+                                                  CameraState{*camera_.guess_T_base_camera}, match, held_out);
+      }
     }
     const std::vector<EdgeView> even = some_views(2, 0, false);
     const std::vector<EdgeView> odd = some_views(2, 0, true);

@@ -26,7 +26,7 @@ struct CameraTask {
   int sensor = 0;
   std::string name;
   CameraIntrinsics intrinsics;
-  std::optional<SE3> guess_T_base_camera;
+  std::optional<SE3> guess_T_base_camera;  ///< Nothing: it is found by its images alone (camera_start.h).
   std::vector<CameraView> views;
 };
 
@@ -69,7 +69,7 @@ struct CameraEstimate {
   double residual_px = 0.0;  ///< Robust root mean square of the segments' offsets: a fit, no accuracy.
 
   /// Offsets in the held-out stops, with the pose from the others: over their expected sigma (1 is right), in pixels,
-  /// and in pixels at the guess. 0: nothing could be held out.
+  /// and in pixels at the guess (0 without one). 0: nothing could be held out.
   double hold_out = 0.0;
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;

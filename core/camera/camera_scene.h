@@ -27,6 +27,8 @@ struct SampleBlock {
 struct CameraScene {
   std::vector<SE3> T_G_base;     ///< Pose of the rig at each stop.
   std::vector<char> stop_known;  ///< One for each stop; images of others are not used.
+  /// Middle of the LiDARs, in the rig's frame: a camera without a guess is looked for around it.
+  Vector3d middle_base = Vector3d::Zero();
   std::vector<LidarEdge> edges;
   std::vector<MapSample> samples;
   std::vector<SampleBlock> blocks;  ///< Of the samples; empty: they are not sorted, and each is looked at.

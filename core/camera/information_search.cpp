@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/base/parallel.h"
 #include "core/camera/information.h"
+#include "core/camera/information_chance.h"
 #include "core/camera/information_cost.h"
 #include "core/camera/information_images.h"
 #include "core/camera/minimize_pose.h"
@@ -53,24 +53,6 @@ class Prior {
   double per_m_;
 };
 
-// What chance alone takes off the distance of a histogram of so few sightings, to first order: places at which little
-// is seen would win by it.
-class Chance {
- public:
-  explicit Chance(const std::vector<Sighting>& sightings) {
-    std::array<char, surface_codes_count> met{};
-    for (const Sighting& s : sightings) met[s.code] = 1;
-    const double codes = std::max(2.0, static_cast<double>(std::count(met.begin(), met.end(), 1)));
-    bins_ = (codes - 1.0) * (grey_levels - 1);
-    entropy_ = std::log(codes * grey_levels);
-  }
-  [[nodiscard]] double gain(double seen) const { return bins_ / (2.0 * std::max(seen, 1.0) * entropy_); }
-
- private:
-  double bins_ = 0.0;
-  double entropy_ = 1.0;  // of the joint histogram, at most
-};
-
 struct GridPoint {
   SE3 T;
   double score = 0.0;
@@ -91,7 +73,8 @@ std::vector<GridPoint> rotations_around(const SE3& guess, double radius_rad) {
   return grid;
 }
 
-void score_grid(const InformationCost& cost, const Prior& prior, const Chance& chance, std::vector<GridPoint>& grid) {
+void score_grid(const InformationCost& cost, const Prior& prior, const InformationChance& chance,
+                std::vector<GridPoint>& grid) {
   parallel_for(grid.size(), 2, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const InformationCost::Value value = cost.value(grid[k].T);
@@ -102,8 +85,8 @@ void score_grid(const InformationCost& cost, const Prior& prior, const Chance& c
   std::stable_sort(grid.begin(), grid.end(), [](const GridPoint& a, const GridPoint& b) { return a.score < b.score; });
 }
 
-InformationPose refined(const InformationCost& cost, const Prior& prior, const Chance& chance, const SE3& start,
-                        int evaluations) {
+InformationPose refined(const InformationCost& cost, const Prior& prior, const InformationChance& chance,
+                        const SE3& start, int evaluations) {
   PoseMinimizeOptions options;
   options.max_evaluations = evaluations;
   options.shortest_step = 0.02;
@@ -122,7 +105,7 @@ bool same_place(const SE3& a, const SE3& b) {
 
 // The minima that the best points of a sorted grid lead to, best first.
 std::vector<InformationPose> minima_of(const std::vector<GridPoint>& grid, const InformationCost& cost,
-                                       const Prior& prior, const Chance& chance) {
+                                       const Prior& prior, const InformationChance& chance) {
   std::vector<SE3> starts;
   for (const GridPoint& point : grid) {
     if (starts.size() == refined_minima) break;
@@ -170,7 +153,7 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
   const InformationCost cost(model, sightings, blurred);
   const Prior prior(guess_T_base_camera, options);
   std::vector<GridPoint> grid = rotations_around(guess_T_base_camera, options.guess_sigma_rad);
-  const Chance chance(sightings);
+  const InformationChance chance(sightings);
   score_grid(cost, prior, chance, grid);
   if (context.cancelled() || grid.front().seen < min_seen) return std::nullopt;
   if (grid[grid.size() / 2].score - grid.front().score < min_depth) return std::nullopt;

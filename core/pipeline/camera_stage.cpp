@@ -28,14 +28,10 @@ SensorResult failed(const std::string& name, std::string reason) {
 }
 
 // What is missing before a camera's images need be looked at; empty: nothing.
-std::string missing(const Sensor& sensor, const CameraRecording& camera) {
+std::string missing(const Sensor& sensor) {
   if (!sensor.camera->intrinsics) {
     return "the rig file has no intrinsics for it; put in intrinsics: {model: radtan, width, height, fx, fy, cx, cy, "
            "distortion: [k1, k2, p1, p2, k3]} from a calibration of the camera alone";
-  }
-  if (!camera.guess_T_base_camera) {
-    return "there is no rough pose for it; give one under initial_extrinsics in the rig file, or by --initial (10 "
-           "degrees, 0.2 m)";
   }
   return {};
 }
@@ -76,6 +72,22 @@ BeamWidth beam_of(LidarModel model) {
   return {};
 }
 
+// Of the LiDARs that were placed.
+Vector3d middle_of(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use) {
+  std::vector<char> placed(state.T_base_sensor.size(), 0);
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    if (use.empty() || use[k] != 0) placed[static_cast<std::size_t>(patches[k].lidar)] = 1;
+  }
+  Vector3d sum = Vector3d::Zero();
+  double count = 0.0;
+  for (std::size_t lidar = 0; lidar < placed.size(); ++lidar) {
+    if (placed[lidar] == 0) continue;
+    sum += state.T_base_sensor[lidar].t;
+    count += 1.0;
+  }
+  return sum / std::max(1.0, count);
+}
+
 class CameraStage {
  public:
   CameraStage(const Rig& rig, const LidarRecording& recording, const LidarSolution& solution,
@@ -91,7 +103,7 @@ class CameraStage {
 
   Expected<SensorResult> run(const CameraRecording& camera) {
     const Sensor& sensor = rig_.sensors[static_cast<std::size_t>(camera.sensor)];
-    if (std::string reason = missing(sensor, camera); !reason.empty()) return failed(sensor.name, std::move(reason));
+    if (std::string reason = missing(sensor); !reason.empty()) return failed(sensor.name, std::move(reason));
     clock_.begin(sensor.name + " images");
     context_.reporter.progress(sensor.name, -1.0);
     CameraTask task{camera.sensor, sensor.name, *sensor.camera->intrinsics, camera.guess_T_base_camera, {}};
@@ -225,6 +237,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   CameraScene scene;
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
+  scene.middle_base = middle_of(solution.patches(recording), solution.state, solution.use);
   const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
   scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
   int lines = 0;

@@ -6,8 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
-#include "core/start/best_apart.h"
+#include "core/geometry/spiral_direction.h"
 #include "core/start/multiview.h"
 #include "core/start/own_view.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
-#include "core/start/best_apart.h"
 #include "core/start/own_view.h"
 #include "core/start/surfel_index.h"
 

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/spiral_direction.h"
 #include "core/geometry/symmetric_eigen.h"
-#include "core/start/best_apart.h"
 #include "core/start/own_view.h"
 
 namespace rigcal {

@@ -11,14 +11,6 @@ SurfelIndex index_of(const PatchSurfels& patch, double reach_m) {
   return {without_repetitions(placed, 0.5 * reach_m), reach_m};
 }
 
-Vector3d spiral_direction(std::size_t i, std::size_t count) {
-  const double golden = pi * (3.0 - std::sqrt(5.0));
-  const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(count);
-  const double r = std::sqrt(1.0 - z * z);
-  const double phi = golden * static_cast<double>(i);
-  return {r * std::cos(phi), r * std::sin(phi), z};
-}
-
 std::vector<double> balanced_weights(const std::vector<Vector3d>& normals) {
   Matrix3d sum = 1e-6 * Matrix3d::Identity();
   for (const Vector3d& n : normals) sum += n * n.transpose();

@@ -10,9 +10,6 @@ namespace rigcal {
 /// The surfels of one patch, to be asked for in its own frame.
 [[nodiscard]] SurfelIndex index_of(const PatchSurfels& patch, double reach_m);
 
-/// The i-th of `count` unit vectors that lie evenly over the sphere, on a spiral.
-[[nodiscard]] Vector3d spiral_direction(std::size_t i, std::size_t count);
-
 /// Weights that let every direction count the same, however many of the surfaces face it: n^T (sum n n^T)^-1 n, over
 /// their sum.
 [[nodiscard]] std::vector<double> balanced_weights(const std::vector<Vector3d>& normals);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
-#include "core/start/best_apart.h"
 #include "core/start/registration.h"
 
 namespace rigcal {

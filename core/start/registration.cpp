@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
-#include "core/start/best_apart.h"
 
 namespace rigcal {
 namespace {

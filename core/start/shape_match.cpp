@@ -8,9 +8,9 @@
 #include <map>
 #include <tuple>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
-#include "core/start/best_apart.h"
 
 namespace rigcal {
 namespace {

@@ -26,6 +26,7 @@ struct TrialOptions {
   double start_mm = 100.0;
   double focal_error = 0.0;  ///< Percent; trials go up and down in turn.
   double k1_error = 0.0;
+  bool no_guess = false;
   bool stay = false;  ///< The start is taken for nearly right, though it is not: a wrong minimum.
   bool refine = false;
   bool reasons = false;
@@ -140,7 +141,7 @@ Expected<void> run_trial(const TrialOptions& options, int number, const TrialSes
   const SE3 off{exp_so3(to_rad(options.start_deg) * random_direction(random)),
                 1e-3 * options.start_mm * random_direction(random)};
   CameraTask task = camera.task;
-  task.guess_T_base_camera = camera.T_base_camera_true * off;
+  if (!options.no_guess) task.guess_T_base_camera = camera.T_base_camera_true * off;
   spoil(options, number, task);
   CameraCalibrationOptions how;
   how.refine_intrinsics = options.refine;
@@ -237,6 +238,7 @@ int main(int count, char** arguments) {
   app.add_option("--camera", options.camera, "Only this one");
   app.add_option("--start-deg", options.start_deg, "Rotation by which each start is off");
   app.add_option("--start-mm", options.start_mm, "Shift by which each start is off");
+  app.add_flag("--no-guess", options.no_guess, "Without any start: one trial a camera says it all");
   app.add_option("--focal-error", options.focal_error,
                  "Percent by which the focal lengths are wrong, up and down in turn");
   app.add_option("--k1-error", options.k1_error, "By how much k1 is wrong, up and down in turn");

@@ -12,8 +12,8 @@
 namespace rigcal {
 
 /// A room of 8 x 6 x 3 m with painted walls and a cupboard in it, the map of it and the images of a camera that looks
-/// forward at four stops a quarter turn apart. Paint is as bright for the camera as for the LiDAR; light falls on each
-/// wall in another way. Where it is not painted, the LiDAR has no reflectivity either.
+/// forward at some stops that a full turn is divided into. Paint is as bright for the camera as for the LiDAR; light
+/// falls on each wall in another way. Where it is not painted, the LiDAR has no reflectivity either.
 struct TexturedRoom {
   CameraScene scene;
   CameraTask camera;
@@ -113,7 +113,7 @@ inline std::vector<MapSample> map_of_room(Random& random) {
 
 }  // namespace textured_room
 
-[[nodiscard]] inline TexturedRoom make_textured_room(bool painted = true) {
+[[nodiscard]] inline TexturedRoom make_textured_room(bool painted = true, int stops = 4) {
   Random random(11);
   TexturedRoom room;
   room.scene.samples = textured_room::map_of_room(random);
@@ -126,8 +126,9 @@ inline std::vector<MapSample> map_of_room(Random& random) {
   room.camera.name = "camera";
   room.camera.intrinsics = {DistortionModel::radtan, 320, 240, 220.0, 220.0, 159.5, 119.5, {-0.1, 0.02, 0.0, 0.0, 0.0}};
   const CameraModel model(room.camera.intrinsics);
-  for (int j = 0; j < 4; ++j) {
-    room.scene.T_G_base.push_back({exp_so3({0.0, 0.0, 0.5 * pi * j}), {0.1 * j, -0.05 * j, 0.0}});
+  for (int j = 0; j < stops; ++j) {
+    const double away = 4.0 * j / stops;
+    room.scene.T_G_base.push_back({exp_so3({0.0, 0.0, 2.0 * pi * j / stops}), {0.1 * away, -0.05 * away, 0.0}});
     room.scene.stop_known.push_back(1);
     room.camera.views.push_back(
         {j, "", textured_room::render(model, room.scene.T_G_base.back() * room.truth, painted)});

@@ -81,6 +81,7 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
       StillImages still;
       if (name == "dark") still.images.push_back({0, "dark.png", stripes(8, 1)});
       if (name == "no_images") still.why_none = "it has none";
+      if (name == "nowhere") still.images.push_back({0, "nowhere.png", stripes(16, 4000)});
       return still;
     };
     cameras.push_back(one);
@@ -102,7 +103,7 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
   EXPECT_THAT(by_name["nowhere"].reasons, ElementsAre(HasSubstr("initial_extrinsics")));
   EXPECT_THAT(by_name["no_images"].reasons, ElementsAre("it has none"));
   EXPECT_THAT(by_name["dark"].reasons, ElementsAre(HasSubstr("none of its images shows anything")));
-  EXPECT_THAT(asked, ElementsAre("no_images", "dark")) << "only where they are of use";
+  EXPECT_THAT(asked, ElementsAre("nowhere", "no_images", "dark")) << "only where they are of use";
   for (const SensorResult& lidar : lidars->sensors) {
     EXPECT_EQ(by_name[lidar.name].status, lidar.status);
     EXPECT_EQ(by_name[lidar.name].T_base_sensor->matrix(), lidar.T_base_sensor->matrix());

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/camera/camera_calibration.h"
+
+namespace rigcal {
+
+/// The same thing in two images of a camera, by the rays that saw it.
+struct SeenTwice {
+  double turn_rad = 0.0;  ///< Of the rig about its axis, from `first` to `second`.
+  Vector3d first = Vector3d::UnitZ();
+  Vector3d second = Vector3d::UnitZ();
+};
+
+struct ImageMotion {
+  /// About what the rig turned from stop to stop: unit, in the frame of the base; `turn_rad` counts about it.
+  Vector3d axis_base = Vector3d::UnitZ();
+  std::vector<SeenTwice> pairs;
+};
+
+struct ImageMotionOptions {
+  double least_turn_rad = to_rad(4.0);   ///< A smaller one tells little of its axis,
+  double largest_turn_rad = to_rad(50);  ///< a larger one leaves little that both images see.
+  std::size_t neighbours = 2;            ///< With so many others each image is compared,
+  int features = 1000;                   ///< by so many features (Rublee et al. 2011: ORB),
+  float distinct = 0.8F;                 ///< each much more like its partner than like the next best.
+  std::size_t most_pairs = 2000;
+};
+
+/// What the images of a camera have in common. Wrong partners are among them. Nothing where the rig did not turn by
+/// enough, or the images show nothing that could be recognised. In the order of the views; deterministic.
+[[nodiscard]] std::optional<ImageMotion> match_images(const CameraScene& scene, const CameraTask& camera,
+                                                      const ImageMotionOptions& options = {});
+
+struct CameraAxis {
+  Vector3d axis_camera = Vector3d::UnitZ();  ///< The axis of the turn, unit, in the optical frame.
+  /// From the axis to the camera, unit, in the optical frame: which way it is carried. How far is not seen, and where
+  /// the camera sits on the axis this says nothing.
+  Vector3d lever_camera = Vector3d::UnitX();
+  double share = 0.0;      ///< Of the pairs, by how well they go with it, 0 .. 1.
+  double runner_up = 0.0;  ///< That of the best other axis, at least 15 degrees away.
+};
+
+/// The axis about which the camera must have been turned for what it saw: by a search over all directions. A camera
+/// that sits beside the axis is carried as well, towards a side that is found with it: what is near moves by up to some
+/// 12 degrees more or less than the turn, along that side (the epipolar constraint, with one rotation for all pairs but
+/// for the known angle). Nothing for fewer than 30 pairs.
+[[nodiscard]] std::optional<CameraAxis> find_camera_axis(const ImageMotion& motion);
+
+}  // namespace rigcal
