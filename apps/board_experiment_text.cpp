@@ -159,7 +159,7 @@ std::string picture(const std::vector<BoardRow>& rows, const BoardClaim& claim, 
       if (s == 0 || row.poses >= 10) most = std::max(most, lines[s].back().y);
     }
   }
-  SvgPlot plot(640, 400, {"poses", 3.0, 20.0}, {figure.label, 0.0, most > 0.0 ? 1.25 * most : 1.0},
+  SvgPlot plot(900, 460, {"poses", 3.0, 20.0}, {figure.label, 0.0, most > 0.0 ? 1.25 * most : 1.0},
                claim.pair + ": " + figure.label + " against poses");
   for (std::size_t s = 0; s < wanted.size(); ++s) {
     if (lines[s].empty()) continue;

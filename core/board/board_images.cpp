@@ -5,21 +5,17 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/board/image_bytes.h"
+
 namespace rigcal {
 namespace {
 
 constexpr int least_part = 3;            // corners a side of a board of which only a part is seen
 constexpr double quick_side = 960.0;     // pixels: boards are looked for in smaller images first
 constexpr double least_contrast = 12.0;  // grey levels between dark and bright squares
+constexpr double evened_clip = 4.0;      // times the even share of a grey value in a tile
+constexpr int evened_tiles = 8;          // along each side of the image
 constexpr double irregular = 0.25;       // of the spacing: how far a corner may be from the middle of its neighbours
-
-cv::Mat bytes_of(const GreyImage& grey) {
-  cv::Mat out(grey.height, grey.width, CV_8UC1);
-  for (int y = 0; y < grey.height; ++y) {
-    for (int x = 0; x < grey.width; ++x) out.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(grey.at(x, y));
-  }
-  return out;
-}
 
 // A lattice of corners as the detector gives it, row by row.
 struct Lattice {
@@ -75,6 +71,7 @@ struct Lattice {
 struct Attempt {
   double scale;
   int flags;
+  bool evened = false;  // contrast evened out from place to place: boards before a bright sky, or in the shade
 };
 
 std::vector<Attempt> attempts_for(const cv::Mat& image) {
@@ -84,8 +81,25 @@ std::vector<Attempt> attempts_for(const cv::Mat& image) {
   std::vector<Attempt> out{{small, normalised}, {small, thorough}};
   if (small < 1.0) out.insert(out.end(), {{1.0, normalised}, {1.0, thorough}, {0.5 * small, thorough}});
   out.push_back({small, thorough | cv::CALIB_CB_ACCURACY});
+  out.push_back({small, normalised, true});
+  out.push_back({small, thorough, true});
   return out;
 }
+
+// An image and the same with its contrast evened out, which is made when it is first asked for.
+class Lights {
+ public:
+  explicit Lights(const cv::Mat& image) : image_(image) {}
+  [[nodiscard]] const cv::Mat& of(const Attempt& attempt) {
+    if (!attempt.evened) return image_;
+    if (evened_.empty()) cv::createCLAHE(evened_clip, cv::Size(evened_tiles, evened_tiles))->apply(image_, evened_);
+    return evened_;
+  }
+
+ private:
+  const cv::Mat& image_;
+  cv::Mat evened_;
+};
 
 std::optional<Lattice> detect(const cv::Mat& image, int columns, int rows, const Attempt& attempt, bool larger) {
   cv::Mat scaled = image;
@@ -160,9 +174,11 @@ bool is_checkered(const Lattice& lattice, const cv::Mat& image) {
 std::optional<Lattice> detect_whole(const cv::Mat& image, int columns, int rows, bool quick) {
   std::vector<Attempt> attempts = attempts_for(image);
   if (quick) attempts.resize(1);
+  Lights lights(image);
   for (const Attempt& attempt : attempts) {
-    std::optional<Lattice> found = detect(image, columns, rows, attempt, false);
-    if (!found || !is_checkered(*found, image)) continue;
+    const cv::Mat& lit = lights.of(attempt);
+    std::optional<Lattice> found = detect(lit, columns, rows, attempt, false);
+    if (!found || !is_checkered(*found, lit)) continue;
     sharpen(image, *found);
     return found;
   }
@@ -244,6 +260,7 @@ std::optional<ImageBoard> find_part(const cv::Mat& image, const BoardModel& boar
   const auto fits = [&](int columns, int rows) { return columns <= board.columns() && rows <= board.rows(); };
   std::optional<Lattice> best;
   for (const Attempt& attempt : attempts_for(image)) {
+    if (attempt.evened) continue;  // parts of clutter look like parts of boards then
     const std::optional<Lattice> lattice = detect(image, least_part, least_part, attempt, true);
     if (!lattice || !is_checkered(*lattice, image)) continue;
     if (!fits(lattice->columns, lattice->rows) && !fits(lattice->rows, lattice->columns)) continue;

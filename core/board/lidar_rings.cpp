@@ -17,6 +17,7 @@ constexpr std::size_t least_ring_points = 8;
 constexpr std::size_t least_rings = 4;
 constexpr double most_stray = 0.1;  // of the points: in no ring
 constexpr double jump_m = 0.12;
+constexpr double most_noise_m = 0.05;
 constexpr double most_steps = 3.5;    // without a return, within one segment
 constexpr std::size_t most_tail = 3;  // points between two surfaces that hang on a segment's end
 
@@ -141,6 +142,18 @@ std::vector<LidarRing> split_rings(std::span<const Point> points, bool rings_in_
   std::stable_sort(rings.begin(), rings.end(),
                    [](const LidarRing& a, const LidarRing& b) { return a.elevation_rad < b.elevation_rad; });
   return rings;
+}
+
+double range_noise(const std::vector<LidarRing>& rings) {
+  std::vector<double> off;
+  for (const LidarRing& ring : rings) {
+    for (std::size_t k = 1; k + 1 < ring.points.size(); ++k) {
+      const double between = 0.5 * (ring.points[k - 1].norm() + ring.points[k + 1].norm());
+      off.push_back(std::abs(ring.points[k].norm() - between));
+    }
+  }
+  // Of a normal distribution half lies within 0.6745 sigma; the difference has 1.5 times the variance of one range.
+  return std::min(most_noise_m, median(std::move(off)) / (0.6745 * std::sqrt(1.5)));
 }
 
 std::vector<RingSegment> ring_segments(const std::vector<LidarRing>& rings, const SegmentOptions& options) {

@@ -10,6 +10,8 @@ namespace rigcal {
 namespace {
 
 constexpr double ransac_threshold_m = 0.05;
+constexpr double threshold_sigmas = 3.0;  // of the ranges' noise, where that is more
+constexpr double line_sigmas = 4.5;       // the same for points of a segment: none of some hundred may lie farther off
 constexpr std::size_t planes_of_cluster = 3;
 constexpr std::size_t least_segments = 3;
 constexpr double on_plane_sigmas = 4.0;
@@ -185,6 +187,8 @@ CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& bo
   SegmentOptions segmenting;
   segmenting.max_range_m = options.max_range_m;
   segmenting.max_length_m = 1.15 * board.size().norm();
+  const double noise_m = range_noise(rings);
+  segmenting.line_tolerance_m = std::max(segmenting.line_tolerance_m, line_sigmas * noise_m);
   const std::vector<RingSegment> segments = ring_segments(rings, segmenting);
   std::vector<double> reach;
   for (const RingSegment& s : segments) reach.push_back(reach_of(rings, static_cast<std::size_t>(s.ring), s.middle));
@@ -198,7 +202,7 @@ CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& bo
     }
     RansacOptions ransac;
     ransac.planes = planes_of_cluster;
-    ransac.threshold_m = ransac_threshold_m;
+    ransac.threshold_m = std::max(ransac_threshold_m, threshold_sigmas * noise_m);
     ransac.min_share = 0.2;
     ransac.max_draws = 500;
     ransac.seed = options.seed;

@@ -22,6 +22,8 @@ constexpr double widest_beam_m = 0.025;    // at an edge
 constexpr double uneven_growth_m = 0.012;  // between the two sides of one plate
 constexpr double least_lean = 0.02;        // mean square sine of the normals about their mean
 constexpr double least_way = 0.3;          // between boards, of their distance
+constexpr double least_side = 0.2;         // sine of the bearing to the outermost boards
+constexpr double least_depth = 1.3;        // farthest over nearest board
 
 // Mean over the boards by which dark squares seem farther, and its sigma by how the boards differ.
 std::pair<double, double> dark_farther(const BoardAdjustment& found, std::size_t sensor) {
@@ -91,6 +93,8 @@ std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor) {
   std::vector<Vector3d> normals;
   double left = 0.0;
   double right = 0.0;
+  double near = 1e9;
+  double far = 0.0;
   for (const BoardPlace& place : found.places) {
     const bool seen = std::any_of(place.sightings.begin(), place.sightings.end(),
                                   [&](const BoardSighting& s) { return static_cast<std::size_t>(s.sensor) == sensor; });
@@ -102,6 +106,8 @@ std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor) {
     const double side = is_camera ? p.x() / p.norm() : -p.y() / p.norm();
     left = std::min(left, side);
     right = std::max(right, side);
+    near = std::min(near, p.norm());
+    far = std::max(far, p.norm());
   }
   if (normals.empty()) return "show the board to it and to another sensor at once";
   mean.normalize();
@@ -118,8 +124,9 @@ std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor) {
     return upright ? "add poses in which the board leans forwards and backwards by 30 degrees"
                    : "add poses in which the board is turned to the left and to the right by 30 degrees";
   }
-  if (left > -0.2) return "add poses at the left of what it sees";
-  if (right < 0.2) return "add poses at the right of what it sees";
+  if (left > -least_side) return "add poses at the left of what it sees";
+  if (right < least_side) return "add poses at the right of what it sees";
+  if (far < least_depth * near) return "add poses nearer and farther away, by a half and more";
   return normals.size() < 10 ? "add board poses, ten or more, near and far" : std::string();
 }
 

@@ -29,6 +29,9 @@ struct BoardEvidence {
                                       const std::string& advice);
 
 /// Which poses of the board would tell most that the ones shown do not: in words, empty where they are varied enough.
+/// The first of these that is lacking, as the sensor sees it: normals that differ by 8 degrees (root mean square) about
+/// both axes, boards more than 12 degrees to its left and to its right, the farthest 1.3 times as far as the nearest,
+/// ten boards.
 [[nodiscard]] std::string advice_on_poses(const BoardAdjustment& found, std::size_t sensor);
 
 /// The offset of a LiDAR's ranges where it stands out: at least 8 mm and three of its sigmas.

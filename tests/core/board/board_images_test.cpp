@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/board_pictures.h"
 
 namespace rigcal {
@@ -60,6 +62,25 @@ TEST(ImageBoards, FindsTwo) {
   const BoardModel board = make_board(6, 4);
   const std::vector<SE3> two{pose(0.1, 0.2, 0.1, -0.5, 0.0, 1.8), pose(-0.2, -0.3, 0.2, 0.55, 0.05, 1.9)};
   EXPECT_EQ(find_image_boards(board_picture(test_camera(), two, board), board).boards.size(), 2u);
+}
+
+TEST(ImageBoards, FindsABoardInTheDarkBesideALamp) {
+  const BoardModel board = make_board(7, 4);
+  const CameraModel camera = test_camera();
+  const SE3 T = pose(0.2, -0.2, 0.3, 0.1, 0.0, 1.5);
+  GreyImage image = board_picture(camera, {T}, board);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      float& value = image.values[static_cast<std::size_t>(y * image.width + x)];
+      // By whole grey values, as a camera gives them; the lamp is in a corner.
+      value = x < 60 && y < 60 ? 255.0F : std::round(0.04F * value);
+    }
+  }
+  const ImageBoards seen = find_image_boards(image, board);
+  ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
+  const auto found = find_image_pose(seen.boards[0], board, camera);
+  ASSERT_TRUE(found);
+  EXPECT_LT(board.corner_distance(found->T_camera_board, T), 0.02);
 }
 
 TEST(ImageBoards, UsesThePartOfABoardThatTheImageCuts) {

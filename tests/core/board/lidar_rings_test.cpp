@@ -26,6 +26,16 @@ TEST(LidarRings, AreToldByTheirElevation) {
   EXPECT_EQ(split_rings(points, true, 0.4).size(), 16u);
 }
 
+TEST(LidarRings, KnowTheNoiseOfTheirRanges) {
+  Random random(6);
+  const std::vector<SE3> plate{plate_at(0.3, 2.0, 0.7, 0.1)};
+  for (const double sigma : {0.0, 0.004, 0.02}) {
+    EXPECT_NEAR(range_noise(split_rings(ring_scan(plate, {0.85, 0.61}, sigma, random), true, 0.4)), sigma,
+                0.03 * sigma + 1e-6);
+  }
+  EXPECT_EQ(range_noise({}), 0.0);
+}
+
 TEST(LidarRings, AreNotSeenWherePointsLieAtAllElevations) {
   Random random(2);
   std::vector<Point> points(5000);
@@ -59,6 +69,17 @@ TEST(RingBoards, FindsAPlateWhereverItStands) {
     found += nearest < 0.015 ? 1 : 0;
   }
   EXPECT_GE(found, 9);
+}
+
+TEST(RingBoards, FindsAPlateInNoiseThatStraysBeyondAnyFixedTolerance) {
+  Random random(7);
+  const BoardModel board = make_board();
+  for (int trial = 0; trial < 10; ++trial) {
+    const SE3 T = plate_at(random.uniform(-1.0, 1.0), random.uniform(1.9, 3.0), random.uniform(0.5, 1.0), 0.2);
+    const CloudBoards seen = find_ring_boards(ring_scan({T}, board.size(), 0.022, random), board, true);
+    ASSERT_EQ(seen.boards.size(), 1u) << trial << seen.why_none;
+    EXPECT_LT((seen.boards[0].T_lidar_board.t - T.t).norm(), 0.03) << trial;
+  }
 }
 
 TEST(RingBoards, FindsTwoPlatesAndSaysSoWhereThereIsNone) {

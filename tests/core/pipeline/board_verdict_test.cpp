@@ -1,0 +1,95 @@
+#include "core/pipeline/board_verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace rigcal {
+namespace {
+
+using testing::HasSubstr;
+
+// A board that faces a LiDAR (x forward, y left, z up), turned to the left and leaning backwards by so much.
+SE3 board_at(double bearing_deg, double distance, double turn_deg, double lean_deg) {
+  Matrix3d facing;
+  facing << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  const Matrix3d bearing = exp_so3({0.0, 0.0, to_rad(bearing_deg)});
+  return {exp_so3({0.0, 0.0, to_rad(turn_deg)}) * exp_so3({0.0, to_rad(lean_deg), 0.0}) * facing,
+          distance * bearing.col(0)};
+}
+
+struct Variety {
+  double turn_deg = 30.0;
+  double lean_deg = 30.0;
+  double left_deg = 20.0;
+  double right_deg = 20.0;
+  double far = 3.0;
+  int count = 12;
+};
+
+std::string advice(const Variety& variety, bool for_camera = false) {
+  BoardAdjustment found;
+  found.sensors.resize(2);
+  if (for_camera) {
+    found.sensors[1].camera.emplace();
+    found.sensors[1].T_base_sensor.R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  }
+  for (int k = 0; k < variety.count; ++k) {
+    const double bearing = k % 2 == 0 ? variety.left_deg : -variety.right_deg;
+    const double distance = k % 3 == 0 ? 2.0 : variety.far;
+    BoardPlace place;
+    place.T_base_board = board_at(bearing, distance, (k / 2 % 2 == 0 ? 1.0 : -1.0) * variety.turn_deg,
+                                  (k / 4 % 2 == 0 ? 1.0 : -1.0) * variety.lean_deg);
+    place.sightings.resize(2);
+    place.sightings[1].sensor = 1;
+    found.places.push_back(place);
+  }
+  return advice_on_poses(found, 1);
+}
+
+TEST(AdviceOnPoses, IsSilentWhereTheyAreVariedEnough) {
+  EXPECT_EQ(advice({}), "");
+  EXPECT_EQ(advice({}, true), "");
+}
+
+TEST(AdviceOnPoses, NamesWhatIsLacking) {
+  for (const bool camera : {false, true}) {
+    Variety v;
+    v.count = 0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("to it and to another sensor at once"));
+    v = {};
+    v.turn_deg = v.lean_deg = 0.0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("leans by 30 degrees to all four sides"));
+    v = {};
+    v.lean_deg = 1.0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("leans forwards and backwards"));
+    v = {};
+    v.turn_deg = 1.0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("turned to the left and to the right"));
+    v = {};
+    v.left_deg = 2.0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("at the left"));
+    v = {};
+    v.right_deg = 2.0;
+    EXPECT_THAT(advice(v, camera), HasSubstr("at the right"));
+    v = {};
+    v.far = 2.1;
+    EXPECT_THAT(advice(v, camera), HasSubstr("nearer and farther"));
+    v = {};
+    v.count = 8;
+    EXPECT_THAT(advice(v, camera), HasSubstr("ten or more"));
+  }
+}
+
+TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
+  BoardEvidence evidence;
+  evidence.name = "side";
+  evidence.via = "front";
+  evidence.shared = evidence.agreeing = 12;
+  evidence.covariance = 1e-4 * Matrix6d::Identity();
+  const Verdict verdict = judge_by_boards(evidence, {}, "add poses at the left of what it sees");
+  EXPECT_EQ(verdict.status, Status::weak);
+  EXPECT_THAT(verdict.reasons, testing::Contains(HasSubstr("add poses at the left of what it sees")));
+}
+
+}  // namespace
+}  // namespace rigcal
