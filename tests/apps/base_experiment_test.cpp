@@ -14,6 +14,7 @@ TEST(TryBases, ComparesResultsWithEachLidarAsTheBase) {
   BaseExperimentOptions options;
   options.rigs = 1;
   options.seed = 3;
+  options.points = 8000;
   SilentReporter silent;
   const auto rows = try_bases(options, {silent});
   ASSERT_TRUE(rows) << rows.error().message();
@@ -31,21 +32,18 @@ TEST(TryBases, ComparesResultsWithEachLidarAsTheBase) {
 
 TEST(TryBases, AlsoWithNothingKnown) {
   BaseExperimentOptions options;
-  options.rigs = 2;
-  options.seed = 4;
+  options.rigs = 1;
+  options.seed = 5;
   options.points = 8000;
   options.with_guess = false;
   options.with_gyro = false;
   SilentReporter silent;
   const auto rows = try_bases(options, {silent});
   ASSERT_TRUE(rows) << rows.error().message();
-  ASSERT_EQ(rows->size(), 2U);
-  EXPECT_EQ(rows->at(0).seed, 4U);
-  EXPECT_EQ(rows->at(1).seed, 5U);
-  for (const BaseRow& row : *rows) {
-    EXPECT_LT(row.worst_mm, 1e-3);
-    EXPECT_LT(row.worst_deg, 1e-5);
-  }
+  ASSERT_EQ(rows->size(), 1U);
+  EXPECT_EQ(rows->front().failed, 0);
+  EXPECT_LT(rows->front().worst_mm, 1e-3);
+  EXPECT_LT(rows->front().worst_deg, 1e-5);
 }
 
 TEST(TryBases, EndsWhenTold) {
