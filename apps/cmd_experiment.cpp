@@ -23,6 +23,7 @@ constexpr std::array<const char*, 4> board_parts{"pairs", "curves", "detection",
 struct ExperimentOptions {
   std::string paper;
   std::optional<int> trials;  // of planes and targetless
+  std::optional<int> points;  // of a patch: targetless, start and base
   int mountings = 1000;
   int places = 10;
   SigmaExperimentOptions sigma;
@@ -100,6 +101,7 @@ Expected<ExitCode> run_start(const ExperimentOptions& options, CommandContext& c
   StartExperimentOptions start = options.start;
   start.seed = options.seed;
   start.rigs = options.rigs.value_or(start.rigs);
+  start.points = options.points.value_or(start.points);
   const Expected<std::vector<StartRow>> rows = try_starts(start, context.run_context());
   if (!rows) return rows.error();
   if (context.json) {
@@ -172,7 +174,7 @@ Expected<ExitCode> run_targetless(const ExperimentOptions& options, CommandConte
     folder.emplace(std::move(*made));
   }
   const auto experiment =
-      targetless::run_parts({options.parts, options.trials, options.seed, options.start.points}, context.run_context());
+      targetless::run_parts({options.parts, options.trials, options.seed, options.points}, context.run_context());
   if (!experiment) return experiment.error();
   if (folder) {
     if (const auto done = write_folder(targetless::experiment_files(*experiment), *folder); !done) return done.error();
@@ -188,7 +190,7 @@ Expected<ExitCode> run_targetless(const ExperimentOptions& options, CommandConte
 Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& context) {
   BaseExperimentOptions base;
   base.seed = options.seed;
-  base.points = options.start.points;
+  base.points = options.points.value_or(base.points);
   base.with_guess = !options.no_guess;
   base.with_gyro = !options.no_gyro;
   base.rigs = options.rigs.value_or(base.rigs);
@@ -284,7 +286,7 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--part", options->parts,
                    "checkerboard: only pairs (10 poses), curves (3 to 20), detection or livox; targetless: only "
-                   "iterations or basin; may be repeated")
+                   "iterations, basin, chain, time or cameras; may be repeated")
       ->option_text("NAME");
   command
       ->add_option("--rigs", options->rigs,
@@ -293,7 +295,8 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
   command
-      ->add_option("--points", options->start.points, "targetless, start, base: points of each patch (default 20000)")
+      ->add_option("--points", options->points,
+                   "targetless, start, base: points of each patch (default 20000; targetless, cameras: 100000)")
       ->check(CLI::Range(1000, 1000000))
       ->option_text("N");
   command->add_option("--case", options->start.cases, "start: only this case; may be repeated")

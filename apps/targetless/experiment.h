@@ -5,7 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "apps/targetless/camera_experiment.h"
+#include "apps/targetless/chain_experiment.h"
 #include "apps/targetless/lidar_experiments.h"
+#include "apps/targetless/time_experiment.h"
 
 namespace rigcal::targetless {
 
@@ -13,13 +16,17 @@ namespace rigcal::targetless {
 struct Experiment {
   std::optional<IterationsExperiment> iterations;
   std::vector<BasinCell> basin;
+  std::vector<ChainRow> chain;
+  std::optional<TimeExperiment> time;
+  std::vector<CameraSeconds> camera_time;
+  std::optional<CameraExperiment> cameras;
 };
 
 struct ExperimentOptions {
   std::vector<std::string> parts;  ///< Names; empty: all.
   std::optional<int> trials;       ///< Else each part's own.
   std::uint64_t seed = 1;
-  int points = 20000;  ///< Of a patch.
+  std::optional<int> points;  ///< Of a patch; else 20000, 100000 for cameras.
 };
 
 /// The names that `ExperimentOptions::parts` may have.

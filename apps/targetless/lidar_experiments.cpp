@@ -24,6 +24,7 @@ Expected<std::vector<Ground>> grounds_of(const LidarExperimentOptions& options, 
   grounds.seed = options.seed;
   grounds.points = options.points;
   grounds.stops = options.stops;
+  if (!options.scenes.empty()) grounds.scenes = options.scenes;
   return make_grounds(grounds, context);
 }
 
@@ -99,7 +100,8 @@ Expected<IterationsExperiment> try_iterations(const LidarExperimentOptions& opti
     Ground& ground = (*grounds)[static_cast<std::size_t>(k) % grounds->size()];
     Random random(options.seed + static_cast<std::uint64_t>(k), guess_stream);
     const std::vector<SE3> guess = spoiled(ground.set, fig10_deg, fig10_m, random);
-    for (std::size_t i = 1; i < guess.size(); ++i) {
+    for (std::size_t i = 0; i < guess.size(); ++i) {
+      if (static_cast<int>(i) == ground.set.light.rig.base) continue;
       rotations.push_back(rotation_distance(guess[i].R, ground.set.light.T_base_sensor[i].R));
       translations.push_back((guess[i].t - ground.set.light.T_base_sensor[i].t).norm());
     }

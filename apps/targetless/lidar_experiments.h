@@ -54,6 +54,7 @@ struct LidarExperimentOptions {
   std::uint64_t seed = 1;
   int points = 20000;  ///< Of a patch.
   int stops = 20;
+  std::vector<std::string> scenes;  ///< Only these; empty: all of the experiment's own.
 };
 
 /// From 10 degrees and 0.2 m, the scenes in turns. Errors: cancelled.

@@ -43,7 +43,9 @@ Expected<SimulatedSet> make_set(const SetOptions& options, const sim::Scene& sce
   light.seed = options.seed;
   light.shots_per_patch = options.points;
   light.turntable.stops = options.stops;
-  Expected<sim::LightRig> made = sim::make_light_rig(scene, light);
+  light.turntable.drive_m = options.drive_m;
+  if (options.wander_m > 0.0) sim::let_wander(options.wander_m, options.wander_deg, light.turntable);
+  Expected<sim::LightRig> made = sim::make_light_rig(scene, light, options.rig);
   if (!made) return made.error();
   out.light = std::move(*made);
   out.patches = out.light.patches;

@@ -11,15 +11,19 @@ namespace rigcal::targetless {
 
 struct SetOptions {
   std::string scene = "courtyard";
+  Rig rig = sim::nominal_rig();  ///< LiDARs only.
   std::uint64_t seed = 1;
   int points = 20000;  ///< Of a patch.
   int stops = 20;
   /// How far the rough poses of the stops are off, as an odometry leaves them: sigma of each axis.
   double pose_error_m = 0.02;
   double pose_error_deg = 0.2;
+  double drive_m = 0.0;   ///< See sim::TurntableOptions; 0: a turntable.
+  double wander_m = 0.0;  ///< See sim::let_wander; 0: it does not.
+  double wander_deg = 0.0;
 };
 
-/// One simulated run of an AVIA (the base) and the three units of a MID-100, with rough poses of its stops.
+/// One simulated run, with rough poses of its stops.
 struct SimulatedSet {
   std::string scene;
   sim::LightRig light;         ///< The truth; its points are in `patches`.

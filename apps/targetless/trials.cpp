@@ -26,6 +26,14 @@ std::optional<int> Trial::right_from() const {
   return from;
 }
 
+Expected<Ground> make_ground(const SetOptions& options, const sim::Scene& scene) {
+  Expected<SimulatedSet> set = make_set(options, scene);
+  if (!set) return set.error();
+  PairwiseIcp icp(set->patches, IcpOptions{});
+  set->patches = {};
+  return Ground{std::move(*set), std::move(icp)};
+}
+
 Expected<std::vector<Ground>> make_grounds(const GroundOptions& options, const RunContext& context) {
   std::vector<Ground> out;
   for (const std::string& name : options.scenes) {
@@ -38,11 +46,9 @@ Expected<std::vector<Ground>> make_grounds(const GroundOptions& options, const R
     set_options.seed = options.seed;
     set_options.points = options.points;
     set_options.stops = options.stops;
-    Expected<SimulatedSet> set = make_set(set_options, *scene);
-    if (!set) return set.error();
-    PairwiseIcp icp(set->patches, IcpOptions{});
-    set->patches = {};
-    out.push_back({std::move(*set), std::move(icp)});
+    Expected<Ground> ground = make_ground(set_options, *scene);
+    if (!ground) return ground.error();
+    out.push_back(std::move(*ground));
   }
   return out;
 }
@@ -55,6 +61,7 @@ Expected<Trial> try_ours(const SimulatedSet& set, const std::vector<SE3>& guess,
   options.on_pass = [&](const std::string& stage, const RigState& state) {
     // The base's own poses: no extrinsic moves.
     if (stage != "poses") out.errors.push_back(error_of(state.T_base_sensor, set));
+    out.T_base_sensor = state.T_base_sensor;
   };
   SilentReporter silent;
   const auto result =
@@ -77,6 +84,7 @@ Trial try_icp(Ground& ground, const std::vector<SE3>& guess, int iterations, boo
   };
   RigState state = ground.set.start(guess);
   const IcpRun run = run_icp(ground.icp, options, context, state);
+  out.T_base_sensor = state.T_base_sensor;
   out.seconds = run.pose_s + run.match_s + run.solve_s;
   return out;
 }

@@ -8,7 +8,8 @@ namespace rigcal::targetless {
 /// The extrinsics' errors of one trial after each iteration of one method; the first are those of the guess.
 struct Trial {
   std::vector<RigError> errors;
-  double seconds = 0.0;  ///< Start to joint solution, the verdict apart.
+  std::vector<SE3> T_base_sensor;  ///< At the end.
+  double seconds = 0.0;            ///< Start to joint solution, the verdict apart.
 
   /// Whether every LiDAR is within 2 cm and 0.2 degrees after so many iterations (the last: where there are fewer).
   [[nodiscard]] bool is_right(std::size_t iteration) const;
@@ -29,6 +30,9 @@ struct GroundOptions {
   int points = 20000;
   int stops = 20;
 };
+
+/// Errors: the scene.
+[[nodiscard]] Expected<Ground> make_ground(const SetOptions& options, const sim::Scene& scene);
 
 /// One for each scene. Errors: cancelled.
 [[nodiscard]] Expected<std::vector<Ground>> make_grounds(const GroundOptions& options, const RunContext& context);

@@ -52,6 +52,56 @@ TEST(TryIterations, ErrorsFallFromIterationToIteration) {
   expect_files(experiment);
 }
 
+TEST(TryChain, ChainsTheUnitsOfTheMid100) {
+  LidarExperimentOptions options;
+  options.points = 4000;
+  options.stops = 10;
+  options.scenes = {"courtyard"};
+  options.trials = 1;
+  SilentReporter silent;
+  Experiment experiment;
+  const auto done = try_chain(options, {silent});
+  ASSERT_TRUE(done) << done.error().message();
+  experiment.chain = *done;
+  const std::string text = experiment_text(experiment);
+  ASSERT_EQ(done->size(), 6U);
+  for (std::size_t k = 0; k < done->size(); k += 3) {
+    const ChainRow& ours = (*done)[k];
+    const ChainRow& motion = (*done)[k + 2];
+    EXPECT_EQ(ours.pairs, 2) << text;
+    EXPECT_EQ(motion.method, "motion");
+    EXPECT_EQ(motion.found, 2) << text;
+    EXPECT_LT(ours.translation_m.mean, 0.02) << text;
+    EXPECT_LT(ours.rotation_rad.mean, to_rad(0.2)) << text;
+    EXPECT_LT(ours.rotation_rad.mean, motion.rotation_rad.mean) << text;
+  }
+  expect_files(experiment);
+}
+
+TEST(MeasureTimes, TellsMatchingFromSolving) {
+  LidarExperimentOptions options;
+  options.points = 3000;
+  options.stops = 8;
+  SilentReporter silent;
+  Experiment experiment;
+  const auto done = measure_times(options, {silent});
+  ASSERT_TRUE(done) << done.error().message();
+  experiment.time = *done;
+  EXPECT_EQ(done->patches, 32);
+  EXPECT_GT(done->points, 32U * 1000U);
+  EXPECT_GT(done->ours_prepare_s, 0.0);
+  EXPECT_GT(done->icp_prepare_s, 0.0);
+  ASSERT_EQ(done->stages.size(), 9U);
+  for (const StageSeconds& stage : done->stages) {
+    EXPECT_GT(stage.match_s, 0.0) << stage.method << " " << stage.stage;
+    EXPECT_GT(stage.solve_s, 0.0) << stage.method << " " << stage.stage;
+    EXPECT_GT(stage.matched, 100U) << stage.method << " " << stage.stage;
+  }
+  // The paper's own figures stand beside them.
+  EXPECT_THAT(experiment_text(experiment), testing::HasSubstr("11.0557"));
+  expect_files(experiment);
+}
+
 TEST(Trial, IsRightFromWhereItStaysSo) {
   Trial trial;
   for (const double m : {0.2, 0.01, 0.05, 0.015, 0.001}) trial.errors.push_back({0.0, m, 0.0, m});
