@@ -200,6 +200,37 @@ class HeldOut {
   int stops_ = 0;
 };
 
+// Of what an observation is off its plane by, from how well poses and extrinsics are known (`C`, of all that is free):
+// a stop that only the base placed may be loose along what the base does not face.
+double pose_variance(const SolvedPlanes& solved, const Eigen::MatrixXd& C, const RigState& state,
+                     const PlaneObservation& o, const Vector3d& normal) {
+  const SE3& T_base_sensor = state.T_base_sensor[static_cast<std::size_t>(o.lidar)];
+  const auto along = [&](const Vector3d& p, const Matrix3d& R) {
+    const Vector3d n = R.transpose() * normal;
+    Vector6d J;
+    J << p.cross(n), n;
+    return J;
+  };
+  const Matrix3d& R_G_base = state.T_G_base[static_cast<std::size_t>(o.stop)].R;
+  const std::array<Vector6d, 2> J{along(T_base_sensor * o.mean, R_G_base), along(o.mean, R_G_base * T_base_sensor.R)};
+  const std::array<int, 2> at{solved.layout.stop_index(o.stop), solved.layout.lidar_index(o.lidar)};
+  double variance = 0.0;
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      if (at[a] >= 0 && at[b] >= 0) variance += J[a].dot(C.block<6, 6>(at[a], at[b]) * J[b]);
+    }
+  }
+  return std::max(0.0, variance);
+}
+
+// Of poses and extrinsics by some of the planes.
+Eigen::MatrixXd covariance_by(const std::vector<PlaneFeature>& features, const SolvedPlanes& solved,
+                              const RigState& state) {
+  NormalEquations sum = build_normal_equations(features, state, solved.layout, HessianForm::gauss_newton);
+  add_priors(solved.layout, solved.adjust, state, sum);
+  return 2.0 * inverse_information(sum.H);
+}
+
 struct OffsetSums {
   std::vector<double> squares, normalised, count;
   explicit OffsetSums(std::size_t lidars) : squares(lidars), normalised(lidars), count(lidars) {}
@@ -263,6 +294,7 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   RigState at_guess = state;
   for (std::size_t i = 0; i < std::min(lidars, guess.size()); ++i) at_guess.T_base_sensor[i] = guess[i];
 
+  const Eigen::MatrixXd C = covariance_by(kept, solved, state);
   OffsetSums sums(lidars);
   OffsetSums start(lidars);
   PlaneDerivatives derivatives;
@@ -282,7 +314,8 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
       const double m1 = (p - derivatives.centroid - e * derivatives.normal).squaredNorm();
       const double plane = 1.0 / derivatives.N + m1 / (derivatives.N * std::max(derivatives.eigenvalues[1], 1e-6));
       sums.squares[i] += e * e;
-      sums.normalised[i] += e * e / (o.offset_variance + plane);
+      const double by_poses = pose_variance(solved, C, state, o, derivatives.normal);
+      sums.normalised[i] += e * e / (o.offset_variance + plane + by_poses);
       sums.count[i] += 1.0;
       const Vector3d p0 = at_guess.T_G_sensor(o.stop, o.lidar) * o.mean;
       start.squares[i] += std::pow(derivatives.normal.dot(p0 - derivatives.centroid), 2);

@@ -54,7 +54,7 @@ struct LidarCovariances {
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base = std::nullopt);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the
-/// other stops: 1 is what noise alone gives.
+/// other stops: 1 is what noise gives, that of the planes and of the poses without them included.
 struct HoldOut {
   std::vector<double> normalised;   ///< One for each LiDAR; 0 where nothing could be held out.
   std::vector<double> rms_m;        ///< The same in metres.

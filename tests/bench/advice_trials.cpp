@@ -102,6 +102,33 @@ Outcome drive(const Table& table, const Requirement& goal, bool by_advice) {
   return {};
 }
 
+using Outcomes = std::vector<Outcome>;
+
+// A goal that was not reached counts as more stops than any.
+std::size_t stops_of(const Outcome& outcome) { return outcome.stops > 0 ? outcome.stops : 1000; }
+
+int count_fewer(const Outcomes& a, const Outcomes& b) {
+  int count = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) count += stops_of(a[k]) < stops_of(b[k]) ? 1 : 0;
+  return count;
+}
+
+std::string summary_of(const Outcomes& outcomes) {
+  std::vector<std::size_t> stops;
+  double worst_mm = 0.0;
+  for (const Outcome& outcome : outcomes) {
+    if (outcome.stops == 0) continue;
+    stops.push_back(outcome.stops);
+    worst_mm = std::max(worst_mm, outcome.worst_mm);
+  }
+  if (stops.empty()) return "never reached";
+  std::sort(stops.begin(), stops.end());
+  char text[120];
+  std::snprintf(text, sizeof text, "%zu stops (median; %zu to %zu, reached in %zu), at most %.1f mm off",
+                stops[stops.size() / 2], stops.front(), stops.back(), stops.size(), worst_mm);
+  return text;
+}
+
 int run_trials(const AdviceOptions& options) {
   const auto tolerance = parse_tolerance(options.goal);
   if (!tolerance) {
@@ -115,14 +142,20 @@ int run_trials(const AdviceOptions& options) {
       std::fprintf(stderr, "advice_trials: %s\n", scene.error().message().c_str());
       return 3;
     }
+    Outcomes told;
+    Outcomes fixed;
     for (int seed = 1; seed <= options.runs; ++seed) {
       const auto number = static_cast<std::uint64_t>(seed);
-      const Outcome fixed = drive(Table(*scene, 16, number, options.shots), goal, false);
-      const Outcome told = drive(Table(*scene, 24, number, options.shots), goal, true);
+      fixed.push_back(drive(Table(*scene, 16, number, options.shots), goal, false));
+      told.push_back(drive(Table(*scene, 24, number, options.shots), goal, true));
       std::printf("%s seed %d: by advice %zu stops (%.1f mm off), by 22.5 degrees %zu stops (%.1f mm off)\n",
-                  name.c_str(), seed, told.stops, told.worst_mm, fixed.stops, fixed.worst_mm);
+                  name.c_str(), seed, told.back().stops, told.back().worst_mm, fixed.back().stops,
+                  fixed.back().worst_mm);
       std::fflush(stdout);
     }
+    std::printf("%s, %d runs to %s: by advice %s; by 22.5 degrees %s; fewer by advice in %d, more in %d\n",
+                name.c_str(), options.runs, options.goal.c_str(), summary_of(told).c_str(), summary_of(fixed).c_str(),
+                count_fewer(told, fixed), count_fewer(fixed, told));
   }
   return 0;
 }

@@ -1,0 +1,145 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/core/pipeline/bare_scenes.h"
+#include "tests/support/light_recording.h"
+#include "tests/support/noting_reporter.h"
+
+namespace rigcal {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+struct Calibrated {
+  LightRecording run;
+  CalibrationResult result;
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] double error_m(std::size_t lidar) const {
+    return (result.sensors[lidar].T_base_sensor->t - run.truth.T_base_sensor[lidar].t).norm();
+  }
+  // Right to `bound_m` and 0.1 degrees, or flagged.
+  void expect_right_or_flagged(double bound_m) const {
+    for (std::size_t i = 1; i < result.sensors.size(); ++i) {
+      if (result.sensors[i].status != Status::good) continue;
+      EXPECT_LT(error_m(i), bound_m) << result.sensors[i].name;
+      EXPECT_LT(rotation_distance(result.sensors[i].T_base_sensor->R, run.truth.T_base_sensor[i].R), to_rad(0.1));
+    }
+  }
+  void expect_all_good() const {
+    for (const SensorResult& sensor : result.sensors) {
+      EXPECT_EQ(sensor.status, Status::good) << sensor.name << testing::PrintToString(sensor.reasons);
+    }
+  }
+};
+
+Calibrated calibrate(const sim::LightRig& light) {
+  Calibrated out{make_light_recording(light), {}, {}};
+  NotingReporter reporter;
+  const auto result = calibrate_lidars(out.run.rig, out.run.recording, out.run.guess, {}, RunContext{reporter});
+  EXPECT_TRUE(result) << result.error().message();
+  if (result) out.result = *result;
+  out.warnings = reporter.warnings;
+  return out;
+}
+
+sim::LightRigOptions usual() {
+  sim::LightRigOptions options;
+  options.seed = 31;
+  options.turntable.stops = 12;
+  options.shots_per_patch = 9000;
+  return options;
+}
+
+sim::LightRig light_in(const sim::Scene& scene, const sim::LightRigOptions& options = usual()) {
+  return *sim::make_light_rig(scene, options);
+}
+
+TEST(RobustScenes, PeopleWhoWalkThroughStopsAreNoWalls) {
+  sim::Scene scene = *sim::load_scene("room");
+  for (int k = 0; k < 8; ++k) {
+    sim::Person person = scene.people.front();
+    const double angle = 0.785 * k;
+    const Vector3d middle = scene.T_scene_table.t + 2.2 * Vector3d(std::cos(angle), std::sin(angle), 0.0);
+    const Vector3d way = 0.8 * Vector3d(-std::sin(angle), std::cos(angle), 0.0);
+    person.path = {middle - way, middle + way};
+    for (Vector3d& foot : person.path) foot.z() = 0.0;
+    person.speed_m_s = 0.2 + 0.15 * k;
+    scene.people.push_back(person);
+  }
+  const Calibrated seen = calibrate(light_in(scene));
+  seen.expect_all_good();
+  seen.expect_right_or_flagged(0.005);
+}
+
+TEST(RobustScenes, GlassAndMirrorsShowWhatIsNotThere) {
+  const Calibrated seen = calibrate(light_in(*sim::load_scene("glass_room")));
+  seen.expect_right_or_flagged(0.01);
+}
+
+TEST(RobustScenes, AUnitWhoseRangesAreFiveCentimetresTooLongIsNamed) {
+  sim::LightRig light = light_in(*sim::load_scene("courtyard"));
+  for (Patch& patch : light.patches) {
+    if (patch.sensor != 2) continue;
+    for (Point& p : patch.points) {
+      const float longer = 1.0F + 0.05F / std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+      p.x *= longer;
+      p.y *= longer;
+      p.z *= longer;
+    }
+  }
+  const Calibrated seen = calibrate(light);
+  seen.expect_right_or_flagged(0.01);
+  EXPECT_THAT(seen.warnings, Contains(HasSubstr("mid100_middle by")));
+  ASSERT_TRUE(seen.result.sensors[2].range_offset);
+  EXPECT_NEAR(seen.result.sensors[2].range_offset->value_m, 0.05, 0.01);
+}
+
+// A hall without anything in it but a door before its end, hinged at y = 1 and turned open by `angle_deg`.
+sim::Scene hall(double width, double height, double angle_deg) {
+  std::string objects = walls_of_room(16.0, 10.0, 4.0);
+  const double a = to_rad(angle_deg);
+  if (width > 0.0) {
+    objects += wall(7.9 - 0.5 * width * std::sin(a), 1.0 - 0.5 * width * std::cos(a), width, height, -angle_deg);
+  }
+  return bare_scene(objects, true, "1.3, -0.8");
+}
+
+sim::LightRig opened(const sim::Scene& before, const sim::Scene& after, sim::LightRigOptions options, int from) {
+  sim::LightRig light = light_in(before, options);
+  for (const Patch& patch : light_in(after, options).patches) {
+    if (patch.stop < from) continue;
+    for (Patch& old : light.patches) {
+      if (old.stop == patch.stop && old.sensor == patch.sensor) old = patch;
+    }
+  }
+  return light;
+}
+
+// By little, so that it stays within the gates of the wall behind it, and by much.
+TEST(RobustScenes, AGateThatOpensBetweenStopsBendsNothing) {
+  for (const double angle_deg : {1.0, 20.0}) {
+    calibrate(opened(hall(4.0, 3.5, 0.0), hall(4.0, 3.5, angle_deg), usual(), 6)).expect_right_or_flagged(0.005);
+  }
+}
+
+TEST(RobustScenes, ADoorThatOpensBetweenStopsIsNoFalseAlarm) {
+  const Calibrated seen = calibrate(opened(hall(1.0, 2.1, 0.0), hall(1.0, 2.1, 75.0), usual(), 6));
+  seen.expect_all_good();
+  seen.expect_right_or_flagged(0.005);
+}
+
+// Half of the stop's points are seen from another pose: no cutting of stops (core/stops) came before this.
+TEST(RobustScenes, AStopThatTheRigWasBumpedInDoesNotBendTheRest) {
+  for (const double bump_deg : {0.4, 2.0}) {
+    sim::LightRigOptions options = usual();
+    options.turntable.bumps = {{5, 1.0, to_rad(bump_deg)}};
+    calibrate(light_in(*sim::load_scene("room"), options)).expect_right_or_flagged(0.005);
+  }
+}
+
+}  // namespace
+}  // namespace rigcal
