@@ -226,6 +226,7 @@ double pose_variance(const SolvedPlanes& solved, const Eigen::MatrixXd& C, const
 // Of poses and extrinsics by some of the planes.
 Eigen::MatrixXd covariance_by(const std::vector<PlaneFeature>& features, const SolvedPlanes& solved,
                               const RigState& state) {
+  if (solved.layout.size() == 0) return {};
   NormalEquations sum = build_normal_equations(features, state, solved.layout, HessianForm::gauss_newton);
   add_priors(solved.layout, solved.adjust, state, sum);
   return 2.0 * inverse_information(sum.H);
