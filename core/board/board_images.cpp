@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/board/charuco_images.h"
 #include "core/board/image_bytes.h"
 
 namespace rigcal {
@@ -298,6 +299,7 @@ bool near_border(const ImageBoard& part, const cv::Mat& image, double reach) {
 }  // namespace
 
 ImageBoards find_image_boards(const GreyImage& grey, const BoardModel& board, int most) {
+  if (board.has_markers()) return find_charuco_board(grey, board);
   ImageBoards out;
   cv::Mat image = bytes_of(grey);
   while (static_cast<int>(out.boards.size()) < most) {

@@ -27,7 +27,8 @@ struct ImageBoards {
 };
 
 /// Finds checkerboards by OpenCV's sector-based detector, corners by the saddle points of the grey values: whole ones,
-/// up to `most`, and where there is no whole one the largest part of one, of at least 3 by 3 corners.
+/// up to `most`, and where there is no whole one the largest part of one, of at least 3 by 3 corners. Boards with
+/// markers by find_charuco_board.
 [[nodiscard]] ImageBoards find_image_boards(const GreyImage& grey, const BoardModel& board, int most = 4);
 
 /// Pose of a board by its corners: the planar problem on rays, then least squares in pixels.
@@ -40,7 +41,7 @@ struct ImagePose {
                                                        const CameraModel& camera);
 
 /// Intrinsics of a camera from whole boards alone: a start for what refines them. Distortion begins at zero. Nothing
-/// for fewer than three images, or boards that all face the same way.
+/// for fewer than three images (parts of boards with markers will do), or boards that all face the same way.
 [[nodiscard]] std::optional<CameraIntrinsics> rough_intrinsics(const std::vector<ImageBoard>& seen,
                                                                const BoardModel& board, DistortionModel model,
                                                                int width, int height);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/rig/marker_dictionaries.h"
+
 namespace rigcal {
 namespace {
 
@@ -27,7 +29,9 @@ BoardModel::BoardModel(const BoardSettings& settings)
       rows_(settings.inner_corners[1]),
       square_(settings.square),
       size_(settings.size[0], settings.size[1]),
-      offset_(settings.offset[0], settings.offset[1]) {
+      offset_(settings.offset[0], settings.offset[1]),
+      dictionary_(settings.dictionary.empty() ? -1 : marker_dictionary(settings.dictionary)),
+      marker_(settings.marker) {
   if (!(size_.x() > 0.0)) {
     size_ = square_ * Eigen::Vector2d(columns_ + 1, rows_ + 1);
     offset_.setZero();

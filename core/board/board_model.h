@@ -24,6 +24,11 @@ class BoardModel {
   [[nodiscard]] const Eigen::Vector2d& size() const { return size_; }      ///< Of the plate.
   [[nodiscard]] const Eigen::Vector2d& offset() const { return offset_; }  ///< Of the pattern's middle.
 
+  /// Markers in the bright squares (ChArUco): the dictionary's number (marker_dictionary), and the length of a side.
+  [[nodiscard]] bool has_markers() const { return dictionary_ >= 0; }
+  [[nodiscard]] int dictionary() const { return dictionary_; }
+  [[nodiscard]] double marker() const { return marker_; }
+
   /// Inner corner `id` = row * columns + column.
   [[nodiscard]] Vector3d corner(int id) const { return lattice(id % columns_, id / columns_); }
   /// Where squares meet, also beyond the inner corners.
@@ -51,6 +56,8 @@ class BoardModel {
   double square_ = 0.0;
   Eigen::Vector2d size_;
   Eigen::Vector2d offset_;
+  int dictionary_ = -1;
+  double marker_ = 0.0;
 };
 
 }  // namespace rigcal

@@ -91,7 +91,7 @@ std::optional<CameraIntrinsics> rough_intrinsics(const std::vector<ImageBoard>& 
   std::vector<std::vector<cv::Point3f>> corners;
   std::vector<std::vector<cv::Point2f>> pixels;
   for (const ImageBoard& one : seen) {
-    if (!one.whole) continue;
+    if (!one.whole && !board.has_markers()) continue;
     auto& on_board = corners.emplace_back();
     auto& in_image = pixels.emplace_back();
     for (std::size_t k = 0; k < one.ids.size(); ++k) {

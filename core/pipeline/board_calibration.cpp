@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/board/board_adjustment.h"
+#include "core/board/markers.h"
 #include "core/pipeline/board_finding.h"
 #include "core/pipeline/board_verdict.h"
 #include "core/pipeline/stage_clock.h"
@@ -296,6 +297,11 @@ Expected<CalibrationResult> calibrate_by_boards(const Rig& rig, const BoardRecor
     return input_error("the rig file has no board", rig.name,
                        "add board: {type: checkerboard, inner_corners: [columns, rows], square: metres, size: [width, "
                        "height]}");
+  }
+  if (!rig.board->dictionary.empty() && !knows_markers()) {
+    return input_error(
+        "the board has markers, and this rigcal was built without OpenCV's aruco module, by which they are known",
+        rig.name, "build it where libopencv-contrib-dev is installed, or show a plain checkerboard");
   }
   if (recording.stops.empty()) return input_error("there is no stop at which a board could be seen");
   return BoardCalibration(rig, recording, guess_T_base_sensor, options, context).run();

@@ -8,6 +8,7 @@
 
 #include "core/base/text.h"
 #include "core/records/records.h"
+#include "core/rig/marker_dictionaries.h"
 #include "core/rig/sensor_reader.h"
 #include "core/rig/text_file.h"
 #include "core/rig/yaml_tree.h"
@@ -160,11 +161,31 @@ void read_network(const YamlMap& top, Rig& rig) {
   }
 }
 
+void read_markers(const YamlMap& map, BoardSettings& board) {
+  map.require("dictionary", "give the markers' dictionary, for example DICT_5X5_100");
+  map.require("marker", "give the length of a marker's side");
+  board.dictionary = map.text("dictionary").value_or("");
+  board.marker = map.number("marker", 1e-6, 1e6).value_or(0.0);
+  if (board.marker >= board.square && board.square > 0.0) {
+    map.fail("marker", "is no smaller than a square", "measure the marker's dark rim from end to end");
+  }
+  const int number = marker_dictionary(board.dictionary);
+  if (number < 0) {
+    map.fail("dictionary", "is no dictionary of markers", "write one of OpenCV's names, from DICT_4X4_50 on");
+    return;
+  }
+  const int needed = (board.inner_corners[0] + 1) * (board.inner_corners[1] + 1) / 2;
+  if (marker_dictionaries[static_cast<std::size_t>(number)].markers < needed) {
+    map.fail("dictionary", "has fewer markers than the board has bright squares", "look up what was printed");
+  }
+}
+
 void read_board(const YamlMap& top, Rig& rig) {
-  const std::optional<YamlMap> map = top.map("board", {"type", "inner_corners", "square", "size", "offset"});
+  const std::optional<YamlMap> map =
+      top.map("board", {"type", "inner_corners", "square", "size", "offset", "dictionary", "marker"});
   if (!map) return;
   BoardSettings board;
-  static_cast<void>(map->choice("type", {"checkerboard"}));
+  const bool is_charuco = map->choice("type", {"checkerboard", "charuco"}).value_or(0) == 1;
   map->require("inner_corners", "give columns and rows, for example [10, 8]");
   map->require("square", "give the length of a square's side");
   if (const auto corners = map->integers("inner_corners", 2, 2, 1000))
@@ -172,6 +193,15 @@ void read_board(const YamlMap& top, Rig& rig) {
   board.square = map->number("square", 1e-6, 1e6).value_or(0.0);
   if (const auto size = map->numbers("size", 2, 2, 1e-6, 1e9)) board.size = {(*size)[0], (*size)[1]};
   if (const auto offset = map->numbers("offset", 2, 2, -1e9, 1e9)) board.offset = {(*offset)[0], (*offset)[1]};
+  if (is_charuco) {
+    board.type = "charuco";
+    read_markers(*map, board);
+  } else {
+    for (const char* key : {"dictionary", "marker"}) {
+      if (map->get(key) != nullptr)
+        map->fail(key, "is of a board with markers", "write type: charuco, or leave it out");
+    }
+  }
   rig.board = board;
 }
 

@@ -104,11 +104,13 @@ struct NetworkSettings {
 };
 
 struct BoardSettings {
-  std::string type = "checkerboard";
+  std::string type = "checkerboard";  ///< Or "charuco".
   std::array<int, 2> inner_corners{};
   double square = 0.0;
   std::array<double, 2> size{};
   std::array<double, 2> offset{};
+  std::string dictionary{};  ///< Of a ChArUco board's markers, see marker_dictionaries; else empty.
+  double marker = 0.0;       ///< Length of a marker's side, in the unit of `square`.
 };
 
 /// 4 numbers for equidistant, 5 for radtan.

@@ -138,6 +138,9 @@ void write_board(std::string& text, const BoardSettings& board) {
   out.number("square", board.square);
   if (board.size[0] > 0.0) out.list("size", board.size);
   out.list("offset", board.offset);
+  if (board.dictionary.empty()) return;
+  out.text("dictionary", board.dictionary);
+  out.number("marker", board.marker);
 }
 
 }  // namespace

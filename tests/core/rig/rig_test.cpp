@@ -99,6 +99,19 @@ TEST(Rig, NormalisesTheInitialRotation) {
   EXPECT_LT((R * R.transpose() - Matrix3d::Identity()).norm(), 1e-14);
 }
 
+TEST(Rig, KnowsBoardsWithMarkers) {
+  const std::string text =
+      "rigcal: 1\nbase: a\nsensors:\n  a: {type: lidar}\nboard: {type: charuco, inner_corners: [7, 5], square: 0.1, "
+      "dictionary: DICT_5X5_100, marker: 0.075}\n";
+  const Rig rig = read(text);
+  const Rig again = read(write_rig(rig));
+  for (const Rig* r : {&rig, &again}) {
+    EXPECT_EQ(r->board->type, "charuco");
+    EXPECT_EQ(r->board->dictionary, "DICT_5X5_100");
+    EXPECT_EQ(r->board->marker, 0.075);
+  }
+}
+
 TEST(Rig, FindsSensorsByName) {
   const Rig rig = read(contract_example);
   EXPECT_EQ(rig.find("camera_left"), 3);
