@@ -1,11 +1,11 @@
 #include "apps/sigma_experiment.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <array>
 
+#include "apps/independent_trials.h"
 #include "apps/light_runs.h"
-#include "core/base/parallel.h"
+#include "core/base/median.h"
 #include "core/base/random.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/light_rig.h"
@@ -46,8 +46,10 @@ Expected<RigTrials> try_rig(const SigmaCase& kind, int points, std::uint64_t see
   std::vector<std::optional<SE3>> guess;
   for (const Sensor& sensor : light->rig.sensors) guess.push_back(sensor.initial_T_base_sensor);
   guess[static_cast<std::size_t>(light->rig.base)] = SE3{};
+  LidarCalibrationOptions options;
+  options.with_map = false;
   const Expected<CalibrationResult> result =
-      calibrate_lidars(light->rig, light_recording(*light, true), guess, {}, context);
+      calibrate_lidars(light->rig, light_recording(*light, true), guess, options, context);
   if (!result) return result.error();
   RigTrials out;
   for (std::size_t i = 0; i < result->sensors.size(); ++i) {
@@ -62,27 +64,6 @@ Expected<RigTrials> try_rig(const SigmaCase& kind, int points, std::uint64_t see
                           xi.head<3>().norm(), sensor.status});
   }
   return out;
-}
-
-// `count` rigs from `seed` on, side by side.
-Expected<std::vector<RigTrials>> try_rigs(const SigmaCase& kind, int points, std::uint64_t seed, std::size_t count,
-                                          const RunContext& context) {
-  std::vector<std::optional<Expected<RigTrials>>> tried(count);
-  parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) tried[k] = try_rig(kind, points, seed + k, context);
-  });
-  std::vector<RigTrials> out;
-  for (std::optional<Expected<RigTrials>>& one : tried) {
-    if (!*one) return one->error();
-    out.push_back(std::move(**one));
-  }
-  return out;
-}
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 }  // namespace
@@ -114,8 +95,8 @@ SigmaFigures sigma_figures(const SigmaRow& row, const std::string& scene) {
   out.within_95 /= out.lidars;
   out.within_68 /= out.lidars;
   out.good_within_95 = out.good > 0 ? good_within / out.good : 0.0;
-  out.median_m = median_of(std::move(metres));
-  out.median_rad = median_of(std::move(radians));
+  out.median_m = median(std::move(metres));
+  out.median_rad = median(std::move(radians));
   return out;
 }
 
@@ -123,23 +104,21 @@ Expected<std::vector<SigmaRow>> try_sigmas(const SigmaExperimentOptions& options
   std::vector<SigmaRow> rows;
   SilentReporter silent;
   const RunContext quiet{silent, context.stop};
-  const auto rigs = static_cast<std::size_t>(options.rigs);
-  const std::size_t at_once = 2 * static_cast<std::size_t>(thread_count());
-  const auto all = static_cast<double>(cases().size() * rigs);
   for (const SigmaCase& kind : cases()) {
+    std::vector<RigTrials> tried(static_cast<std::size_t>(options.rigs));
+    const auto done = independent_trials(options.rigs, kind.name, context, [&](int k) -> Expected<void> {
+      Expected<RigTrials> one = try_rig(kind, options.points, options.seed + static_cast<std::uint64_t>(k), quiet);
+      if (!one) return one.error();
+      tried[static_cast<std::size_t>(k)] = std::move(*one);
+      return {};
+    });
+    if (!done) return done.error();
     SigmaRow& row = rows.emplace_back();
     row.kind = kind;
-    while (static_cast<std::size_t>(row.rigs) < rigs) {
-      const auto before = static_cast<std::size_t>(row.rigs);
-      context.reporter.progress("sigma", static_cast<double>((rows.size() - 1) * rigs + before) / all);
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
-      const auto tried = try_rigs(kind, options.points, options.seed + before, std::min(at_once, rigs - before), quiet);
-      if (!tried) return tried.error();
-      for (const RigTrials& rig : *tried) {
-        ++row.rigs;
-        row.failed += rig.failed;
-        row.trials.insert(row.trials.end(), rig.trials.begin(), rig.trials.end());
-      }
+    for (const RigTrials& rig : tried) {
+      ++row.rigs;
+      row.failed += rig.failed;
+      row.trials.insert(row.trials.end(), rig.trials.begin(), rig.trials.end());
     }
   }
   return rows;
