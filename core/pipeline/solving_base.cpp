@@ -129,8 +129,11 @@ int solving_lidar(const StartInput& input, const std::vector<std::optional<GyroT
                   const std::vector<PatchSurfels>& patches) {
   if (!input.trajectory.empty()) return input.base;
   const std::optional<int> by_gyro = gyro_lidar(input, gyro_turns);
-  if (!by_gyro && is_complete(input.R_previous_this, input.stops)) return input.base;
-  if (!by_gyro && input.axis && !is_complete(input.turned_rad, input.stops)) return input.base;
+  // A single stop has no turns that the base's frame would have to hold.
+  if (!by_gyro && input.stops > 1) {
+    if (is_complete(input.R_previous_this, input.stops)) return input.base;
+    if (input.axis && !is_complete(input.turned_rad, input.stops)) return input.base;
+  }
   const bool guesses = has_guesses(input);
   const auto is_eligible = [&](int lidar) {
     return !guesses || lidar == input.base || input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
