@@ -1,35 +1,15 @@
 #pragma once
 
-#include <algorithm>
-#include <opencv2/core.hpp>
-#include <vector>
-
 #include "core/edges/image_edges.h"
+
+namespace cv {
+class Mat;
+}
 
 namespace rigcal {
 
-/// How much brighter a dark image is made, in which lamps alone are bright: so that all but a fiftieth of it uses four
-/// fifths of the values; 1 for any other.
-[[nodiscard]] inline float gain_of(const GreyImage& grey) {
-  std::vector<float> values;
-  for (std::size_t k = 0; k < grey.values.size(); k += 7) values.push_back(grey.values[k]);
-  if (values.empty()) return 1.0F;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 49 / 50);
-  std::nth_element(values.begin(), at, values.end());
-  constexpr float dark = 100.0F;
-  return *at < dark ? std::min(20.0F, 204.0F / std::max(1.0F, *at)) : 1.0F;
-}
-
-/// Grey values as OpenCV's detectors want them. For sources of this room alone.
-[[nodiscard]] inline cv::Mat bytes_of(const GreyImage& grey) {
-  const float gain = gain_of(grey);
-  cv::Mat out(grey.height, grey.width, CV_8UC1);
-  for (int y = 0; y < grey.height; ++y) {
-    for (int x = 0; x < grey.width; ++x) {
-      out.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(gain * grey.at(x, y));
-    }
-  }
-  return out;
-}
+/// Grey values as OpenCV's detectors want them, CV_8UC1. A dark image, in which lamps alone are bright, is made
+/// brighter: so that all but a fiftieth of it uses four fifths of the values. For sources of this room alone.
+[[nodiscard]] cv::Mat bytes_of(const GreyImage& grey);
 
 }  // namespace rigcal
