@@ -36,7 +36,7 @@ constexpr std::size_t wanted_starts = 3;
 constexpr double apart_rad = to_rad(8.0);
 // How far off the best of the sweep may still be.
 constexpr double start_sigma_m = 0.3;
-constexpr double start_sigma_rad = to_rad(3.0);
+constexpr double start_sigma_rad = to_rad(4.0);
 
 struct Start {
   SE3 T_base_camera;
