@@ -116,6 +116,14 @@ class CameraCalibration {
                           "); give one under initial_extrinsics in the rig file, or by --initial (10 degrees, 0.2 m)";
       return;
     }
+    if (estimate_.runner_up_ratio > unclear_ratio) {
+      estimate_.why_not =
+          "without a rough pose several places explain its images (another one by " +
+          std::to_string(static_cast<int>(std::lround(100.0 * estimate_.runner_up_ratio))) +
+          " % as well); give one under initial_extrinsics in the rig file, or by --initial (10 degrees, "
+          "0.2 m), or record where more edges are near";
+      return;
+    }
     // What was found is from now on the guess: how far from it the start of the search was says nothing.
     set_priors(best_.state.T_base_camera);
   }
