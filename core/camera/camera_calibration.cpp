@@ -34,6 +34,8 @@ constexpr std::size_t least_stops_for_intrinsics = 4;
 
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
+// Without a guess a place is not found where another one explains so much of what it explains.
+constexpr double unfound_ratio = 0.85;
 
 // From where on edges are weak, and 5 % of the differences of what is equal are larger (chi-square of six).
 constexpr double weak_sigma_m = 0.005;
@@ -116,7 +118,7 @@ class CameraCalibration {
                           "); give one under initial_extrinsics in the rig file, or by --initial (10 degrees, 0.2 m)";
       return;
     }
-    if (estimate_.runner_up_ratio > unclear_ratio) {
+    if (estimate_.runner_up_ratio > unfound_ratio) {
       estimate_.why_not =
           "without a rough pose several places explain its images (another one by " +
           std::to_string(static_cast<int>(std::lround(100.0 * estimate_.runner_up_ratio))) +
