@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/wide.h"
+
 namespace rigcal {
 namespace {
 
@@ -12,6 +14,41 @@ struct Ray {
   float inverse_depth;
   float range_m;
 };
+
+// Rays that are looked at together.
+constexpr std::uint32_t at_a_time = 16;
+
+// From a ray to one that is farther.
+struct Steepness {
+  float u;
+  float v;
+  float range_m;
+  float reach2;
+  float slope2;  // in metres for each unit of u and v
+};
+
+// Whether any of some rays is within reach and so steep, but for rounding. `rays`: u, v and range, to be read up to a
+// whole number of looks.
+RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_t count, const Steepness& wanted) {
+  for (std::uint32_t begin = 0; begin < count; begin += at_a_time) {
+    const float* u = rays[0] + begin;
+    const float* v = rays[1] + begin;
+    const float* range_m = rays[2] + begin;
+    const auto left = static_cast<std::int32_t>(count - begin);
+    std::int32_t any = 0;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(at_a_time); ++i) {
+      const float du = u[i] - wanted.u;
+      const float dv = v[i] - wanted.v;
+      const float d2 = du * du + dv * dv;
+      const float rise = range_m[i] - wanted.range_m;
+      any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
+             static_cast<std::int32_t>(rise > 0.0F) &
+             static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
+    }
+    if (any != 0) return true;
+  }
+  return false;
+}
 
 // Rays of one face, sorted by the square cells that hold them.
 class FaceGrid {
@@ -25,6 +62,13 @@ class FaceGrid {
     rays_.resize(rays.size());
     std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
     for (const Ray& ray : rays) rays_[next[cell(ray.u, ray.v)]++] = ray;
+    for (std::vector<float>& column : columns_of_rays_) column.reserve(rays_.size() + at_a_time);
+    for (const Ray& ray : rays_) {
+      columns_of_rays_[0].push_back(ray.u);
+      columns_of_rays_[1].push_back(ray.v);
+      columns_of_rays_[2].push_back(ray.range_m);
+    }
+    for (std::vector<float>& column : columns_of_rays_) column.resize(rays_.size() + at_a_time, 0.0F);
     set_spans();
   }
 
@@ -39,6 +83,25 @@ class FaceGrid {
 
   /// Mean distance of neighbours around a place.
   [[nodiscard]] float spacing(float u, float v) const { return spacings_[patch(u, v)]; }
+
+  // Whether any ray within `reach` of one lies so much farther that what lies between may be as steep as `slope`.
+  [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope) const {
+    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m};
+    const int x0 = column(ray.u - reach);
+    const int x1 = column(ray.u + reach);
+    const int y1 = column(ray.v + reach);
+    for (int y = column(ray.v - reach); y <= y1; ++y) {
+      const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_);
+      const std::uint32_t begin = starts_[row + static_cast<std::size_t>(x0)];
+      const std::uint32_t end = starts_[row + static_cast<std::size_t>(x1) + 1];
+      if (begin < end &&
+          any_steep({&columns_of_rays_[0][begin], &columns_of_rays_[1][begin], &columns_of_rays_[2][begin]},
+                    end - begin, wanted)) {
+        return true;
+      }
+    }
+    return false;
+  }
 
   template <class Visit>
   void around(float u, float v, float reach, const Visit& visit) const {
@@ -139,6 +202,7 @@ class FaceGrid {
   std::vector<Span> spans_;
   std::vector<std::uint32_t> starts_;
   std::vector<Ray> rays_;
+  std::array<std::vector<float>, 3> columns_of_rays_;  ///< u, v and range, with room for one more look at the end.
 };
 
 class StepFinder {
@@ -149,6 +213,7 @@ class StepFinder {
     const float spacing = grid_.spacing(ray.u, ray.v);
     const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
     if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
+    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope))) return;
     // The nearest ray to each side: right, left, up, down.
     std::array<const Ray*, 4> nearest{};
     std::array<float, 4> distance;

@@ -74,6 +74,25 @@ struct PointFields {
         tag(header.find({"tag"})),
         ring(header.find({"ring", "line"})) {}
 
+  /// Whether the fields are of the types that rigcal and most other programs write: then `assemble_usual` gives the
+  /// same, and sooner.
+  [[nodiscard]] bool are_usual() const {
+    const auto is = [](const PcdField* field, char type, std::size_t size) {
+      return field != nullptr && field->type == type && field->size == size;
+    };
+    return is(x, 'F', 4) && is(y, 'F', 4) && is(z, 'F', 4) && is(reflectivity, 'F', 4) && is(tag, 'U', 1) &&
+           ring == nullptr;
+  }
+  [[nodiscard]] Point assemble_usual(const std::uint8_t* at) const {
+    Point point;
+    std::memcpy(&point.x, at + x->offset, sizeof(float));
+    std::memcpy(&point.y, at + y->offset, sizeof(float));
+    std::memcpy(&point.z, at + z->offset, sizeof(float));
+    point.reflectivity = rounded<std::uint8_t>(load_value<float>(at + reflectivity->offset));
+    point.tag = at[tag->offset];
+    return point;
+  }
+
   /// `value(field)` gives the number of a field, `x`, `y` and `z` come as doubles.
   template <class Value>
   [[nodiscard]] Point assemble(const Value& value) const {
@@ -182,10 +201,16 @@ class PcdReader {
     // A chunk of at least one point and about a MiB.
     const std::uint64_t points_a_chunk = std::max<std::uint64_t>(1, (std::uint64_t{1} << 20) / step);
     std::vector<std::uint8_t> chunk;
+    const bool usual = fields.are_usual();
     for (std::uint64_t done = 0; done < header().points;) {
       const auto count = static_cast<std::size_t>(std::min(points_a_chunk, header().points - done));
       chunk.resize(count * step);
       if (std::fread(chunk.data(), step, count, file_.get()) != count) return too_short(done);
+      if (usual) {
+        for (std::size_t i = 0; i < count; ++i) out.add(fields.assemble_usual(chunk.data() + i * step));
+        done += count;
+        continue;
+      }
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* at = chunk.data() + i * step;
         out.add(fields.assemble([&](const PcdField& f) { return load_value(at + f.offset, f.type, f.size); }));

@@ -283,7 +283,9 @@ class Calibration {
   Expected<void> solve() {
     set_priors();
     const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
-    const std::vector<RefinePass> loose(passes.begin(), passes.begin() + 2);
+    RefinePass loose = passes.front();
+    // Where it is the last, its map is what sigma is told from.
+    loose.map.with_rays = options_.last_stage != LastStage::joint;
     std::vector<char> base_only = solution_.use;
     bool has_base = false;
     for (std::size_t k = 0; k < base_only.size(); ++k) {
@@ -291,11 +293,11 @@ class Calibration {
       has_base |= base_only[k] != 0;
     }
     if (has_base) {
-      if (const auto done = run_stage("poses", layout_of(true, false), base_only, {loose[0]}); !done) return done;
+      if (const auto done = run_stage("poses", layout_of(true, false), base_only, {loose}); !done) return done;
     }
     if (options_.last_stage == LastStage::poses) return {};
     if (has_base) {
-      if (const auto done = run_stage("extrinsics", layout_of(false, true), solution_.use, {loose[0]}); !done) {
+      if (const auto done = run_stage("extrinsics", layout_of(false, true), solution_.use, {loose}); !done) {
         return done;
       }
     }

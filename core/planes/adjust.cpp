@@ -1,7 +1,8 @@
 #include "core/planes/adjust.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "core/planes/positive_solver.h"
 
 namespace rigcal {
 namespace {
@@ -110,18 +111,18 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
   summary.cost_before = sum.cost;
   summary.costs.push_back(sum.cost);
   for (; summary.iterations < options.max_iterations; ++summary.iterations) {
-    Eigen::LLT<Eigen::MatrixXd> llt(damped(sum, options, lambda));
-    if (llt.info() != Eigen::Success && options.form == HessianForm::exact) {
-      NormalEquations gauss_newton = build(features, state, layout, options, HessianForm::gauss_newton);
-      llt.compute(damped(gauss_newton, options, lambda));
+    std::optional<Eigen::VectorXd> back = solve_positive(damped(sum, options, lambda), sum.g);
+    if (!back && options.form == HessianForm::exact) {
+      const NormalEquations gauss_newton = build(features, state, layout, options, HessianForm::gauss_newton);
+      back = solve_positive(damped(gauss_newton, options, lambda), sum.g);
     }
-    if (llt.info() != Eigen::Success) {
+    if (!back) {
       lambda = std::max(1e-4, 10.0 * lambda);
       if (lambda > 1e6) break;
       summary.costs.push_back(sum.cost);
       continue;
     }
-    const Eigen::VectorXd dx = -llt.solve(sum.g);
+    const Eigen::VectorXd dx = -*back;
     const RigState moved = layout.moved(state, dx);
     const double cost = total_cost(features, moved) + prior_cost(layout, options, moved);
     const StepSize size = step_size(dx);

@@ -2,10 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numeric>
 
+#include "core/base/wide.h"
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
@@ -22,10 +25,102 @@ double information(const PlaneFeature& leaf) {
   return sum;
 }
 
+// Coordinates of some middles and normals.
+struct Columns {
+  std::array<const double*, 3> center;
+  std::array<const double*, 3> normal;
+};
+
+// A disc, as thick as its tolerance.
+struct Bounds {
+  std::array<double, 3> normal;
+  std::array<double, 3> origin;
+  double offset;
+  double min_cosine;
+  double tolerance_m;
+  double radius2;
+};
+
+// Whether there is any within; `hit` tells which.
+RIGCAL_WIDE bool mark(const Columns& at, std::size_t count, const Bounds& o, std::int64_t* hit) {
+  std::int64_t any = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double cosine = at.normal[0][i] * o.normal[0] + at.normal[1][i] * o.normal[1] + at.normal[2][i] * o.normal[2];
+    const double off =
+        at.center[0][i] * o.normal[0] + at.center[1][i] * o.normal[1] + at.center[2][i] * o.normal[2] - o.offset;
+    const double dx = at.center[0][i] - o.origin[0];
+    const double dy = at.center[1][i] - o.origin[1];
+    const double dz = at.center[2][i] - o.origin[2];
+    const std::int64_t within = (std::abs(cosine) >= o.min_cosine) & (std::abs(off) <= o.tolerance_m) &
+                                (dx * dx + dy * dy + dz * dz <= o.radius2);
+    hit[i] = within;
+    any |= within;
+  }
+  return any != 0;
+}
+
+// Middles and normals of the leaves that belong to no plane yet, each coordinate by itself: they are gone through for
+// every seed and radius.
+class FreeLeaves {
+ public:
+  explicit FreeLeaves(const std::vector<PlaneFeature>& leaves) : number_(leaves.size()) {
+    std::iota(number_.begin(), number_.end(), std::size_t{0});
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (const PlaneFeature& leaf : leaves) {
+        center_[k].push_back(leaf.center_G[static_cast<Eigen::Index>(k)]);
+        normal_[k].push_back(leaf.normal_G[static_cast<Eigen::Index>(k)]);
+      }
+    }
+  }
+
+  void leave_out(const std::vector<char>& taken) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < number_.size(); ++i) {
+      if (taken[number_[i]]) continue;
+      number_[kept] = number_[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        center_[k][kept] = center_[k][i];
+        normal_[k][kept] = normal_[k][i];
+      }
+      ++kept;
+    }
+    number_.resize(kept);
+  }
+
+  // Those on a plane within `radius` of `origin`, in the order of their numbers.
+  [[nodiscard]] std::vector<std::size_t> near(const Plane& plane, const Vector3d& origin, double radius,
+                                              double min_cosine, double tolerance_m) const {
+    std::vector<std::size_t> out;
+    std::array<std::int64_t, block> hit{};
+    const Bounds bounds{{plane.normal.x(), plane.normal.y(), plane.normal.z()},
+                        {origin.x(), origin.y(), origin.z()},
+                        plane.normal.dot(plane.center),
+                        min_cosine,
+                        tolerance_m,
+                        radius * radius};
+    for (std::size_t begin = 0; begin < number_.size(); begin += block) {
+      const std::size_t count = std::min(block, number_.size() - begin);
+      const Columns at{{&center_[0][begin], &center_[1][begin], &center_[2][begin]},
+                       {&normal_[0][begin], &normal_[1][begin], &normal_[2][begin]}};
+      if (!mark(at, count, bounds, hit.data())) continue;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (hit[i] != 0) out.push_back(number_[begin + i]);
+      }
+    }
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t block = 64;
+  std::vector<std::size_t> number_;
+  std::array<std::vector<double>, 3> center_;
+  std::array<std::vector<double>, 3> normal_;
+};
+
 class Merger {
  public:
   Merger(std::vector<PlaneFeature>& leaves, const MergeOptions& options)
-      : leaves_(leaves), options_(options), taken_(leaves.size(), 0) {
+      : leaves_(leaves), options_(options), taken_(leaves.size(), 0), free_(leaves) {
     for (const PlaneFeature& leaf : leaves) information_.push_back(information(leaf));
   }
 
@@ -42,6 +137,7 @@ class Merger {
       const std::vector<std::size_t> members = grow(seed, plane);
       if (members.size() < 4) continue;
       for (const std::size_t i : members) taken_[i] = 1;
+      free_.leave_out(taken_);
       merged.push_back(merge(members, plane));
     }
     return merged;
@@ -62,17 +158,7 @@ class Merger {
   }
 
   std::vector<std::size_t> inliers(const Plane& plane, const Vector3d& origin, double radius) const {
-    const double min_cosine = std::cos(options_.max_normal_angle_rad);
-    std::vector<std::size_t> out;
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      if (taken_[i]) continue;
-      const PlaneFeature& leaf = leaves_[i];
-      if (std::abs(leaf.normal_G.dot(plane.normal)) < min_cosine) continue;
-      if (std::abs(plane.normal.dot(leaf.center_G - plane.center)) > options_.tolerance_m) continue;
-      if ((leaf.center_G - origin).squaredNorm() > radius * radius) continue;
-      out.push_back(i);
-    }
-    return out;
+    return free_.near(plane, origin, radius, std::cos(options_.max_normal_angle_rad), options_.tolerance_m);
   }
 
   void refit(const std::vector<std::size_t>& members, Plane& plane) const {
@@ -179,6 +265,7 @@ class Merger {
   const MergeOptions& options_;
   std::vector<double> information_;
   std::vector<char> taken_;
+  FreeLeaves free_;
 };
 
 }  // namespace

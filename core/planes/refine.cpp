@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/parallel.h"
 #include "core/planes/merge_planes.h"
 
 namespace rigcal {
@@ -20,20 +21,27 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
   const std::size_t step = std::max<std::size_t>(1, normals.size() / 300);
   Vector3d best = Vector3d::Zero();
   double best_weight = 0.0;
-  for (std::size_t c = 0; c < normals.size(); c += step) {
-    if (!eligible(normals[c])) continue;
+  struct Sum {
     double weight = 0.0;
-    Vector3d sum = Vector3d::Zero();
-    for (std::size_t i = 0; i < normals.size(); ++i) {
-      const double dot = normals[i].dot(normals[c]);
-      if (std::abs(dot) < near || !eligible(normals[i])) continue;
-      weight += weights[i];
-      sum += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
+    Vector3d normals = Vector3d::Zero();
+  };
+  std::vector<Sum> sums((normals.size() + step - 1) / step);
+  parallel_for(sums.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Vector3d& candidate = normals[k * step];
+      if (!eligible(candidate)) continue;
+      for (std::size_t i = 0; i < normals.size(); ++i) {
+        const double dot = normals[i].dot(candidate);
+        if (std::abs(dot) < near || !eligible(normals[i])) continue;
+        sums[k].weight += weights[i];
+        sums[k].normals += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
+      }
     }
-    if (weight > best_weight) {
-      best_weight = weight;
-      best = sum;
-    }
+  });
+  for (const Sum& sum : sums) {
+    if (sum.weight <= best_weight) continue;
+    best_weight = sum.weight;
+    best = sum.normals;
   }
   return best;
 }
@@ -42,12 +50,12 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
 
 std::vector<RefinePass> standard_passes(int tight) {
   std::vector<RefinePass> passes(static_cast<std::size_t>(2 + tight));
-  for (RefinePass& pass : passes) pass.map.with_rays = true;
+  for (std::size_t i = 2; i < passes.size(); ++i) passes[i].map.with_rays = true;
   for (std::size_t i = 0; i < 2; ++i) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;
     passes[i].map.max_chi2 = 3.0;
-    passes[i].merge_tolerance_m = i == 0 ? 0.02 : 0.012;
+    if (i == 0) passes[i].merge_tolerance_m = 0.02;
   }
   return passes;
 }

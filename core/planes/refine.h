@@ -13,12 +13,14 @@ namespace rigcal {
 /// One round: the map is built at the present state, then the free blocks are moved.
 struct RefinePass {
   PlaneMapOptions map;
-  double merge_tolerance_m = 0.005;  ///< Leaves this near to one plane hold each other; 0: none does.
+  /// Leaves this near to one plane hold each other; 0: none does. Nearer ones alone would be those that agree with
+  /// where everything stands by now, and hold it there.
+  double merge_tolerance_m = 0.012;
   int iterations = 6;
 };
 
 /// Two passes with loose gates for a start that is right to a few centimetres, then `tight` ones, each with a map built
-/// anew.
+/// anew; the tight ones' maps have rays.
 [[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
 
 /// How far one pass moved the extrinsic of a LiDAR.

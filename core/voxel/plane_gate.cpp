@@ -21,10 +21,21 @@ double along(const Eigen::Matrix<double, 6, 1>& s, const Vector3d& u) {
          2.0 * (s[1] * u.x() * u.y() + s[2] * u.x() * u.z() + s[4] * u.y() * u.z());
 }
 
+using Upper = Eigen::Matrix<double, 6, 1>;  // of a symmetric matrix: xx xy xz yy yz zz
+
+// sum += w d d^T
+void add_square(double w, const Vector3d& d, Upper& sum) {
+  sum[0] += w * d.x() * d.x();
+  sum[1] += w * d.x() * d.y();
+  sum[2] += w * d.x() * d.z();
+  sum[3] += w * d.y() * d.y();
+  sum[4] += w * d.y() * d.z();
+  sum[5] += w * d.z() * d.z();
+}
+
 // Cells of one patch in one tangential bin, judged together.
 struct Column {
   std::uint32_t patch = 0;
-  std::int64_t bin = 0;
   std::uint32_t first = 0;  // range in the order array
   std::uint32_t count = 0;
   double N = 0.0;
@@ -33,9 +44,16 @@ struct Column {
   bool kept = true;
 };
 
+// What is used again for the next voxel.
+struct GateRoom {
+  std::vector<std::uint64_t> order;
+  std::vector<Column> columns;
+};
+
 class Gate {
  public:
-  Gate(std::span<const WorldCell> cells, const GateContext& context) : cells_(cells), context_(context) {}
+  Gate(std::span<const WorldCell> cells, const GateContext& context, GateRoom& room)
+      : cells_(cells), context_(context), order_(room.order), columns_(room.columns) {}
 
   PlaneVerdict run(const CellTotal& total, PlaneFeature& feature, std::size_t& kept_cells) {
     const PlaneMapOptions& o = context_.options;
@@ -64,7 +82,7 @@ class Gate {
       const Vector3d d = cells_[i].mean - q_;
       const std::int64_t a = floor_of(t1.dot(d) * inverse);
       const std::int64_t b = floor_of(t2.dot(d) * inverse);
-      order_[i] = {(a + 512) * 1024 + (b + 512), i};
+      order_[i] = static_cast<std::uint64_t>((a + 512) * 1024 + (b + 512)) << 32 | i;
     }
     columns_.clear();
     std::size_t begin = 0;
@@ -73,8 +91,8 @@ class Gate {
       while (end < cells_.size() && cells_[end].patch == cells_[begin].patch) ++end;
       std::sort(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.begin() + static_cast<std::ptrdiff_t>(end));
       for (std::size_t i = begin; i < end; ++i) {
-        if (i == begin || order_[i].first != order_[i - 1].first) {
-          columns_.push_back({cells_[begin].patch, order_[i].first, static_cast<std::uint32_t>(i)});
+        if (i == begin || order_[i] >> 32 != order_[i - 1] >> 32) {
+          columns_.push_back({cells_[begin].patch, static_cast<std::uint32_t>(i)});
         }
         ++columns_.back().count;
       }
@@ -91,7 +109,7 @@ class Gate {
   }
 
   const WorldCell& cell_of(const Column& column, std::uint32_t i) const {
-    return cells_[order_[column.first + i].second];
+    return cells_[order_[column.first + i] & 0xFFFFFFFFU];
   }
 
   double scatter_along_normal(const Column& column) const {
@@ -149,17 +167,17 @@ class Gate {
     kept_share = points / all_points;
     if (points < context_.options.min_points || kept_share < 0.5 * context_.options.min_kept) return false;
     q /= weight;
-    Matrix3d scatter = Matrix3d::Zero();
+    Upper scatter = Upper::Zero();
     for (const Column& column : columns_) {
       if (!column.kept) continue;
       const double w = 1.0 / column.variance;
       for (std::uint32_t i = 0; i < column.count; ++i) {
         const WorldCell& cell = cell_of(column, i);
-        const Vector3d d = cell.mean - q;
-        scatter += w * (full(cell.scatter) + cell.N * d * d.transpose());
+        scatter += w * cell.scatter;
+        add_square(w * cell.N, cell.mean - q, scatter);
       }
     }
-    const SymmetricEigen eigen = symmetric_eigen_fast(scatter);
+    const SymmetricEigen eigen = symmetric_eigen_fast(full(scatter));
     q_ = q;
     u_ = eigen.vectors.col(0);
     const double slack = context_.options.gate_slack_m;
@@ -182,65 +200,88 @@ class Gate {
     return feature.observations.size() >= context_.options.min_patches;
   }
 
+  // All sums are made in the world's directions, about the sensor: its cells need not be looked up again.
   void add_observation(std::span<const Column> columns, PlaneFeature& feature, std::size_t& kept_cells) const {
     const PatchCells& patch = context_.patches[columns[0].patch];
     const NoiseModel& noise = context_.noise[static_cast<std::size_t>(patch.lidar)];
+    const SE3 T_G_sensor = context_.state.T_G_sensor(patch.stop, patch.lidar);
     PlaneObservation o;
     o.stop = patch.stop;
     o.lidar = patch.lidar;
     double variance = 0.0;
+    Vector3d mean = Vector3d::Zero();
     for (const Column& column : columns) {
       if (!column.kept) continue;
       variance += column.N * column.variance;
-      for (std::uint32_t i = 0; i < column.count; ++i) {
-        const Cell& cell = patch.cells[cell_of(column, i).cell];
-        o.N += cell.N;
-        o.mean += cell.N * cell.mean;
-        ++kept_cells;
-      }
+      o.N += column.N;
+      mean += column.N * column.mean;
+      kept_cells += column.count;
     }
     if (o.N < 1.0) return;
-    o.mean /= o.N;
+    mean /= o.N;
     variance /= o.N;
-    for (const Column& column : columns) {
-      if (!column.kept) continue;
-      for (std::uint32_t i = 0; i < column.count; ++i) {
-        const Cell& cell = patch.cells[cell_of(column, i).cell];
-        const Vector3d d = cell.mean - o.mean;
-        // Range noise lies along the ray and would turn the plane (a torque of sigma^2 cos i): its share goes out.
-        o.scatter += cell.scatter_matrix() + cell.N * d * d.transpose() - cell.N * noise.point_covariance(cell.mean);
-      }
-    }
+    Upper scatter = Upper::Zero();
+    for_each_kept(columns, [&](const WorldCell& cell) {
+      // Range noise lies along the ray and would turn the plane (a torque of sigma^2 cos i): its share goes out.
+      scatter += without_noise(cell, cell.mean - T_G_sensor.t, noise);
+      add_square(cell.N, cell.mean - mean, scatter);
+    });
+    o.mean = T_G_sensor.R.transpose() * (mean - T_G_sensor.t);
+    o.scatter = in_sensor(full(scatter), T_G_sensor);
     const double floor = context_.options.offset_floor_m * context_.options.offset_floor_m;
     o.offset_variance = variance / o.N + floor;
     o.weight = 1.0 / (variance + o.N * floor);
     feature.observations.push_back(o);
-    if (context_.options.with_rays) feature.rays.push_back(rays_of(columns, patch, noise, o));
+    if (context_.options.with_rays) feature.rays.push_back(rays_of(columns, T_G_sensor, noise, o.N, mean));
   }
 
   static Matrix3d across(const Vector3d& d) { return Matrix3d::Identity() - d * d.transpose(); }
 
+  // A matrix in the directions of the world in those of the sensor.
+  static Matrix3d in_sensor(const Matrix3d& M, const SE3& T_G_sensor) {
+    return T_G_sensor.R.transpose() * M * T_G_sensor.R;
+  }
+
+  // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and
+  // across a ray turns with the ray.
+  static Upper without_noise(const WorldCell& cell, const Vector3d& p, const NoiseModel& noise) {
+    const double r2 = p.squaredNorm();
+    const double along = noise.range_m * noise.range_m + noise.range_per_m * noise.range_per_m * r2;
+    const double aside = noise.angle_rad * noise.angle_rad * r2;
+    Upper out = cell.scatter;
+    add_square(-cell.N * (along - aside) / std::max(r2, 1e-12), p, out);
+    out[0] -= cell.N * aside;
+    out[3] -= cell.N * aside;
+    out[5] -= cell.N * aside;
+    return out;
+  }
+
   // Within a cell the directions change with the points: d(p) = d + (1 - d d^T)(p - mean) / range.
-  RayMoments rays_of(std::span<const Column> columns, const PatchCells& patch, const NoiseModel& noise,
-                     const PlaneObservation& o) const {
+  RayMoments rays_of(std::span<const Column> columns, const SE3& T_G_sensor, const NoiseModel& noise, double N,
+                     const Vector3d& mean) const {
     RayMoments rays;
-    for_each_kept(columns, patch, [&](const Cell& cell) { rays.mean += cell.N * cell.mean.normalized(); });
-    rays.mean /= o.N;
-    for_each_kept(columns, patch, [&](const Cell& cell) {
-      const double range = cell.mean.norm();
-      const Vector3d d = cell.mean / range;
-      const Matrix3d own = (cell.scatter_matrix() - cell.N * noise.point_covariance(cell.mean)) * across(d) / range;
-      rays.cross += own + cell.N * (cell.mean - o.mean) * (d - rays.mean).transpose();
+    for_each_kept(columns,
+                  [&](const WorldCell& cell) { rays.mean += cell.N * (cell.mean - T_G_sensor.t).normalized(); });
+    rays.mean /= N;
+    for_each_kept(columns, [&](const WorldCell& cell) {
+      const Vector3d p = cell.mean - T_G_sensor.t;
+      const double range = p.norm();
+      const Vector3d d = p / range;
+      const Matrix3d own = full(without_noise(cell, p, noise)) * across(d) / range;
+      rays.cross += own + cell.N * (cell.mean - mean) * (d - rays.mean).transpose();
       rays.scatter += across(d) * own / range + cell.N * (d - rays.mean) * (d - rays.mean).transpose();
     });
+    rays.mean = T_G_sensor.R.transpose() * rays.mean;
+    rays.cross = in_sensor(rays.cross, T_G_sensor);
+    rays.scatter = in_sensor(rays.scatter, T_G_sensor);
     return rays;
   }
 
   template <class F>
-  void for_each_kept(std::span<const Column> columns, const PatchCells& patch, const F& f) const {
+  void for_each_kept(std::span<const Column> columns, const F& f) const {
     for (const Column& column : columns) {
       if (!column.kept) continue;
-      for (std::uint32_t i = 0; i < column.count; ++i) f(patch.cells[cell_of(column, i).cell]);
+      for (std::uint32_t i = 0; i < column.count; ++i) f(cell_of(column, i));
     }
   }
 
@@ -248,8 +289,8 @@ class Gate {
   const GateContext& context_;
   Vector3d q_ = Vector3d::Zero();
   Vector3d u_ = Vector3d::UnitZ();
-  std::vector<std::pair<std::int64_t, std::uint32_t>> order_;
-  std::vector<Column> columns_;
+  std::vector<std::uint64_t>& order_;  ///< Bin and cell, sorted within each patch.
+  std::vector<Column>& columns_;
 };
 
 }  // namespace
@@ -261,16 +302,10 @@ CellTotal total_of(std::span<const WorldCell> cells) {
     total.mean += cell.N * cell.mean;
   }
   total.mean /= total.N;
-  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  Upper sum = Upper::Zero();
   for (const WorldCell& cell : cells) {
-    const Vector3d d = cell.mean - total.mean;
     sum += cell.scatter;
-    sum[0] += cell.N * d.x() * d.x();
-    sum[1] += cell.N * d.x() * d.y();
-    sum[2] += cell.N * d.x() * d.z();
-    sum[3] += cell.N * d.y() * d.y();
-    sum[4] += cell.N * d.y() * d.z();
-    sum[5] += cell.N * d.z() * d.z();
+    add_square(cell.N, cell.mean - total.mean, sum);
   }
   total.scatter = full(sum);
   return total;
@@ -278,7 +313,8 @@ CellTotal total_of(std::span<const WorldCell> cells) {
 
 PlaneVerdict gate_plane(std::span<const WorldCell> cells, const CellTotal& total, const GateContext& context,
                         PlaneFeature& feature, std::size_t& kept) {
-  Gate gate(cells, context);
+  thread_local GateRoom room;
+  Gate gate(cells, context, room);
   return gate.run(total, feature, kept);
 }
 

@@ -5,7 +5,7 @@
 
 #include "core/base/floor_of.h"
 #include "core/base/parallel.h"
-#include "core/base/parallel_sort.h"
+#include "core/base/radix_sort.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/voxel/plane_gate.h"
 
@@ -23,51 +23,74 @@ std::uint64_t spread(std::uint64_t v) {
   return v;
 }
 
+// Of the index of a voxel at the grid's origin: a multiple of all voxels' sizes, and so that within a kilometre of the
+// origin only the low bits of the codes differ.
+constexpr std::int64_t origin_index = (1 << 20) + (1 << 11);
+
 // Morton code of the smallest voxel that holds p: the codes of a larger voxel are one contiguous range.
-std::uint64_t morton(const Vector3d& p, double size) {
-  const auto index = [&](double x) { return static_cast<std::uint64_t>(floor_of(x / size) + (1 << 20)); };
+std::uint64_t morton(const Vector3d& p, double per_m) {
+  const auto index = [&](double x) { return static_cast<std::uint64_t>(floor_of(x * per_m) + origin_index); };
   return spread(index(p.x())) << 2 | spread(index(p.y())) << 1 | spread(index(p.z()));
 }
 
-void move_cells(const PatchCells& patch, std::uint32_t index, const SE3& T_G_sensor, const SE3& T_grid_G, double size,
-                WorldCell* out) {
-  const Matrix3d& R = T_G_sensor.R;
-  for (std::uint32_t i = 0; i < patch.cells.size(); ++i) {
-    const Cell& cell = patch.cells[i];
-    WorldCell& w = out[i];
-    w.patch = index;
-    w.cell = i;
-    w.N = cell.N;
-    w.mean = T_G_sensor * cell.mean;
-    w.key = morton(T_grid_G * w.mean, size);
-    const Matrix3d S = R * cell.scatter_matrix() * R.transpose();
-    w.scatter << S(0, 0), S(0, 1), S(0, 2), S(1, 1), S(1, 2), S(2, 2);
-  }
+// Which cell of which patch lies in a voxel.
+struct Handle {
+  std::uint64_t key = 0;
+  std::uint32_t patch = 0;
+  std::uint32_t cell = 0;
+};
+
+// R S R^T, both by their upper triangles.
+Eigen::Matrix<double, 6, 1> turned(const Matrix3d& R, const Cell& cell) {
+  const Matrix3d RS = R * cell.scatter_matrix();
+  const auto element = [&](int i, int j) { return RS(i, 0) * R(j, 0) + RS(i, 1) * R(j, 1) + RS(i, 2) * R(j, 2); };
+  Eigen::Matrix<double, 6, 1> out;
+  out << element(0, 0), element(0, 1), element(0, 2), element(1, 1), element(1, 2), element(2, 2);
+  return out;
 }
 
-std::vector<WorldCell> sorted_world_cells(const std::vector<PatchCells>& patches, const RigState& state,
-                                          const SE3& T_grid_G, double size, const std::vector<char>& use) {
+// The cells that take part by voxel, within a voxel by patch and cell.
+std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
+                                   const SE3& T_grid_G, double size, const std::vector<char>& use) {
   std::vector<std::size_t> start(patches.size() + 1, 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
     start[i + 1] = start[i] + (use.empty() || use[i] ? patches[i].cells.size() : 0);
   }
-  std::vector<WorldCell> moved(start.back());
+  std::vector<Handle> handles(start.back());
+  const double per_m = 1.0 / size;
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (start[i + 1] == start[i]) continue;
-      move_cells(patches[i], static_cast<std::uint32_t>(i), state.T_G_sensor(patches[i].stop, patches[i].lidar),
-                 T_grid_G, size, moved.data() + start[i]);
+      const SE3 T_grid_sensor = T_grid_G * T_G_sensor[i];
+      const auto patch = static_cast<std::uint32_t>(i);
+      for (std::size_t k = start[i]; k < start[i + 1]; ++k) {
+        const std::size_t cell = k - start[i];
+        handles[k] = {morton(T_grid_sensor * patches[i].cells[cell].mean, per_m), patch,
+                      static_cast<std::uint32_t>(cell)};
+      }
     }
   });
-  // Sorted by key, within a key by patch and cell: sort small handles, then gather.
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> handles(moved.size());
-  for (std::uint32_t i = 0; i < handles.size(); ++i) handles[i] = {moved[i].key, i};
-  parallel_sort(handles);
-  std::vector<WorldCell> sorted(moved.size());
+  radix_sort(handles);
+  return handles;
+}
+
+std::vector<WorldCell> world_cells(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
+                                   const std::vector<Handle>& handles) {
+  constexpr std::size_t ahead = 12;  // of the cell at hand: they lie all over the memory
+  std::vector<WorldCell> out(handles.size());
   parallel_for(handles.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) sorted[i] = moved[handles[i].second];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + ahead < end) {
+        const Cell* next = &patches[handles[i + ahead].patch].cells[handles[i + ahead].cell];
+        __builtin_prefetch(next);
+        __builtin_prefetch(next->scatter.data() + 5);
+      }
+      const Handle& handle = handles[i];
+      const Cell& cell = patches[handle.patch].cells[handle.cell];
+      const SE3& T = T_G_sensor[handle.patch];
+      out[i] = {handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell)};
+    }
   });
-  return sorted;
+  return out;
 }
 
 // One root voxel, split from the top.
@@ -85,9 +108,7 @@ class RootSplitter {
     }
     if (may_be_plane(total)) {
       // Below this level the order of the keys is not needed any more unless it is split: sort a copy by patch.
-      by_patch_.assign(cells.begin(), cells.end());
-      std::stable_sort(by_patch_.begin(), by_patch_.end(),
-                       [](const WorldCell& a, const WorldCell& b) { return a.patch < b.patch; });
+      sort_by_patch(cells);
       PlaneFeature feature;
       std::size_t kept = 0;
       if (gate_plane(by_patch_, total, context_, feature, kept) == PlaneVerdict::plane) {
@@ -113,6 +134,14 @@ class RootSplitter {
   }
 
  private:
+  void sort_by_patch(std::span<const WorldCell> cells) {
+    order_.resize(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) order_[i] = std::uint64_t{cells[i].patch} << 32 | i;
+    std::sort(order_.begin(), order_.end());
+    by_patch_.resize(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) by_patch_[i] = cells[order_[i] & 0xFFFFFFFFU];
+  }
+
   static bool one_patch(std::span<const WorldCell> cells) {
     for (const WorldCell& cell : cells) {
       if (cell.patch != cells[0].patch) return false;
@@ -129,6 +158,7 @@ class RootSplitter {
 
   const GateContext& context_;
   PlaneMap& out_;
+  std::vector<std::uint64_t> order_;
   std::vector<WorldCell> by_patch_;
 };
 
@@ -138,11 +168,14 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
                          const std::vector<NoiseModel>& noise, const SE3& T_grid_G, const PlaneMapOptions& options,
                          const std::vector<char>& use) {
   const int levels = std::max(0, static_cast<int>(std::lround(std::log2(options.root_size_m / options.min_size_m))));
-  std::vector<WorldCell> cells = sorted_world_cells(patches, state, T_grid_G, options.min_size_m, use);
+  std::vector<SE3> T_G_sensor;
+  for (const PatchCells& patch : patches) T_G_sensor.push_back(state.T_G_sensor(patch.stop, patch.lidar));
+  const std::vector<Handle> handles = sorted_handles(patches, T_G_sensor, T_grid_G, options.min_size_m, use);
   std::vector<std::size_t> roots;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i == 0 || cells[i].key >> (3 * levels) != cells[i - 1].key >> (3 * levels)) roots.push_back(i);
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    if (i == 0 || handles[i].key >> (3 * levels) != handles[i - 1].key >> (3 * levels)) roots.push_back(i);
   }
+  std::vector<WorldCell> cells = world_cells(patches, T_G_sensor, handles);
   roots.push_back(cells.size());
   const GateContext context{patches, state, noise, options};
   constexpr std::size_t grain = 8;

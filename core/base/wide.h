@@ -1,0 +1,12 @@
+#pragma once
+
+/// Before a function: it is compiled for wide vectors, too, and the program takes the version that the processor can
+/// do. The sums are the same to the bit, since multiplications and additions are not fused; so it is for plain loops
+/// over arrays whose rounds do not depend on each other. Not with sanitizers, which do not know of functions that are
+/// chosen when the program is loaded, nor with GCC before 12, which does not know these names of processors.
+#if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define RIGCAL_WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define RIGCAL_WIDE
+#endif

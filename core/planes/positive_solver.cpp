@@ -1,0 +1,92 @@
+#include "core/planes/positive_solver.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cstring>
+
+#include "core/base/parallel.h"
+#include "core/base/wide.h"
+
+namespace rigcal {
+namespace {
+
+// Fewer unknowns are solved for sooner than they are cut into tiles.
+constexpr Eigen::Index many = 256;
+
+constexpr Eigen::Index tile = 64;
+constexpr std::size_t lanes = 8;
+constexpr std::size_t tall = 2;   // registers of a column
+constexpr std::size_t broad = 4;  // columns at a time
+using Lanes = double __attribute__((vector_size(lanes * sizeof(double)), aligned(alignof(double))));
+
+// C -= A B^T, all of them tiles of matrices with columns `stride` apart.
+RIGCAL_WIDE void take_product(const double* A, const double* B, double* C, std::size_t stride) {
+  constexpr auto side = static_cast<std::size_t>(tile);
+  for (std::size_t j = 0; j < side; j += broad) {
+    for (std::size_t i = 0; i < side; i += tall * lanes) {
+      Lanes sum[broad][tall] = {};
+      for (std::size_t k = 0; k < side; ++k) {
+        const double* a = A + i + k * stride;
+        const double* b = B + j + k * stride;
+        Lanes left[tall];
+        std::memcpy(left, a, sizeof left);
+        for (std::size_t q = 0; q < broad; ++q) {
+          for (std::size_t r = 0; r < tall; ++r) sum[q][r] += left[r] * b[q];
+        }
+      }
+      for (std::size_t q = 0; q < broad; ++q) {
+        double* c = C + i + (j + q) * stride;
+        Lanes old[tall];
+        std::memcpy(old, c, sizeof old);
+        for (std::size_t r = 0; r < tall; ++r) old[r] -= sum[q][r];
+        std::memcpy(c, old, sizeof old);
+      }
+    }
+  }
+}
+
+// Its lower triangle becomes the factor; whole tiles. False where it is not positive definite.
+bool decompose(Eigen::MatrixXd& A) {
+  const Eigen::Index tiles = A.rows() / tile;
+  const auto stride = static_cast<std::size_t>(A.rows());
+  for (Eigen::Index k = 0; k < tiles; ++k) {
+    Eigen::Ref<Eigen::MatrixXd> corner = A.block(k * tile, k * tile, tile, tile);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(corner);
+    if (factor.info() != Eigen::Success) return false;
+    const Eigen::Index below = tiles - k - 1;
+    parallel_for(static_cast<std::size_t>(below), 1, [&](std::size_t begin, std::size_t) {
+      auto part = A.block((k + 1 + static_cast<Eigen::Index>(begin)) * tile, k * tile, tile, tile);
+      corner.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(part);
+    });
+    // All tiles on and below the diagonal, row by row of the triangle.
+    parallel_for(static_cast<std::size_t>(below * (below + 1) / 2), 1, [&](std::size_t number, std::size_t) {
+      std::size_t row = 0;
+      while ((row + 1) * (row + 2) / 2 <= number) ++row;
+      const auto i = k + 1 + static_cast<Eigen::Index>(row);
+      const auto j = k + 1 + static_cast<Eigen::Index>(number - row * (row + 1) / 2);
+      take_product(&A(i * tile, k * tile), &A(j * tile, k * tile), &A(i * tile, j * tile), stride);
+    });
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Eigen::VectorXd> solve_positive(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  const Eigen::Index n = A.rows();
+  if (n < many) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(A);
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    return factor.solve(b);
+  }
+  const Eigen::Index whole = (n + tile - 1) / tile * tile;
+  Eigen::MatrixXd padded = Eigen::MatrixXd::Identity(whole, whole);
+  padded.topLeftCorner(n, n) = A;
+  if (!decompose(padded)) return std::nullopt;
+  const auto L = padded.topLeftCorner(n, n).triangularView<Eigen::Lower>();
+  Eigen::VectorXd x = L.solve(b);
+  L.transpose().solveInPlace(x);
+  return x;
+}
+
+}  // namespace rigcal
