@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/edges/lidar_edges.h"
@@ -23,12 +24,19 @@ struct SampleBlock {
   std::uint32_t end = 0;
 };
 
+/// The one axis about which a rig turned from stop to stop, in its own frame. A camera without a guess is looked for
+/// around it.
+struct RigTurn {
+  Vector3d axis_base = Vector3d::UnitZ();  ///< Unit.
+  Vector3d foot_base = Vector3d::Zero();   ///< A point of it, at the height of the LiDARs.
+};
+
 /// What the LiDAR calibration leaves for the cameras: poses and map stand, only cameras move.
 struct CameraScene {
   std::vector<SE3> T_G_base;     ///< Pose of the rig at each stop.
   std::vector<char> stop_known;  ///< One for each stop; images of others are not used.
-  /// Middle of the LiDARs, in the rig's frame: a camera without a guess is looked for around it.
-  Vector3d middle_base = Vector3d::Zero();
+  /// Nothing where the rig did not turn in place.
+  std::optional<RigTurn> turn;
   std::vector<LidarEdge> edges;
   std::vector<MapSample> samples;
   std::vector<SampleBlock> blocks;  ///< Of the samples; empty: they are not sorted, and each is looked at.

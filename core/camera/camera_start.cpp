@@ -1,6 +1,5 @@
 #include "core/camera/camera_start.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -43,44 +42,12 @@ struct Start {
   double score = 0.0;
 };
 
-// A rotation that takes `from` to `to`; both unit.
-Matrix3d rotation_between(const Vector3d& from, const Vector3d& to) {
-  const Vector3d across = from.cross(to);
-  const double sine = across.norm();
-  const double cosine = from.dot(to);
-  if (sine < 1e-9) return cosine > 0.0 ? Matrix3d::Identity() : exp_so3(pi * from.unitOrthogonal());
-  return exp_so3(std::atan2(sine, cosine) / sine * across);
-}
-
 std::vector<Vector3d> places(const Vector3d& foot, const Vector3d& axis, const Vector3d& lever) {
   std::vector<Vector3d> out;
   for (const double along : along_m) {
     for (const double beside : beside_m) out.push_back(foot + along * axis + beside * lever);
   }
   return out;
-}
-
-// What of the rig stays where it is while it turns, at the height of the LiDARs: least squares of
-// T_G_base(i) foot = T_G_base(j) foot over neighbouring stops.
-Vector3d foot_of_axis(const CameraScene& scene, const Vector3d& axis_base) {
-  Matrix3d A = Matrix3d::Zero();
-  Vector3d b = Vector3d::Zero();
-  const SE3* before = nullptr;
-  for (std::size_t j = 0; j < scene.T_G_base.size(); ++j) {
-    if (!scene.stop_known[j]) continue;
-    const SE3& here = scene.T_G_base[j];
-    if (before != nullptr) {
-      const Matrix3d D = here.R - before->R;
-      A += D.transpose() * D;
-      b -= D.transpose() * (here.t - before->t);
-    }
-    before = &here;
-  }
-  // Along the axis nothing is told.
-  const double scale = std::max(1e-9, A.trace());
-  A += scale * axis_base * axis_base.transpose() + 1e-6 * scale * Matrix3d::Identity();
-  b += scale * axis_base * axis_base.dot(scene.middle_base) + 1e-6 * scale * scene.middle_base;
-  return A.ldlt().solve(b);
 }
 
 class Sweep {
@@ -93,9 +60,10 @@ class Sweep {
   }
 
   // The best place of each step all round.
-  [[nodiscard]] std::vector<Start> run(const Vector3d& axis_base, const CameraAxis& seen) const {
-    const Matrix3d R_0 = rotation_between(seen.axis_camera, axis_base);
-    const Vector3d foot = foot_of_axis(scene_, axis_base);
+  [[nodiscard]] std::vector<Start> run(const RigTurn& turn, const CameraAxis& seen) const {
+    const Vector3d& axis_base = turn.axis_base;
+    const Vector3d& foot = turn.foot_base;
+    const Matrix3d R_0 = Eigen::Quaterniond::FromTwoVectors(seen.axis_camera, axis_base).toRotationMatrix();
     std::vector<Start> out;
     for (int sector = 0; sector < sectors; ++sector) {
       const double middle = (sector + 0.5) * steps_a_sector * step_rad;
@@ -154,14 +122,15 @@ bool is_near(const Start& a, const Start& b) {
 }  // namespace
 
 CameraStarts find_camera_starts(const CameraScene& scene, const CameraTask& camera, const RunContext& context) {
-  const auto motion = match_images(scene, camera);
-  if (!motion) {
+  if (!scene.turn) return {{}, "the rig did not turn in place"};
+  const std::vector<SeenTwice> pairs = match_images(scene, camera);
+  if (pairs.empty()) {
     return {{}, "nothing was recognised in two of its images, or the rig did not turn by 4 to 50 degrees between them"};
   }
-  const auto axis = find_camera_axis(*motion);
+  const auto axis = find_camera_axis(pairs);
   if (!axis) return {{}, "too little was recognised in two of its images to tell how it was turned"};
   if (context.cancelled()) return {};
-  std::vector<Start> swept = Sweep(scene, camera).run(motion->axis_base, *axis);
+  std::vector<Start> swept = Sweep(scene, camera).run(*scene.turn, *axis);
   std::erase_if(swept, [](const Start& start) { return start.score < 0.0; });
   swept = best_apart(std::move(swept), refined_starts, is_near);
   CameraCalibrationOptions loose;

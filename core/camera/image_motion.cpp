@@ -1,6 +1,5 @@
 #include "core/camera/image_motion.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -103,17 +102,6 @@ std::vector<Turned> neighbours_of(const CameraScene& scene, const CameraTask& ca
   return out;
 }
 
-Vector3d common_axis(const std::vector<Turned>& turned) {
-  Matrix3d sum = Matrix3d::Zero();
-  for (const Turned& t : turned) sum += t.rotation_base * t.rotation_base.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
-  Vector3d axis = solver.eigenvectors().col(2);
-  Eigen::Index largest = 0;
-  axis.cwiseAbs().maxCoeff(&largest);
-  if (axis[largest] < 0.0) axis = -axis;
-  return axis;
-}
-
 // What is seen along `second` is seen along this from the first image, if it is far away.
 Vector3d turned(const SeenTwice& pair, const Vector3d& axis, const Vector3d& ray) {
   const double c = std::cos(pair.turn_rad);
@@ -125,11 +113,11 @@ double likeness(double off_squared, double tolerance_rad) {
   return std::max(0.0, 1.0 - off_squared / (tolerance_rad * tolerance_rad));
 }
 
-double share_of_far(const ImageMotion& motion, const Vector3d& axis) {
+double share_of_far(const std::vector<SeenTwice>& pairs, const Vector3d& axis) {
   double sum = 0.0;
-  for (const SeenTwice& pair : motion.pairs)
+  for (const SeenTwice& pair : pairs)
     sum += likeness((turned(pair, axis, pair.second) - pair.first).squaredNorm(), first_carried_rad);
-  return sum / static_cast<double>(motion.pairs.size());
+  return sum / static_cast<double>(pairs.size());
 }
 
 struct Candidate {
@@ -138,9 +126,9 @@ struct Candidate {
   double score = 0.0;
 };
 
-double share_of(const ImageMotion& motion, const Candidate& at, double tolerance_rad) {
+double share_of(const std::vector<SeenTwice>& pairs, const Candidate& at, double tolerance_rad) {
   double sum = 0.0;
-  for (const SeenTwice& pair : motion.pairs) {
+  for (const SeenTwice& pair : pairs) {
     const Vector3d far = turned(pair, at.axis, pair.second);
     const Vector3d off = pair.first - far;
     const double near = likeness(off.squaredNorm(), carried_rad);
@@ -153,7 +141,7 @@ double share_of(const ImageMotion& motion, const Candidate& at, double tolerance
     if (sine > 0.05 && off.dot(carried) > -tolerance_rad) beside = std::abs(across.dot(pair.first)) / sine;
     sum += near * likeness(beside * beside, tolerance_rad);
   }
-  return sum / static_cast<double>(motion.pairs.size());
+  return sum / static_cast<double>(pairs.size());
 }
 
 Candidate moved(const Candidate& from, double about_u, double about_v, double lever_rad) {
@@ -168,8 +156,8 @@ Candidate moved(const Candidate& from, double about_u, double about_v, double le
 }
 
 // Uphill with steps that get shorter.
-void climb(const ImageMotion& motion, double tolerance_rad, Candidate& at) {
-  at.score = share_of(motion, at, tolerance_rad);
+void climb(const std::vector<SeenTwice>& pairs, double tolerance_rad, Candidate& at) {
+  at.score = share_of(pairs, at, tolerance_rad);
   for (double step = 2.0 * tolerance_rad; step > 0.1 * tolerance_rad; step *= 0.5) {
     int rounds = 0;
     for (bool better = true; better && rounds < 20; ++rounds) {
@@ -179,7 +167,7 @@ void climb(const ImageMotion& motion, double tolerance_rad, Candidate& at) {
           // The lever's side shows less than the axis.
           Candidate next =
               moved(at, k == 0 ? sign * step : 0.0, k == 1 ? sign * step : 0.0, k == 2 ? 5.0 * sign * step : 0.0);
-          next.score = share_of(motion, next, tolerance_rad);
+          next.score = share_of(pairs, next, tolerance_rad);
           if (next.score <= at.score + 1e-9) continue;
           at = next;
           better = true;
@@ -190,27 +178,27 @@ void climb(const ImageMotion& motion, double tolerance_rad, Candidate& at) {
 }
 
 // Of all sides the best one, and from there to the top.
-Candidate settled(const ImageMotion& motion, const Vector3d& axis) {
+Candidate settled(const std::vector<SeenTwice>& pairs, const Vector3d& axis) {
   Candidate best;
   best.score = -1.0;
   const Vector3d u = axis.unitOrthogonal();
   for (int k = 0; k < levers; ++k) {
     const double angle = 2.0 * pi * k / levers;
     Candidate tried{axis, std::cos(angle) * u + std::sin(angle) * axis.cross(u), 0.0};
-    climb(motion, beside_rad[0], tried);
+    climb(pairs, beside_rad[0], tried);
     if (tried.score > best.score) best = tried;
   }
-  climb(motion, beside_rad[1], best);
-  climb(motion, beside_rad[2], best);
+  climb(pairs, beside_rad[1], best);
+  climb(pairs, beside_rad[2], best);
   return best;
 }
 
 }  // namespace
 
-std::optional<ImageMotion> match_images(const CameraScene& scene, const CameraTask& camera,
-                                        const ImageMotionOptions& options) {
+std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera,
+                                    const ImageMotionOptions& options) {
   const std::vector<Turned> turned = neighbours_of(scene, camera, options);
-  if (turned.empty()) return std::nullopt;
+  if (turned.empty() || !scene.turn) return {};
   const CameraModel model(camera.intrinsics);
   std::vector<Described> described(camera.views.size());
   parallel_for(described.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -219,46 +207,44 @@ std::optional<ImageMotion> match_images(const CameraScene& scene, const CameraTa
         described[k] = describe(camera.views[k].grey, model, options.features);
     }
   });
-  ImageMotion motion;
-  motion.axis_base = common_axis(turned);
   std::vector<std::vector<SeenTwice>> found(turned.size());
   parallel_for(turned.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Turned& t = turned[k];
-      append_matches(described[t.first], described[t.second], motion.axis_base.dot(t.rotation_base), options.distinct,
-                     found[k]);
+      append_matches(described[t.first], described[t.second], scene.turn->axis_base.dot(t.rotation_base),
+                     options.distinct, found[k]);
     }
   });
   std::size_t all = 0;
   for (const auto& some : found) all += some.size();
   const std::size_t every = std::max<std::size_t>(1, (all + options.most_pairs - 1) / options.most_pairs);
   std::size_t count = 0;
+  std::vector<SeenTwice> pairs;
   for (const auto& some : found) {
     for (const SeenTwice& pair : some) {
-      if (count++ % every == 0) motion.pairs.push_back(pair);
+      if (count++ % every == 0) pairs.push_back(pair);
     }
   }
-  if (motion.pairs.empty()) return std::nullopt;
-  return motion;
+  return pairs;
 }
 
-std::optional<CameraAxis> find_camera_axis(const ImageMotion& motion) {
-  if (motion.pairs.size() < least_pairs) return std::nullopt;
+std::optional<CameraAxis> find_camera_axis(const std::vector<SeenTwice>& pairs) {
+  if (pairs.size() < least_pairs) return std::nullopt;
   std::vector<Candidate> all(directions);
   parallel_for(directions, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       all[i].axis = spiral_direction(i, directions);
-      all[i].score = share_of_far(motion, all[i].axis);
+      all[i].score = share_of_far(pairs, all[i].axis);
     }
   });
   const auto near = [](const Candidate& a, const Candidate& b) { return a.axis.dot(b.axis) > std::cos(apart_rad); };
   std::vector<Candidate> best = best_apart(std::move(all), tried_axes, near);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) best[i] = settled(motion, best[i].axis);
+    for (std::size_t i = begin; i < end; ++i) best[i] = settled(pairs, best[i].axis);
   });
   best = best_apart(std::move(best), 2, near);
   CameraAxis out{best[0].axis, best[0].lever, best[0].score, best.size() > 1 ? best[1].score : 0.0};
-  if (out.share * static_cast<double>(motion.pairs.size()) < static_cast<double>(least_pairs) / 2) return std::nullopt;
+  if (out.share * static_cast<double>(pairs.size()) < static_cast<double>(least_pairs) / 2) return std::nullopt;
   return out;
 }
 

@@ -14,12 +14,6 @@ struct SeenTwice {
   Vector3d second = Vector3d::UnitZ();
 };
 
-struct ImageMotion {
-  /// About what the rig turned from stop to stop: unit, in the frame of the base; `turn_rad` counts about it.
-  Vector3d axis_base = Vector3d::UnitZ();
-  std::vector<SeenTwice> pairs;
-};
-
 struct ImageMotionOptions {
   double least_turn_rad = to_rad(4.0);   ///< A smaller one tells little of its axis,
   double largest_turn_rad = to_rad(50);  ///< a larger one leaves little that both images see.
@@ -29,10 +23,11 @@ struct ImageMotionOptions {
   std::size_t most_pairs = 2000;
 };
 
-/// What the images of a camera have in common. Wrong partners are among them. Nothing where the rig did not turn by
-/// enough, or the images show nothing that could be recognised. In the order of the views; deterministic.
-[[nodiscard]] std::optional<ImageMotion> match_images(const CameraScene& scene, const CameraTask& camera,
-                                                      const ImageMotionOptions& options = {});
+/// What the images of a camera have in common, the rig having turned by CameraScene::turn. Wrong partners are among
+/// them. None where the rig did not turn by enough, or the images show nothing that could be recognised. In the order
+/// of the views; deterministic.
+[[nodiscard]] std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera,
+                                                  const ImageMotionOptions& options = {});
 
 struct CameraAxis {
   Vector3d axis_camera = Vector3d::UnitZ();  ///< The axis of the turn, unit, in the optical frame.
@@ -47,6 +42,6 @@ struct CameraAxis {
 /// that sits beside the axis is carried as well, towards a side that is found with it: what is near moves by up to some
 /// 12 degrees more or less than the turn, along that side (the epipolar constraint, with one rotation for all pairs but
 /// for the known angle). Nothing for fewer than 30 pairs.
-[[nodiscard]] std::optional<CameraAxis> find_camera_axis(const ImageMotion& motion);
+[[nodiscard]] std::optional<CameraAxis> find_camera_axis(const std::vector<SeenTwice>& pairs);
 
 }  // namespace rigcal

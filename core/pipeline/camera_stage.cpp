@@ -11,6 +11,7 @@
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
 #include "core/report/overlay.h"
+#include "core/start/axis_search.h"
 
 namespace rigcal {
 namespace {
@@ -72,8 +73,7 @@ BeamWidth beam_of(LidarModel model) {
   return {};
 }
 
-// Of the LiDARs that were placed.
-Vector3d middle_of(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use) {
+Vector3d middle_of_placed(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use) {
   std::vector<char> placed(state.T_base_sensor.size(), 0);
   for (std::size_t k = 0; k < patches.size(); ++k) {
     if (use.empty() || use[k] != 0) placed[static_cast<std::size_t>(patches[k].lidar)] = 1;
@@ -86,6 +86,14 @@ Vector3d middle_of(const std::vector<PatchCells>& patches, const RigState& state
     count += 1.0;
   }
   return sum / std::max(1.0, count);
+}
+
+std::optional<RigTurn> turn_of(const LidarSolution& solution, const std::vector<PatchCells>& patches) {
+  const auto found = turn_of_poses(solution.state.T_G_base, solution.start.stop_known);
+  if (!found || found->drove()) return std::nullopt;
+  const Vector3d& axis = found->turn.axis;
+  const Vector3d middle = middle_of_placed(patches, solution.state, solution.use);
+  return RigTurn{axis, found->turn.foot + axis * axis.dot(middle)};
 }
 
 class CameraStage {
@@ -237,7 +245,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   CameraScene scene;
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
-  scene.middle_base = middle_of(solution.patches(recording), solution.state, solution.use);
+  scene.turn = turn_of(solution, solution.patches(recording));
   const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
   scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
   int lines = 0;

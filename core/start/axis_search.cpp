@@ -221,7 +221,7 @@ void refine_all(const std::vector<PatchSurfels>& patches, const std::vector<doub
       }
       own.turn = turn_of(patches, solver, angle, own.turn.axis, own.turn.foot);
       own.T_zero_this = poses_of(own.turn);
-      own.score = agreement(patches, own.T_zero_this);
+      own.score = balanced_agreement(patches, own.T_zero_this);
     }
   });
   std::stable_sort(contenders.begin(), contenders.end(),
@@ -246,7 +246,7 @@ void set_free(const std::vector<PatchSurfels>& patches, const AxisSearchOptions&
   RigState state{own.T_zero_this, {SE3{}}};
   align_surfels(alone, layout, multiview, state);
   own.T_zero_this = state.T_G_base;
-  own.score = agreement(alone, own.T_zero_this);
+  own.score = balanced_agreement(alone, own.T_zero_this);
 }
 
 }  // namespace

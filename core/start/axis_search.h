@@ -23,6 +23,9 @@ struct AxisTurn {
 struct TurnOfPoses {
   AxisTurn turn;
   double off_m = 0.0;
+
+  /// Farther off than a vehicle that turns in place: half a metre.
+  [[nodiscard]] bool drove() const { return off_m >= 0.5; }
 };
 [[nodiscard]] std::optional<TurnOfPoses> turn_of_poses(const std::vector<SE3>& T_G_base,
                                                        const std::vector<char>& stop_known);
@@ -31,7 +34,7 @@ struct TurnOfPoses {
 struct OwnTurn {
   AxisTurn turn;
   std::vector<SE3> T_zero_this;  ///< By stop, each a little off the turn where they wander.
-  double score = 0.0;            ///< Share of its surfels that lie on what it saw from other stops.
+  double score = 0.0;            ///< Balanced share of its surfels that lie on what it saw from other stops.
 };
 
 struct AxisSearchOptions {

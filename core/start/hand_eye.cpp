@@ -227,7 +227,7 @@ std::vector<SE3> mountings_on_map(const SurfelIndex& map, const MovingSurfels& m
     for (int k = -steps; k <= steps; ++k) {
       SE3 X = m.T_base_sensor;
       X.t += k * height_step_m * axis;
-      line.push_back({X, match_score(map, few, X, cosine, 0.1)});
+      line.push_back({X, balanced_score(map, few, X, cosine, 0.1)});
     }
     const auto is_near = [](const Mounting& a, const Mounting& b) {
       return (a.T_base_sensor.t - b.T_base_sensor.t).norm() < height_apart_m;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
@@ -16,8 +17,9 @@ constexpr double yaw_apart_rad = to_rad(8.0);
 constexpr std::size_t yaws = 6;
 constexpr double height_step_m = 0.05;
 constexpr double height_reach_m = 2.0;
-constexpr double height_apart_m = 0.3;
-constexpr std::size_t heights_each = 2;
+constexpr double height_apart_m = 0.2;
+constexpr std::size_t heights_each = 4;
+constexpr std::size_t enough_lying = 10;
 constexpr std::size_t items = 600;
 // All places are tried with few, the best share of them with all.
 constexpr std::size_t first_items = 200;
@@ -50,6 +52,15 @@ std::vector<PlacedSurfel> flattened(const std::vector<PlacedSurfel>& surfels) {
   return out;
 }
 
+// What tells a height: upright walls meet at any.
+std::vector<PlacedSurfel> lying(const std::vector<PlacedSurfel>& surfels) {
+  std::vector<PlacedSurfel> out;
+  for (const PlacedSurfel& s : surfels) {
+    if (std::abs(s.normal.z()) > 0.4) out.push_back(s);
+  }
+  return out;
+}
+
 MovingSurfels moving_of(const std::vector<PlacedSurfel>& surfels) {
   MovingSurfels moving{{SE3{}}, {}};
   for (const PlacedSurfel& s : surfels) moving.items.push_back({0, s.mean, s.normal});
@@ -69,10 +80,10 @@ std::vector<Peak> scored(std::vector<Peak> line, const SurfelIndex& index, const
                          const Place& place) {
   const double cosine = std::cos(to_rad(15.0));
   const MovingSurfels few = thinned(moving, first_items);
-  for (Peak& p : line) p.score = match_score(index, few, place(p.at), cosine, reach_m);
+  for (Peak& p : line) p.score = balanced_score(index, few, place(p.at), cosine, reach_m);
   std::stable_sort(line.begin(), line.end(), [](const Peak& a, const Peak& b) { return a.score > b.score; });
   line.resize(line.size() / best_share);
-  for (Peak& p : line) p.score = match_score(index, moving, place(p.at), cosine, reach_m);
+  for (Peak& p : line) p.score = balanced_score(index, moving, place(p.at), cosine, reach_m);
   return line;
 }
 
@@ -111,8 +122,15 @@ Panorama make_panorama(const AxisTurn& turn, const std::vector<PatchSurfels>& pa
 std::vector<SE3> match_panoramas(const Panorama& map, const Panorama& other) {
   const std::vector<PlacedSurfel> here = about_axis(map);
   const std::vector<PlacedSurfel> there = about_axis(other);
-  const SurfelIndex index(without_repetitions(here, 0.5), 0.6);
-  const MovingSurfels moving = moving_of(without_repetitions(there, 0.5));
+  std::vector<PlacedSurfel> fixed = lying(without_repetitions(here, 0.5));
+  std::vector<PlacedSurfel> moved = lying(without_repetitions(there, 0.5));
+  if (std::min(fixed.size(), moved.size()) < enough_lying) {
+    // Then the ends of what stands upright may.
+    fixed = without_repetitions(here, 0.5);
+    moved = without_repetitions(there, 0.5);
+  }
+  const SurfelIndex index(std::move(fixed), 0.6);
+  const MovingSurfels moving = moving_of(moved);
   const SE3 T_map = T_frame_axis(map.turn);
   const SE3 T_other = T_frame_axis(other.turn).inverse();
   std::vector<Peak> peaks = yaw_peaks(here, there);

@@ -2,11 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/start/own_view.h"
 
 namespace rigcal {
 namespace {
@@ -14,13 +16,12 @@ namespace {
 // Of candidates that were tried with few surfels, so many with more, and of these so many with most.
 constexpr std::size_t contenders = 10;
 constexpr std::size_t finalists = 3;
+// The nearest surfel decides, not any of the many around, one of which is tilted enough to pass through anywhere.
+constexpr double nearest_reach = 5.0;
 // A step this small beside the tolerance changes no partner any more.
 constexpr double settled_share = 1e-3;
 
-struct Candidate {
-  SE3 X;
-  double score = 0.0;
-};
+using Candidate = ScoredPose;
 
 bool distinct(const SE3& a, const SE3& b) {
   return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
@@ -93,6 +94,26 @@ double match_score(const SurfelIndex& index, const MovingSurfels& moving, const 
   return static_cast<double>(matched) / static_cast<double>(moving.items.size());
 }
 
+double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
+                      double max_plane_distance_m) {
+  if (moving.items.empty()) return 0.0;
+  std::vector<Vector3d> normals;
+  normals.reserve(moving.items.size());
+  std::vector<char> matched;
+  for (const auto& item : moving.items) {
+    const SE3 T = moving.places[static_cast<std::size_t>(item.place)] * X;
+    normals.push_back(T.R * item.normal);
+    const Vector3d p = T * item.mean;
+    const int hit = index.find(p, normals.back(), min_cosine, nearest_reach * max_plane_distance_m);
+    const bool meets = hit >= 0 && std::abs(index[hit].normal.dot(p - index[hit].mean)) <= max_plane_distance_m;
+    matched.push_back(meets ? 1 : 0);
+  }
+  const std::vector<double> weights = balanced_weights(normals);
+  double score = 0.0;
+  for (std::size_t k = 0; k < weights.size(); ++k) score += matched[k] ? weights[k] : 0.0;
+  return score;
+}
+
 SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m,
                         double to_m) {
   SE3 X = start;
@@ -128,8 +149,8 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
   return X;
 }
 
-RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
-                                     const std::vector<SE3>& starts) {
+std::vector<ScoredPose> refined_poses(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
+                                      const std::vector<SE3>& starts) {
   const MovingSurfels few = thinned(moving, 300);
   const MovingSurfels some = thinned(moving, 1000);
   const MovingSurfels many = thinned(moving, 3000);
@@ -138,26 +159,31 @@ RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelInde
   for (const SE3& X : starts) all.push_back({X, 0.0});
   parallel_for(all.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      all[i].X = refine_registration(coarse, few, all[i].X, 0.8, 0.3);
-      all[i].score = match_score(fine, few, all[i].X, cosine, 0.15);
+      all[i].X = refine_registration(coarse, few, all[i].X, 0.4, 0.2);
+      all[i].score = balanced_score(fine, few, all[i].X, cosine, 0.15);
     }
   });
   std::vector<Candidate> best = best_apart(std::move(all), contenders, is_same);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(fine, some, best[i].X, 0.3, 0.08);
-      best[i].score = match_score(fine, some, best[i].X, cosine, 0.06);
+      best[i].score = balanced_score(fine, some, best[i].X, cosine, 0.06);
     }
   });
   std::vector<Candidate> last = best_apart(std::move(best), finalists, is_same);
   parallel_for(last.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       last[i].X = refine_registration(fine, many, last[i].X, 0.12, 0.08);
-      last[i].score = match_score(fine, many, last[i].X, cosine, 0.06);
+      last[i].score = balanced_score(fine, many, last[i].X, cosine, 0.06);
     }
   });
   sort_by_score(last);
-  return result_of(last);
+  return last;
+}
+
+RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
+                                     const std::vector<SE3>& starts) {
+  return result_of(refined_poses(coarse, fine, moving, starts));
 }
 
 RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
@@ -180,7 +206,7 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);
       best[i].X = refine_registration(fine, many, best[i].X, 0.3, 0.08);
-      best[i].score = match_score(fine, many, best[i].X, std::cos(to_rad(14.0)), 0.06);
+      best[i].score = balanced_score(fine, many, best[i].X, std::cos(to_rad(14.0)), 0.06);
     }
   });
   sort_by_score(best);

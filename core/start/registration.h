@@ -32,8 +32,8 @@ struct RegistrationOptions {
 /// All poses of the search around a guess.
 [[nodiscard]] std::vector<SE3> search_grid(const SE3& guess, const RegistrationOptions& options);
 
-/// A pose X and how well it fits: the share of the surfels that lie within 6 cm of a surface facing the same way
-/// (within 14 degrees).
+/// A pose X and how well it fits: the balanced share of the surfels that lie within 6 cm of a surface facing the same
+/// way (within 14 degrees).
 struct RegistrationResult {
   SE3 X;
   double score = 0.0;
@@ -45,6 +45,11 @@ struct RegistrationResult {
 [[nodiscard]] double match_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
                                  double max_plane_distance_m);
 
+/// The same share in balanced weights (core/start/own_view.h): what faces each direction counts the same, or three
+/// walls would outvote the floor that alone tells a height.
+[[nodiscard]] double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
+                                    double min_cosine, double max_plane_distance_m);
+
 /// Point-to-plane refinement from X with tolerances that shrink from `from_m` to `to_m`.
 [[nodiscard]] SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
                                       double from_m, double to_m);
@@ -55,7 +60,17 @@ struct RegistrationResult {
                                                   const MovingSurfels& moving, const std::vector<SE3>& guesses,
                                                   const RegistrationOptions& options);
 
-/// Refines all of `starts`, each right to half a metre and some degrees, and chooses.
+/// A pose and its score, as in RegistrationResult.
+struct ScoredPose {
+  SE3 X;
+  double score = 0.0;
+};
+
+/// Refines all of `starts`, each right to some decimetres and degrees: the best three distinct ones, the best first.
+[[nodiscard]] std::vector<ScoredPose> refined_poses(const SurfelIndex& coarse, const SurfelIndex& fine,
+                                                    const MovingSurfels& moving, const std::vector<SE3>& starts);
+
+/// The first of these, and the next as its runner-up.
 [[nodiscard]] RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine,
                                                    const MovingSurfels& moving, const std::vector<SE3>& starts);
 

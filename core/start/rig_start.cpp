@@ -30,6 +30,12 @@ constexpr double min_own_score = 0.1;
 constexpr double turning_agreement = 0.85;
 // By how much more must, to believe so.
 constexpr double clear_gain = 0.02;
+// How far off what is aligned may be: as it was placed; where that is doubtful.
+constexpr double near_m = 0.12;
+constexpr double far_m = 0.3;
+// All surfels are laid on each other until nothing moves by more than this, or so many times.
+constexpr double settled_m = 0.03;
+constexpr int most_alignments = 20;
 // Steps of a table that turns equally by hand; of one whose turns were measured.
 constexpr double assumed_step_sigma_rad = to_rad(3.0);
 constexpr double measured_step_sigma_rad = to_rad(0.5);
@@ -202,7 +208,35 @@ void place_by_shapes(const StartInput& input, const std::vector<PatchSurfels>& p
   }
 }
 
-void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
+void set_alignment_priors(const StartInput& input, const Start& start, AdjustOptions& priors) {
+  priors.lidar_priors.assign(static_cast<std::size_t>(input.lidars), {});
+  priors.stop_priors.assign(static_cast<std::size_t>(input.stops), {});
+  for (int j = 0; j < input.stops; ++j) {
+    const auto sj = static_cast<std::size_t>(j);
+    priors.stop_priors[sj] = isotropic_prior(start.state.T_G_base[sj], to_rad(1.0), 0.1);
+  }
+  for (int i = 0; i < input.lidars; ++i) {
+    const auto si = static_cast<std::size_t>(i);
+    if (i == input.base || !start.lidar_known[si]) continue;
+    priors.lidar_priors[si] = isotropic_prior(start.state.T_base_sensor[si], to_rad(3.0), 0.3);
+    if (start.shape_matches[si]) priors.lidar_priors[si] = prior_of(*start.shape_matches[si]);
+  }
+}
+
+// Of any pose, a turn at three metres.
+double largest_move(const RigState& before, const RigState& after) {
+  constexpr double arm_m = 3.0;
+  double most = 0.0;
+  const auto measure = [&](const std::vector<SE3>& a, const std::vector<SE3>& b) {
+    for (std::size_t k = 0; k < a.size(); ++k)
+      most = std::max(most, (a[k].t - b[k].t).norm() + arm_m * rotation_distance(a[k].R, b[k].R));
+  };
+  measure(before.T_G_base, after.T_G_base);
+  measure(before.T_base_sensor, after.T_base_sensor);
+  return most;
+}
+
+void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, double from_m, Start& start) {
   ParameterLayout layout(input.stops, input.lidars);
   std::vector<PatchSurfels> used;
   int first = -1;
@@ -218,23 +252,23 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
     else
       layout.free_stop(j);
   }
-  MultiviewOptions options;
-  options.from_m = 0.12;
-  options.to_m = 0.05;
-  options.priors.lidar_priors.resize(static_cast<std::size_t>(input.lidars));
-  options.priors.stop_priors.resize(static_cast<std::size_t>(input.stops));
-  for (int j = 0; j < input.stops; ++j) {
-    const auto sj = static_cast<std::size_t>(j);
-    options.priors.stop_priors[sj] = isotropic_prior(start.state.T_G_base[sj], to_rad(1.0), 0.1);
-  }
   for (int i = 0; i < input.lidars; ++i) {
-    const auto si = static_cast<std::size_t>(i);
-    if (i == input.base || !start.lidar_known[si]) continue;
-    layout.free_lidar(i);
-    options.priors.lidar_priors[si] = isotropic_prior(start.state.T_base_sensor[si], to_rad(3.0), 0.3);
-    if (start.shape_matches[si]) options.priors.lidar_priors[si] = prior_of(*start.shape_matches[si]);
+    if (i != input.base && start.lidar_known[static_cast<std::size_t>(i)]) layout.free_lidar(i);
   }
-  align_surfels(used, layout, options, start.state);
+  MultiviewOptions options;
+  options.from_m = from_m;
+  options.to_m = 0.05;
+  // What holds a stop or a LiDAR holds it where it stands: a turn that closes only with what the others saw, or a chain
+  // of stops that drifted, comes right in steps. Poses that were given are left no further than once.
+  const int most = input.trajectory.empty() ? most_alignments : 1;
+  for (int k = 0; k < most; ++k) {
+    const RigState before = start.state;
+    set_alignment_priors(input, start, options.priors);
+    align_surfels(used, layout, options, start.state);
+    const double moved_m = largest_move(before, start.state);
+    if (moved_m < settled_m) break;
+    options.from_m = std::clamp(moved_m, near_m, far_m);
+  }
 }
 
 }  // namespace
@@ -272,7 +306,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   if (map.size() < min_surfels) {
     // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
     for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
-    align_all(input, patches, start);
+    align_all(input, patches, near_m, start);
     return start;
   }
   const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
@@ -287,9 +321,11 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
     start.state.T_base_sensor[si] = start.matches[si].X;
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
   }
-  place_without_guess(input, patches, start);
+  const Doubts doubts = place_without_guess(input, patches, start);
   place_by_shapes(input, patches, start);
-  align_all(input, patches, start);
+  reconsider(
+      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, placed); }, start);
+  align_all(input, patches, near_m, start);
   return start;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -35,14 +36,6 @@ class SurfelIndex {
   [[nodiscard]] std::size_t size() const { return surfels_.size(); }
 
  private:
-  // A copy of a surfel, so that a query reads one stretch of memory.
-  struct Entry {
-    Eigen::Vector3f normal;
-    Eigen::Vector3f mean;
-    std::int32_t group;
-    std::int32_t surfel;
-  };
-
   [[nodiscard]] std::size_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const;
   template <class Take>
   void for_each_fit(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
@@ -52,7 +45,11 @@ class SurfelIndex {
   double voxel_m_;
   std::size_t mask_ = 0;
   std::vector<std::uint32_t> bucket_start_;  // entries of each bucket, one list after the other
-  std::vector<Entry> entries_;
+  // Copies of the surfels' normals and means, coordinate by coordinate: a query reads one stretch of each. They have
+  // room for one more look at the end.
+  std::array<std::vector<float>, 6> entries_;
+  std::vector<std::int32_t> group_;
+  std::vector<std::int32_t> surfel_;
 };
 
 /// One surfel for each direction (within 15 degrees) in each cube of `size_m`, the first met: what many stops have seen

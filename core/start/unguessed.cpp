@@ -14,14 +14,12 @@ namespace {
 constexpr double step_sigma_rad = to_rad(0.1);
 // Poses that wander farther off a turn about one axis than a table does.
 constexpr double wandering_m = 0.03;
-// Farther than that, it drove.
-constexpr double driving_m = 0.5;
 // Of what a LiDAR saw, so much must lie on what it saw from other stops, and so much on what the others saw.
 constexpr double min_own_score = 0.1;
 constexpr double min_score = 0.15;
 // A match as good as this, with no other nearly as good, is sure.
 constexpr double sure_score = 0.5;
-constexpr double sure_ratio = 0.8;
+constexpr double sure_ratio = 0.75;
 // A guess that fits, but not surely, is left only for a place that fits this much better.
 constexpr double clearly_better = 1.3;
 // Farther apart than this, two places are two.
@@ -42,13 +40,13 @@ class Placing {
     }
   }
 
-  void run() {
+  Doubts run() {
     std::vector<int> open;
     for (int i = 0; i < input_.lidars; ++i) {
       const auto si = static_cast<std::size_t>(i);
       if (i == input_.base || (start_.lidar_known[si] && is_sure(i))) continue;
       if (start_.lidar_known[si]) own_[si].near = start_.matches[si];
-      if (drove() ? find_mountings_of(i) : find_own_turns_of(i)) open.push_back(i);
+      if (rig_.drove() ? find_mountings_of(i) : find_own_turns_of(i)) open.push_back(i);
     }
     while (!open.empty()) {
       match(open);
@@ -59,24 +57,23 @@ class Placing {
         // Nobody is sure: the one that fits best may help the rest.
         const auto best = std::max_element(open.begin(), open.end(), [&](int a, int b) { return score(a) < score(b); });
         if (score(*best) < min_score) break;
-        const RegistrationResult& match = start_.matches[static_cast<std::size_t>(*best)];
-        doubt_ = std::max(doubt_, match.runner_up_score / match.score);
+        doubts_.from.push_back(doubts_.order.size());
         found.push_back(*best);
         open.erase(best);
       }
       for (const int i : found) accept(i);
     }
+    return doubts_;
   }
 
  private:
-  // What was laid on something doubtful is no surer than that.
   void accept(int lidar) {
     const auto i = static_cast<std::size_t>(lidar);
-    start_.matches[i].runner_up_score = std::max(start_.matches[i].runner_up_score, doubt_ * start_.matches[i].score);
     start_.lidar_known[i] = 1;
     start_.state.T_base_sensor[i] = start_.matches[i].X;
     add_to_map(lidar);
   }
+
   [[nodiscard]] double score(int lidar) const { return start_.matches[static_cast<std::size_t>(lidar)].score; }
   [[nodiscard]] bool is_sure(int lidar) const {
     const RegistrationResult& match = start_.matches[static_cast<std::size_t>(lidar)];
@@ -94,14 +91,13 @@ class Placing {
   }
 
   void add_to_map(int lidar) {
+    doubts_.order.push_back(lidar);
     const SE3& T = start_.state.T_base_sensor[static_cast<std::size_t>(lidar)];
     for (const PatchSurfels& p : patches_of(lidar)) {
       const SE3 T_zero_this = T_zero_base_[static_cast<std::size_t>(p.stop)] * T;
       for (const Surfel& s : p.surfels) map_.surfels.push_back({T_zero_this * s.mean, T_zero_this.R * s.normal, 0});
     }
   }
-
-  [[nodiscard]] bool drove() const { return rig_.off_m >= driving_m; }
 
   bool find_own_turns_of(int lidar) {
     AxisSearchOptions options;
@@ -165,14 +161,15 @@ class Placing {
   std::vector<SE3> T_zero_base_;
   Panorama map_;
   std::vector<Own> own_;  // by LiDAR
-  double doubt_ = 0.0;    // of the least sure that others were laid on
+  Doubts doubts_;
 };
 
 }  // namespace
 
-void place_without_guess(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
+Doubts place_without_guess(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
   const std::optional<TurnOfPoses> rig = turn_of_poses(start.state.T_G_base, start.stop_known);
-  if (rig) Placing(input, patches, *rig, start).run();
+  if (!rig) return {};
+  return Placing(input, patches, *rig, start).run();
 }
 
 }  // namespace rigcal

@@ -23,6 +23,10 @@ TEST(CameraStart, SaysWhatIsMissing) {
   const CameraStarts quarter_turns = find_camera_starts(room.scene, room.camera, {reporter});
   EXPECT_TRUE(quarter_turns.T_base_camera.empty());
   EXPECT_NE(quarter_turns.why_none.find("50 degrees"), std::string::npos) << quarter_turns.why_none;
+  room.scene.turn.reset();
+  const CameraStarts drove = find_camera_starts(room.scene, room.camera, {reporter});
+  EXPECT_TRUE(drove.T_base_camera.empty());
+  EXPECT_NE(drove.why_none.find("in place"), std::string::npos) << drove.why_none;
 }
 
 }  // namespace

@@ -125,6 +125,7 @@ inline std::vector<MapSample> map_of_room(Random& random) {
   room.truth = {exp_so3({0.02, -0.03, 0.01}) * optical, {0.05, 0.04, -0.03}};
   room.camera.name = "camera";
   room.camera.intrinsics = {DistortionModel::radtan, 320, 240, 220.0, 220.0, 159.5, 119.5, {-0.1, 0.02, 0.0, 0.0, 0.0}};
+  room.scene.turn = RigTurn{};
   const CameraModel model(room.camera.intrinsics);
   for (int j = 0; j < stops; ++j) {
     const double away = 4.0 * j / stops;

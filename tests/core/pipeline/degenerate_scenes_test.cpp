@@ -118,7 +118,7 @@ TEST(DegenerateScenes, ASquareRoomIsEnoughWithAGuess) { expect_right(calibrate_i
 // A quarter turn about its middle maps the room into itself, and all that was seen from there.
 TEST(DegenerateScenes, InTheMiddleOfASquareRoomFourTurnsFitWithoutAGuess) {
   const Seen seen = calibrate_in(walls_of_room(8.0, 8.0, 3.0), {.with_guess = false, .table = "0, 0"});
-  expect_flagged(seen, testing::_);
+  for (std::size_t i = 1; i < seen.result.sensors.size(); ++i) EXPECT_NE(seen.result.sensors[i].status, Status::good);
   for (const std::size_t i : {2U, 3U}) {
     EXPECT_THAT(seen.result.sensors[i].reasons, Contains(HasSubstr("the scene is symmetric")));
   }

@@ -118,6 +118,33 @@ TEST(MatchScore, IsTheShareOfSurfelsThatMeetOneWithinTheTolerances) {
   EXPECT_EQ(0.0, match_score(index, moving, up, 0.9, 0.1));
 }
 
+TEST(BalancedScore, CountsEachDirectionTheSameHoweverManySurfelsFaceIt) {
+  std::vector<PlacedSurfel> walls;
+  MovingSurfels moving{{SE3{}}, {}};
+  for (int k = 0; k < 90; ++k) {
+    const Vector3d mean(3.0 * k, 0, 0);
+    const Vector3d normal = Vector3d::Unit(k < 60 ? 0 : k < 80 ? 1 : 2);
+    moving.items.push_back({0, mean, normal});
+    if (k < 80) walls.push_back({mean, normal, 0});
+  }
+  const SurfelIndex index(walls, 1.0);
+  EXPECT_NEAR(8.0 / 9.0, match_score(index, moving, SE3{}, 0.9, 0.1), 1e-9);
+  // Two directions of three; that of the fewest a little less, since a stray surfel is no direction.
+  EXPECT_NEAR(2.0 / 3.0, balanced_score(index, moving, SE3{}, 0.9, 0.1), 0.03);
+  moving.items.clear();
+  EXPECT_EQ(0.0, balanced_score(index, moving, SE3{}, 0.9, 0.1));
+}
+
+TEST(BalancedScore, AsksTheNearestSurfelAndNoneThatLeansInto) {
+  const Vector3d leaning = Vector3d(0.2, 0, 1).normalized();
+  const SurfelIndex index({{Vector3d::Zero(), Vector3d::UnitZ(), 0}, {Vector3d(1, 0, 0), leaning, 0}}, 1.0);
+  MovingSurfels moving{{SE3{}}, {{0, Vector3d(0, 0, 0.2), Vector3d::UnitZ()}}};
+  EXPECT_EQ(1.0, match_score(index, moving, SE3{}, 0.9, 0.06));
+  EXPECT_EQ(0.0, balanced_score(index, moving, SE3{}, 0.9, 0.06));
+  moving.items[0].mean.z() = 0.05;
+  EXPECT_NEAR(1.0, balanced_score(index, moving, SE3{}, 0.9, 0.06), 1e-9);
+}
+
 TEST(RefineRegistration, EndsWithinTheSurfelsOwnNoise) {
   const Room room(12);
   Random random(13);
