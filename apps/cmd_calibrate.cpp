@@ -1,11 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/calibrate_options.h"
 #include "apps/calibration_run.h"
 #include "apps/calibration_text.h"
 #include "apps/command.h"
 #include "apps/estimate_text.h"
 #include "apps/input_digester.h"
+#include "apps/kept_memory.h"
 #include "apps/recording.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
@@ -20,23 +22,6 @@ namespace rigcal {
 namespace {
 
 constexpr double board_reach_m = 12.0;
-
-struct CalibrateOptions {
-  std::string input;
-  std::string out;
-  std::string rig;
-  std::string method = "targetless";
-  std::string stages = "cameras";
-  std::string initial;
-  std::string images;
-  std::string require = "10mm,0.1deg";
-  std::vector<double> pose_prior{0.05, 2.0};
-  bool full_map = false;
-  bool refine_intrinsics = false;
-  bool incremental = false;
-};
-
-constexpr const char* no_guess = "none";
 
 // --initial is read before the recording is, which takes longer; nothing where it is not given.
 Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path) {
@@ -149,32 +134,14 @@ Expected<CalibrationResult> calibrate(const Recording& recording, const std::opt
                        calibration_options(options, require), context);
 }
 
-// What the report tells of the run, so that it can be repeated.
-std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOptions& options) {
-  const std::string prior = number_text(options.pose_prior[0]) + "," + number_text(options.pose_prior[1]);
-  return {{"INPUT", options.input},
-          {"--rig", options.rig.empty() ? "the session's own" : options.rig},
-          {"--method", options.method},
-          {"--stages", options.stages},
-          {"--initial", options.initial.empty() ? "the rig file's" : options.initial},
-          {"--images", options.images.empty() ? "those of INPUT" : options.images},
-          {"--refine-intrinsics", options.refine_intrinsics ? "yes" : "no"},
-          {"--require", options.require},
-          {"--pose-prior", prior},
-          {"--full-map", options.full_map ? "yes" : "no"}};
-}
-
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
+  keep_freed_memory();
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
   if (!require) return require.error();
   const auto initial = rough_extrinsics(options.initial);
   if (!initial) return initial.error();
-  std::vector<std::string> inputs{options.input};
-  for (const std::string& path : {options.rig, options.images}) {
-    if (!path.empty()) inputs.push_back(path);
-  }
-  InputDigester digester(inputs);
+  InputDigester digester(inputs_of(options));
   CellOptions cells;
   cells.keep_thinned = true;
   // Boards stand near; nothing else of the points is needed whole.
@@ -210,18 +177,6 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   return exit_code_of(result->status);
 }
 
-// The planes method knows neither stages nor poses nor cameras, that of the board neither stages nor poses nor a map:
-// who asks for these wants another one.
-void check_options_of(const CalibrateOptions& options, const CLI::App& command) {
-  std::vector<const char*> useless;
-  if (options.method == "planes")
-    useless = {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"};
-  if (options.method == "checkerboard") useless = {"--stages", "--pose-prior", "--full-map", "--incremental"};
-  for (const char* name : useless) {
-    if (command.count(name) > 0) throw CLI::ValidationError(name, "is of no use with --method " + options.method);
-  }
-}
-
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, CommandContext& context) {
@@ -232,45 +187,16 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--out", options->out, "The result folder; an older result there is replaced as a whole")
       ->required()
       ->option_text("RESULT");
-  command->add_option("--rig", options->rig, "The rig file (a session brings its own)")->option_text("RIG");
-  command
-      ->add_option("--method", options->method,
-                   "targetless (default): all stops together; planes: LiDARs from the planes of one still moment; "
-                   "checkerboard: LiDARs and cameras by a board shown in several poses")
-      ->check(CLI::IsMember({"targetless", "planes", "checkerboard"}))
-      ->option_text("METHOD");
-  command
-      ->add_option("--stages", options->stages, "Stop after poses, extrinsics, joint (all LiDARs) or cameras (default)")
-      ->check(CLI::IsMember({"poses", "extrinsics", "joint", "cameras"}))
-      ->option_text("STAGE");
-  command
-      ->add_option(
-          "--initial", options->initial,
-          "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's); none: "
-          "LiDARs from the turn of the rig alone")
-      ->option_text("FILE|none");
+  add_calibration_options(*command, *options);
   command
       ->add_option("--images", options->images,
                    "The cameras' images where they do not lie with the recording: DIR/<camera>/ as in a session")
       ->option_text("DIR");
-  command->add_flag("--refine-intrinsics", options->refine_intrinsics,
-                    "Find each camera's intrinsics, too, starting from the rig file's (with a checkerboard from none)");
-  command->add_option("--require", options->require, "What good means: 95 % bounds (default 10mm,0.1deg)")
-      ->check(CLI::Validator(check_tolerance, ""))
-      ->option_text("MM,DEG");
-  command
-      ->add_option("--pose-prior", options->pose_prior,
-                   "How far a given trajectory may be off: metres, degrees (default 0.05,2)")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::PositiveNumber)
-      ->option_text("M,DEG");
-  command->add_flag("--full-map", options->full_map, "map.ply with all points kept, not one for each 2 cm");
   command->add_flag("--incremental", options->incremental,
                     "Also solve after every stop, and say what is known by then and which turn would help most");
   command->footer("Example:\n  rigcal calibrate run.pcap --rig rig.yaml --out result");
   command->callback([options, command, &context] {
-    check_options_of(*options, *command);
+    check_calibration_options(*options, *command);
     context.run = [options, &context] { return run_calibrate(*options, context); };
   });
 }

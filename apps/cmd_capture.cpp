@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -7,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/byte_size.h"
 #include "apps/calibration_text.h"
 #include "apps/capture.h"
 #include "apps/capture_dashboard.h"
@@ -37,24 +37,9 @@ struct CaptureCommand {
   std::optional<std::string> web;  ///< Where; empty: the usual place.
 };
 
-// "4GB", "500 MB", "1.5GiB"; nothing where it is none.
-std::optional<std::uint64_t> parse_bytes(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !(value > 0.0) || value > 1e9) return std::nullopt;
-  std::string unit(end, text.data() + text.size());
-  if (!unit.empty() && unit.front() == ' ') unit.erase(0, 1);
-  constexpr std::pair<const char*, double> units[] = {
-      {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}, {"MiB", 1048576.0}, {"GiB", 1073741824.0}};
-  for (const auto& [name, bytes] : units)
-    if (unit == name) return static_cast<std::uint64_t>(value * bytes);
-  return std::nullopt;
-}
-
 std::string check_keep(const std::string& text) {
-  const auto bytes = parse_bytes(text);
-  if (!bytes) return "write a size like 4GB or 500MB, not '" + text + "'";
-  if (*bytes < PacketRecorder::kLeastKept) return "less than 17MB cannot be kept";
+  if (const std::string wrong = check_bytes(text); !wrong.empty()) return wrong;
+  if (*parse_bytes(text) < PacketRecorder::kLeastKept) return "less than 17MB cannot be kept";
   return {};
 }
 

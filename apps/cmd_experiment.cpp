@@ -6,11 +6,16 @@
 
 #include "apps/base_experiment.h"
 #include "apps/board_experiment_text.h"
+#include "apps/bound/bound_experiment.h"
 #include "apps/command.h"
+#include "apps/kept_memory.h"
+#include "apps/known_files.h"
 #include "apps/planes_experiment_text.h"
 #include "apps/sigma_experiment.h"
+#include "apps/speed/experiment.h"
 #include "apps/start_experiment.h"
 #include "apps/targetless/experiment.h"
+#include "core/base/parallel.h"
 #include "core/io/output_file.h"
 #include "core/io/staged_folder.h"
 
@@ -30,10 +35,12 @@ struct ExperimentOptions {
   StartExperimentOptions start;
   BoardDrawOptions boards;
   int shown = 100;
-  std::vector<std::string> parts;  // of checkerboard and targetless; empty: all
-  bool no_guess = false;           // of base
-  bool no_gyro = false;            // likewise
-  std::optional<int> rigs;         // of sigma, start and checkerboard
+  std::vector<std::string> parts;        // of checkerboard, speed and targetless; empty: all
+  bool no_guess = false;                 // of base
+  bool no_gyro = false;                  // likewise
+  std::optional<int> rigs;               // of sigma, start and checkerboard
+  double scale = 1.0;                    // of speed
+  std::string scratch = "rigcal-speed";  // likewise
   std::uint64_t seed = 1;
   std::string out;
 };
@@ -94,6 +101,29 @@ Expected<ExitCode> run_sigma(const ExperimentOptions& options, CommandContext& c
   } else if (!context.quiet) {
     CommandContext::print(sigma_experiment_text(*rows));
   }
+  return ExitCode::good;
+}
+
+Expected<ExitCode> run_bound(const ExperimentOptions& options, CommandContext& context) {
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made = StagedFolder::replace(options.out, {"table.txt", "table.json"});
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  bound::BoundExperimentOptions chosen;
+  chosen.seed = options.seed;
+  chosen.rigs = options.rigs.value_or(chosen.rigs);
+  chosen.points = options.points.value_or(chosen.points);
+  const Expected<bound::BoundExperiment> experiment = bound::try_bounds(chosen, context.run_context());
+  if (!experiment) return experiment.error();
+  const std::string text = bound::bound_experiment_text(*experiment);
+  const std::string json = bound::bound_experiment_json(*experiment);
+  if (folder) {
+    if (const auto done = write_folder({{"table.txt", text}, {"table.json", json}}, *folder); !done)
+      return done.error();
+  }
+  if (context.json || !context.quiet) CommandContext::print(context.json ? json : text);
   return ExitCode::good;
 }
 
@@ -187,6 +217,31 @@ Expected<ExitCode> run_targetless(const ExperimentOptions& options, CommandConte
   return ExitCode::good;
 }
 
+Expected<ExitCode> run_speed(const ExperimentOptions& options, CommandContext& context) {
+  keep_freed_memory();  // as calibrate
+  std::optional<StagedFolder> folder;
+  if (!options.out.empty()) {
+    Expected<StagedFolder> made = StagedFolder::replace(options.out, speed::experiment_file_names());
+    if (!made) return made.error();
+    folder.emplace(std::move(*made));
+  }
+  speed::ExperimentOptions what{options.parts, options.scale, options.seed, {}, {}};
+  what.programs.rig = rig_file("turntable");
+  what.programs.scratch = options.scratch;
+  what.programs.threads = thread_count();
+  const auto experiment = speed::run_parts(what, context.run_context());
+  if (!experiment) return experiment.error();
+  if (folder) {
+    if (const auto done = write_folder(speed::experiment_files(*experiment), *folder); !done) return done.error();
+  }
+  if (context.json) {
+    CommandContext::print(speed::experiment_json(*experiment));
+  } else if (!context.quiet) {
+    CommandContext::print(speed::experiment_text(*experiment));
+  }
+  return ExitCode::good;
+}
+
 Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& context) {
   BaseExperimentOptions base;
   base.seed = options.seed;
@@ -207,9 +262,11 @@ Expected<ExitCode> run_base(const ExperimentOptions& options, CommandContext& co
 Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandContext& context) {
   if (options.paper == "checkerboard") return run_checkerboard(options, context);
   if (options.paper == "sigma") return run_sigma(options, context);
+  if (options.paper == "bound") return run_bound(options, context);
   if (options.paper == "start") return run_start(options, context);
   if (options.paper == "base") return run_base(options, context);
   if (options.paper == "targetless") return run_targetless(options, context);
+  if (options.paper == "speed") return run_speed(options, context);
   std::optional<StagedFolder> folder;
   if (!options.out.empty()) {
     Expected<StagedFolder> made =
@@ -232,6 +289,7 @@ Expected<ExitCode> run_experiment(const ExperimentOptions& options, CommandConte
 
 std::vector<std::string> parts_of(const std::string& paper) {
   if (paper == "targetless") return targetless::part_names();
+  if (paper == "speed") return speed::part_names();
   if (paper == "checkerboard") return {board_parts.begin(), board_parts.end()};
   return {};
 }
@@ -251,14 +309,14 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   CLI::App* command =
       app.add_subcommand("experiment", "Repeat the experiments behind the figures in the documentation");
   command
-      ->add_option(
-          "PAPER", options->paper,
-          "targetless: the main method, beside ICP and others; planes: LiDARs from the planes of a corner; "
-          "checkerboard: LiDARs and cameras by a board; sigma: whether "
-          "errors are as large as sigma says; start: how many random rigs are found without a guess; base: whether the "
-          "choice of the base changes a result")
+      ->add_option("PAPER", options->paper,
+                   "targetless: the main method, beside ICP and others; planes: LiDARs from the planes of a corner; "
+                   "checkerboard: LiDARs and cameras by a board; sigma: whether "
+                   "errors are as large as sigma says; bound: how far errors are above what the noise allows; start: "
+                   "how many random rigs are found without a guess; base: whether the "
+                   "choice of the base changes a result; speed: what each step takes, beside the memory's bandwidth")
       ->required()
-      ->check(CLI::IsMember({"targetless", "planes", "checkerboard", "sigma", "start", "base"}));
+      ->check(CLI::IsMember({"targetless", "planes", "checkerboard", "sigma", "bound", "start", "base", "speed"}));
   command
       ->add_option(
           "--trials", options->trials,
@@ -286,17 +344,27 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--part", options->parts,
                    "checkerboard: only pairs (10 poses), curves (3 to 20), detection or livox; targetless: only "
-                   "iterations, basin, chain, time or cameras; may be repeated")
+                   "iterations, basin, chain, time or cameras; speed: only programs (runs of rigcal itself), stages, "
+                   "scans or growth; may be repeated")
       ->option_text("NAME");
+  command->add_option("--scale", options->scale, "speed: of all numbers of points (default 1)")
+      ->check(CLI::Range(0.001, 1.0))
+      ->option_text("SHARE");
+  command
+      ->add_option(
+          "--scratch", options->scratch,
+          "speed: folder for simulated runs of 2 GB; made, and removed at the end (default: rigcal-speed here)")
+      ->option_text("DIR");
   command
       ->add_option("--rigs", options->rigs,
-                   "sigma: rigs of each kind of errors (default 60); start: of each case (20); checkerboard: with each "
+                   "sigma: rigs of each kind of errors (default 60); bound: rigs (30); start: of each case (20); "
+                   "checkerboard: with each "
                    "Livox sensor (10); base: rigs (6)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
   command
       ->add_option("--points", options->points,
-                   "targetless, start, base: points of each patch (default 20000; targetless, cameras: 100000)")
+                   "targetless, bound, start, base: points of each patch (default 20000; targetless, cameras: 100000)")
       ->check(CLI::Range(1000, 1000000))
       ->option_text("N");
   command->add_option("--case", options->start.cases, "start: only this case; may be repeated")

@@ -47,6 +47,7 @@ struct CommandContext {
 ///
 /// Do not let CLI11 check files (exit code 2): a missing input is an Error of kind input (3).
 
+void add_batch_command(CLI::App& app, CommandContext& context);
 void add_calibrate_command(CLI::App& app, CommandContext& context);
 void add_capture_command(CLI::App& app, CommandContext& context);
 void add_doctor_command(CLI::App& app, CommandContext& context);

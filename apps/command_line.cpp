@@ -26,6 +26,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_simulate_command(app, context);
   add_capture_command(app, context);
   add_calibrate_command(app, context);
+  add_batch_command(app, context);
   add_inspect_command(app, context);
   add_import_command(app, context);
   add_export_command(app, context);

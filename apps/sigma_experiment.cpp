@@ -6,7 +6,6 @@
 #include "apps/independent_trials.h"
 #include "apps/light_runs.h"
 #include "core/base/median.h"
-#include "core/base/random.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/light_rig.h"
 #include "simdata/scene_file.h"
@@ -14,7 +13,6 @@
 namespace rigcal {
 namespace {
 
-constexpr std::uint64_t stops_stream = 900;
 // Of the chi-square distribution with six degrees of freedom.
 constexpr double chi2_95 = 12.592;
 constexpr double chi2_68 = 7.0058;
@@ -35,21 +33,10 @@ Expected<RigTrials> try_rig(const SigmaCase& kind, int points, std::uint64_t see
   const std::string scene_name = light_run_scenes[seed % light_run_scenes.size()];
   const Expected<sim::Scene> scene = sim::load_scene(scene_name);
   if (!scene) return scene.error();
-  sim::LightRigOptions light_options;
-  light_options.seed = seed;
-  light_options.shots_per_patch = points;
-  light_options.unit_errors.range_bias_sigma_m = kind.range_bias_m;
-  light_options.unit_errors.footprint_share = kind.footprint_share;
-  light_options.turntable.stops = 12 + static_cast<int>(Random(seed, stops_stream).below(13));
+  const sim::LightRigOptions light_options = sigma_run(seed, points, kind.range_bias_m, kind.footprint_share);
   Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
   if (!light) return light.error();
-  std::vector<std::optional<SE3>> guess;
-  for (const Sensor& sensor : light->rig.sensors) guess.push_back(sensor.initial_T_base_sensor);
-  guess[static_cast<std::size_t>(light->rig.base)] = SE3{};
-  LidarCalibrationOptions options;
-  options.with_map = false;
-  const Expected<CalibrationResult> result =
-      calibrate_lidars(light->rig, light_recording(*light, true), guess, options, context);
+  const Expected<CalibrationResult> result = calibrate_from_guesses(*light, context);
   if (!result) return result.error();
   RigTrials out;
   for (std::size_t i = 0; i < result->sensors.size(); ++i) {

@@ -132,9 +132,11 @@ void judge(const Trial& trial, StartRow& row, Errors& errors) {
     } else {
       all_right = false;
       if (sensor.status == Status::good) all_flagged = false;
-      miss += sensor.T_base_sensor
-                  ? fmt::format(" {} {} {:.1f} mm {:.3f} deg;", sensor.name, to_string(sensor.status), mm, deg)
-                  : fmt::format(" {} failed;", sensor.name);
+      miss += sensor.T_base_sensor ? fmt::format(" {} {} {:.1f} mm {:.3f} deg (sigma {:.1f}, {:.3f});", sensor.name,
+                                                 to_string(sensor.status), mm, deg,
+                                                 1e3 * std::sqrt(sensor.covariance.diagonal().tail<3>().sum()),
+                                                 to_deg(std::sqrt(sensor.covariance.diagonal().head<3>().sum())))
+                                   : fmt::format(" {} failed;", sensor.name);
     }
   }
   ++row.rigs;
@@ -163,6 +165,8 @@ Expected<void> try_rig(const StartCase& kind, std::uint64_t seed, int points, co
   SilentReporter silent;
   LidarCalibrationOptions options;
   options.with_map = false;
+  // A result is good where it is known to be what the experiment calls right.
+  options.require = {right_m, right_rad};
   auto result =
       calibrate_lidars(rig->light.rig, rig->recording, guesses(kind, *rig, seed), options, {silent, context.stop});
   if (!result) return result.error();

@@ -1,12 +1,12 @@
 #include "apps/targetless/camera_experiment.h"
 
 #include <array>
-#include <chrono>
 #include <cmath>
 
 #include "apps/targetless/fixed_voxels.h"
 #include "apps/targetless/mutual_information.h"
 #include "apps/targetless/published.h"
+#include "apps/targetless/seconds.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/camera/edge_solver.h"
@@ -18,9 +18,6 @@ namespace {
 constexpr std::uint64_t guess_stream = 970;
 enum Method : std::size_t { ours, ransac, information, methods };
 constexpr std::array<const char*, methods> method_names{"rigcal", "fixed voxels", "information"};
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
 
 Error cancelled() { return {ErrorKind::cancelled, "stopped", {}, {}}; }
 

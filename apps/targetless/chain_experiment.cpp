@@ -5,7 +5,6 @@
 
 #include "apps/targetless/motion_based.h"
 #include "apps/targetless/trials.h"
-#include "simdata/random_vectors.h"
 #include "simdata/scene_file.h"
 
 namespace rigcal::targetless {
@@ -96,9 +95,8 @@ std::vector<std::vector<SE3>> rough_motions(const sim::LightRig& light, const Se
     std::vector<SE3> poses;
     for (const SE3& G : light.T_G_base) {
       const SE3 T = (light.T_G_base.front() * E).inverse() * (G * E);
-      const Vector3d turn = to_rad(set.pose_error_deg) * sim::random_normal3(random);
-      const Vector3d shift = set.pose_error_m * sim::random_normal3(random);
-      poses.push_back(poses.empty() ? T : T * SE3{exp_so3(turn), shift});
+      const SE3 rough = rough_pose(T, set, random);
+      poses.push_back(poses.empty() ? T : rough);
     }
     out.push_back(std::move(poses));
   }

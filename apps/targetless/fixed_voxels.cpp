@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 
+#include "apps/targetless/seconds.h"
 #include "core/base/parallel.h"
 #include "core/corner/ransac_planes.h"
 #include "core/edges/edge_candidates.h"
@@ -109,15 +109,16 @@ void find_edges(const FixedVoxelOptions& options, Voxel& voxel) {
 }  // namespace
 
 FixedVoxelEdges find_edges_in_fixed_voxels(const std::vector<Vector3d>& points_G, const FixedVoxelOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = Clock::now();
   std::vector<Voxel> voxels = voxels_of(points_G, options);
   parallel_for(voxels.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) find_planes(options, voxels[i]);
   });
-  const auto planed = std::chrono::steady_clock::now();
+  const auto planed = Clock::now();
   parallel_for(voxels.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) find_edges(options, voxels[i]);
   });
+  const auto edged = Clock::now();
   FixedVoxelEdges out;
   out.voxels = voxels.size();
   int lines = 0;
@@ -131,9 +132,8 @@ FixedVoxelEdges find_edges_in_fixed_voxels(const std::vector<Vector3d>& points_G
     }
     lines += last + 1;
   }
-  const auto end = std::chrono::steady_clock::now();
-  out.planes_s = std::chrono::duration<double>(planed - begin).count();
-  out.edges_s = std::chrono::duration<double>(end - planed).count();
+  out.planes_s = seconds_between(begin, planed);
+  out.edges_s = seconds_between(planed, edged);
   return out;
 }
 

@@ -2,10 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nanoflann.hpp>
 
+#include "apps/targetless/seconds.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/geometry/point_cluster.h"
@@ -115,10 +115,6 @@ struct Partners {
   Vector3d normal_b;  // sensor frame of b
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 struct PairwiseIcp::Content {
@@ -222,7 +218,7 @@ IcpRun run_icp(PairwiseIcp& icp, const IcpRunOptions& options, const RunContext&
     return std::max(icp.options().to_m, from * std::pow(icp.options().shrink, k));
   };
   IcpRun run;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   for (int k = 0; k < options.pose_iterations && !context.cancelled(); ++k) {
     icp.match(state, reach(pose_reach_share * icp.options().from_m, k), options.base);
     icp.solve(poses, state);
@@ -233,11 +229,11 @@ IcpRun run_icp(PairwiseIcp& icp, const IcpRunOptions& options, const RunContext&
     moves_all = moves_all || run.iterations >= options.extrinsic_iterations;
     const RigState before = state;
     const double reach_m = reach(icp.options().from_m, run.iterations);
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     icp.match(state, reach_m);
-    const auto matched = std::chrono::steady_clock::now();
+    const auto matched = Clock::now();
     icp.solve(moves_all ? all : extrinsics, state);
-    run.match_s += std::chrono::duration<double>(matched - begin).count();
+    run.match_s += seconds_between(begin, matched);
     run.solve_s += seconds_since(matched);
     if (options.after_iteration) options.after_iteration(state);
     double moved_m = 0.0;

@@ -7,7 +7,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "core/geometry/numeric_derivative.h"
-#include "core/geometry/symmetric_eigen.h"
+#include "core/start/hand_eye.h"
 
 namespace rigcal::targetless {
 namespace {
@@ -78,9 +78,7 @@ class Motions {
 
   // The axis that the base turned about most, and the sensor's for the same turns: what is left is a turn about it.
   [[nodiscard]] std::vector<SE3> starts() const {
-    Matrix3d spread = Matrix3d::Zero();
-    for (const SE3& A : A_) spread += log_so3(A.R) * log_so3(A.R).transpose();
-    const Vector3d a = symmetric_eigen(spread).vectors.col(2);
+    const Vector3d a = main_axis(A_);
     Vector3d b = Vector3d::Zero();
     for (std::size_t i = 0; i < A_.size(); ++i) b += log_so3(A_[i].R).dot(a) * log_so3(B_[i].R);
     if (b.norm() < 1e-9) return {SE3{}};

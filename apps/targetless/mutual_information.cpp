@@ -1,10 +1,11 @@
 #include "apps/targetless/mutual_information.h"
 
+#include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <opencv2/core/optim.hpp>
 
+#include "apps/targetless/seconds.h"
 #include "core/base/parallel.h"
 #include "core/camera/sightings.h"
 
@@ -128,14 +129,14 @@ std::optional<MutualInformation> maximise_information(const CameraScene& scene, 
   MutualInformation out;
   out.T_base_camera = guess_T_base_camera;
   for (const Level& level : levels) {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     SightingOptions seen;
     seen.max_sightings = most_sightings;
     seen.margin_px = &level == &levels.front() ? margin_px : 0.0;
     const std::vector<Sighting> sightings = find_sightings(scene, codes, camera, model, out.T_base_camera, seen);
     if (sightings.size() < least_sightings) return std::nullopt;
     const std::vector<GreyImage> images = blurred_views(camera, level.blur_px);
-    const auto matched = std::chrono::steady_clock::now();
+    const auto matched = Clock::now();
     const cv::Ptr<Objective> objective = cv::makePtr<Objective>(model, sightings, images, out.T_base_camera);
     cv::Mat step(1, 6, CV_64F);
     for (int k = 0; k < 6; ++k) step.at<double>(k) = k < 3 ? level.rotation_rad : level.translation_m;
@@ -145,8 +146,8 @@ std::optional<MutualInformation> maximise_information(const CameraScene& scene, 
     out.information = -solver->minimize(x);
     out.T_base_camera = objective->moved(x.ptr<double>());
     out.evaluations += objective->evaluations();
-    out.match_s += std::chrono::duration<double>(matched - begin).count();
-    out.solve_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - matched).count();
+    out.match_s += seconds_between(begin, matched);
+    out.solve_s += seconds_since(matched);
   }
   return out;
 }

@@ -14,9 +14,8 @@ std::vector<std::optional<SE3>> rough_poses(const sim::LightRig& light, const Se
   Random random(options.seed, odometry_stream);
   std::vector<std::optional<SE3>> out;
   for (const SE3& T : light.T_G_base) {
-    const Vector3d turn = to_rad(options.pose_error_deg) * sim::random_normal3(random);
-    const Vector3d shift = options.pose_error_m * sim::random_normal3(random);
-    out.emplace_back(out.empty() ? T : T * SE3{exp_so3(turn), shift});
+    const SE3 rough = rough_pose(T, options, random);
+    out.emplace_back(out.empty() ? T : rough);
   }
   return out;
 }
@@ -28,6 +27,12 @@ Vector3d drawn_in_cube(double half, Random& random) {
 }
 
 }  // namespace
+
+SE3 rough_pose(const SE3& T, const SetOptions& options, Random& random) {
+  const Vector3d turn = to_rad(options.pose_error_deg) * sim::random_normal3(random);
+  const Vector3d shift = options.pose_error_m * sim::random_normal3(random);
+  return T * SE3{exp_so3(turn), shift};
+}
 
 RigState SimulatedSet::start(const std::vector<SE3>& T_base_sensor) const {
   RigState state;

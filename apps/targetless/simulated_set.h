@@ -34,6 +34,9 @@ struct SimulatedSet {
   [[nodiscard]] RigState start(const std::vector<SE3>& T_base_sensor) const;
 };
 
+/// A pose as an odometry leaves it, off by the options' sigmas.
+[[nodiscard]] SE3 rough_pose(const SE3& T, const SetOptions& options, Random& random);
+
 /// Errors: the scene.
 [[nodiscard]] Expected<SimulatedSet> make_set(const SetOptions& options, const sim::Scene& scene);
 

@@ -1,10 +1,10 @@
 #include "apps/targetless/time_experiment.h"
 
 #include <array>
-#include <chrono>
 #include <iterator>
 #include <limits>
 
+#include "apps/targetless/seconds.h"
 #include "apps/targetless/trials.h"
 #include "core/base/median.h"
 #include "core/planes/merge_planes.h"
@@ -24,12 +24,6 @@ constexpr int repetitions = 5;
 // Where every point asks, once is long enough.
 constexpr std::size_t all_points = std::numeric_limits<std::size_t>::max();
 constexpr std::array<const char*, 3> stage_names{"pose", "extrinsic", "global"};
-
-using Clock = std::chrono::steady_clock;
-
-double seconds(Clock::time_point from, Clock::time_point to) {
-  return std::chrono::duration<double>(to - from).count();
-}
 
 RigState nearly_right(const sim::LightRig& light, std::uint64_t seed) {
   Random random(seed, off_stream);
@@ -94,8 +88,8 @@ StageSeconds one_pass(const SimulatedSet& set, const std::string& stage, RigStat
   adjust(map.features, layout, adjustment, state);
   const auto end = Clock::now();
   for (const PlaneFeature& feature : map.features) out.matched += feature.observations.size();
-  out.match_s = seconds(begin, matched);
-  out.solve_s = seconds(matched, end);
+  out.match_s = seconds_between(begin, matched);
+  out.solve_s = seconds_between(matched, end);
   return out;
 }
 
@@ -107,8 +101,8 @@ StageSeconds one_icp_iteration(PairwiseIcp& icp, int base, const std::string& st
   out.matched = icp.match(state, icp_reach_m, only);
   const auto matched = Clock::now();
   icp.solve(layout, state);
-  out.match_s = seconds(begin, matched);
-  out.solve_s = seconds(matched, Clock::now());
+  out.match_s = seconds_between(begin, matched);
+  out.solve_s = seconds_between(matched, Clock::now());
   return out;
 }
 
@@ -132,8 +126,8 @@ Expected<TimeExperiment> measure_times(const LidarExperimentOptions& options, co
   const std::vector<PatchCells> cells = cells_of_patches(set->patches, CellOptions{});
   const auto celled = Clock::now();
   PairwiseIcp icp(set->patches, IcpOptions{});
-  out.ours_prepare_s = seconds(begin, celled);
-  out.icp_prepare_s = seconds(celled, Clock::now());
+  out.ours_prepare_s = seconds_between(begin, celled);
+  out.icp_prepare_s = seconds_between(celled, Clock::now());
   IcpOptions thorough;
   thorough.queries = all_points;
   PairwiseIcp icp_of_all(set->patches, thorough);

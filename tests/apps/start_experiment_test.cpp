@@ -32,6 +32,21 @@ TEST(TryStarts, CountsRightRigsOfTheCasesAskedFor) {
   EXPECT_EQ(json["rows"][0]["case"], "gyro");
 }
 
+// A height by table tops instead of the floor (9031, 9091), a turn of the stops that one LiDAR alone leaves loose
+// (9136), its axis the wrong way round (9104), stops that drifted (9167).
+TEST(TryStarts, FindsRigsThatOnlyAllLidarsTogetherTell) {
+  for (const std::uint64_t seed : {9031U, 9091U, 9104U, 9136U, 9167U}) {
+    StartExperimentOptions options;
+    options.rigs = 1;
+    options.seed = seed;
+    options.cases = {"nothing"};
+    SilentReporter silent;
+    const auto rows = try_starts(options, {silent});
+    ASSERT_TRUE(rows) << rows.error().message();
+    EXPECT_EQ(1, (*rows)[0].right) << testing::PrintToString((*rows)[0].misses);
+  }
+}
+
 TEST(TryStarts, EndsWhenTold) {
   SilentReporter silent;
   std::stop_source stop;

@@ -1,0 +1,171 @@
+#include "apps/batch/session_record.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/base/sha256.h"
+#include "core/base/version.h"
+#include "core/io/output_file.h"
+#include "core/report/input_digest.h"
+
+namespace rigcal::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int input_code = 3;
+constexpr int usage_code = 2;
+constexpr int good_code = 0;
+constexpr int weak_code = 1;
+
+ByteView bytes_of(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+
+// A line for the file's state: what cannot be asked is told apart from what can.
+std::string file_line(const fs::path& path, const std::string& name, std::uint64_t& bytes) {
+  struct stat found {};
+  if (::stat(path.c_str(), &found) != 0) return name + " -\n";
+  bytes += static_cast<std::uint64_t>(found.st_size);
+  return name + " " + std::to_string(found.st_size) + " " + std::to_string(found.st_mtim.tv_sec) + " " +
+         std::to_string(found.st_mtim.tv_nsec) + "\n";
+}
+
+std::optional<Json> read_json(const fs::path& path) {
+  std::ifstream in(path);
+  if (!in) return std::nullopt;
+  Json json = Json::parse(in, nullptr, false);
+  if (!json.is_object()) return std::nullopt;
+  return json;
+}
+
+Json settings_json(const Settings& settings) {
+  Json json = Json::object();
+  for (const auto& [name, value] : settings) json[name] = value;
+  return json;
+}
+
+// The options whose values differ, as "--require, --stages".
+std::string changed_options(const Settings& wanted, const Json& found) {
+  std::string names;
+  for (const auto& [name, value] : wanted) {
+    if (found.value(name, std::string()) != value) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+bool has_result(const SessionWork& work) { return fs::exists(fs::path(work.result) / "extrinsics.yaml"); }
+
+// Of a result without a record: empty where it is what would be made now, else what is different.
+std::string other_result(const SessionWork& work, const Json& report, const std::stop_token& stop) {
+  const std::string version_found = report.value(Json::json_pointer("/versions/rigcal"), std::string());
+  if (version_found != version()) return "the result is of rigcal " + version_found;
+  const std::string options = changed_options(work.settings, report.value("settings", Json::object()));
+  if (!options.empty()) return "the result was made with another " + options;
+  std::vector<std::string> before;
+  for (const Json& input : report.value("inputs", Json::array()))
+    before.push_back(input.value("sha256", std::string()));
+  std::vector<std::string> now;
+  for (const InputDigest& input : digest_inputs(work.inputs, stop)) now.push_back(input.sha256);
+  return before.empty() || before != now ? "the input has changed" : std::string();
+}
+
+}  // namespace
+
+InputState input_state(const std::vector<std::string>& paths) {
+  InputState state;
+  Sha256 sum;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      sum.add(bytes_of(file_line(path, "file", state.bytes)));
+      continue;
+    }
+    std::vector<std::string> names;
+    for (fs::recursive_directory_iterator at(path, error), end; !error && at != end; at.increment(error)) {
+      if (!at->is_directory(error)) names.push_back(at->path().lexically_relative(path).string());
+    }
+    std::sort(names.begin(), names.end());
+    for (const std::string& name : names) sum.add(bytes_of(file_line(fs::path(path) / name, name, state.bytes)));
+    sum.add(bytes_of(std::to_string(names.size()) + " files\n"));
+  }
+  state.digest = sum.finish();
+  return state;
+}
+
+std::optional<SessionRecord> read_record(const std::string& path) {
+  const std::optional<Json> json = read_json(path);
+  if (!json || json->value("rigcal", 0) != format_version) return std::nullopt;
+  try {
+    SessionRecord record;
+    record.input = json->at("input");
+    for (const auto& [name, value] : json->at("settings").items()) record.settings.emplace_back(name, value);
+    record.version = json->at("version");
+    record.input_state = json->at("input_state");
+    record.code = json->at("code");
+    record.error = json->at("error");
+    record.wall_s = json->at("wall_s");
+    record.cpu_s = json->at("cpu_s");
+    record.peak_memory_mb = json->at("peak_memory_mb");
+    record.host = json->at("host");
+    return record;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;  // Not as this version writes it.
+  }
+}
+
+Expected<void> write_record(const SessionRecord& record, const std::string& path) {
+  const Json json{{"rigcal", format_version},
+                  {"input", record.input},
+                  {"settings", settings_json(record.settings)},
+                  {"version", record.version},
+                  {"input_state", record.input_state},
+                  {"code", record.code},
+                  {"error", record.error},
+                  {"wall_s", record.wall_s},
+                  {"cpu_s", record.cpu_s},
+                  {"peak_memory_mb", record.peak_memory_mb},
+                  {"host", record.host}};
+  return replace_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Judgement judge_session(const SessionWork& work, const InputState& state, bool retry, const std::stop_token& stop) {
+  const std::optional<SessionRecord> record = read_record(work.record);
+  const bool solved = record && (record->code == good_code || record->code == weak_code) && has_result(work);
+  const bool failed = record && record->code != good_code && record->code != weak_code;
+  if (solved || failed) {
+    const std::string options = changed_options(work.settings, settings_json(record->settings));
+    const bool same_input = record->input_state == state.digest;
+    const bool unchanged = same_input && options.empty() && record->version == version();
+    if (solved && unchanged) return {true, "nothing has changed since", record};
+    if (failed && unchanged && !retry && (record->code == input_code || record->code == usage_code))
+      return {true, "failed before, and nothing has changed since", record};
+    if (failed) return {false, unchanged ? "failed before" : "failed before, and something has changed since", {}};
+    if (record->version != version()) return {false, "the result is of rigcal " + record->version, {}};
+    if (!options.empty()) return {false, "the result was made with another " + options, {}};
+    // Files may have been copied or touched: then their bytes tell.
+  }
+  if (!has_result(work)) return {false, "there is no result yet", {}};
+  const std::optional<Json> report = read_json(fs::path(work.result) / "report.json");
+  if (!report) return {false, "the result has no report", {}};
+  try {
+    const std::string other = other_result(work, *report, stop);
+    if (!other.empty()) return {false, other, {}};
+    SessionRecord found{work.input, work.settings, version(), {}, good_code, {}, 0.0, 0.0, 0.0, {}};
+    if (solved) found = *record;
+    found.input_state = state.digest;
+    if (!solved) {
+      found.code = report->value("status", std::string()) == "good" ? good_code : weak_code;
+      found.wall_s = report->value("wall_s", 0.0);
+      found.peak_memory_mb = report->value("peak_memory_mb", 0.0);
+    }
+    return {true, "the same bytes and options made it", found};
+  } catch (const nlohmann::json::exception&) {
+    return {false, "the result's report is none of this version", {}};
+  }
+}
+
+}  // namespace rigcal::batch

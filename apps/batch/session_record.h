@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace rigcal::batch {
+
+/// Options of a calibration by name, as report.json has them, but for the input's path.
+using Settings = std::vector<std::pair<std::string, std::string>>;
+
+/// What is kept of a session that was tried, beside its result.
+struct SessionRecord {
+  std::string input;
+  Settings settings;
+  std::string version;      ///< Of rigcal.
+  std::string input_state;  ///< See InputState.
+  int code = 0;             ///< Exit code of the calibration; -1: ended by a signal.
+  std::string error;        ///< In words; empty where there is a result.
+  double wall_s = 0.0;
+  double cpu_s = 0.0;
+  double peak_memory_mb = 0.0;
+  std::string host;  ///< That it ran on.
+};
+
+/// Names, sizes and times of change of all files of the inputs: what has these as before has not changed.
+struct InputState {
+  std::string digest;
+  std::uint64_t bytes = 0;
+};
+[[nodiscard]] InputState input_state(const std::vector<std::string>& paths);
+
+/// Nothing where there is none that can be read.
+[[nodiscard]] std::optional<SessionRecord> read_record(const std::string& path);
+Expected<void> write_record(const SessionRecord& record, const std::string& path);
+
+/// Whether a session need not be calibrated, and why it is or is not.
+struct Judgement {
+  bool keep = false;
+  std::string why;
+  std::optional<SessionRecord> record;  ///< Where it is kept.
+};
+
+/// What a session is to be calibrated from and with.
+struct SessionWork {
+  std::string name;
+  std::string input;
+  std::vector<std::string> inputs;  ///< All files and folders that the result depends on.
+  Settings settings;
+  std::string result;  ///< Folder.
+  std::string record;  ///< File.
+};
+
+/// A result is kept where its record says that inputs, options and version are those of now; without such a record
+/// (copied, or made by `rigcal calibrate`) where its report says the same and the inputs have the same digests, which
+/// takes reading them. A failure that came of the input (exit codes 2 and 3) is kept by its record, unless `retry`.
+/// `stop` ends the reading.
+[[nodiscard]] Judgement judge_session(const SessionWork& work, const InputState& state, bool retry,
+                                      const std::stop_token& stop);
+
+}  // namespace rigcal::batch

@@ -1,0 +1,10 @@
+#pragma once
+
+namespace rigcal {
+
+/// Keeps freed memory for what comes next, however large the pieces are, instead of giving it back and having it
+/// cleared again at once: the steps of a calibration need as much one after the other. For programs that end soon; not
+/// for those that run for days.
+void keep_freed_memory();
+
+}  // namespace rigcal

@@ -1,0 +1,208 @@
+// What `rigcal batch` is made of: names, claims, memory, and what it keeps.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/batch/batch_table.h"
+#include "apps/batch/memory_budget.h"
+#include "apps/batch/session_claim.h"
+#include "apps/batch/session_names.h"
+#include "apps/batch/session_record.h"
+#include "core/base/version.h"
+#include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
+
+namespace rigcal::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::string> names_of(const std::vector<std::string>& inputs) {
+  const auto sessions = name_sessions(inputs);
+  EXPECT_TRUE(sessions) << sessions.error().message();
+  std::vector<std::string> names;
+  if (!sessions) return names;
+  for (const Session& session : *sessions) names.push_back(session.name);
+  return names;
+}
+
+TEST(SessionNames, AreTheLastPartAndMoreWhereThatIsShared) {
+  EXPECT_THAT(names_of({"fleet/car7", "/data/car8/", "run.pcap"}), ElementsAre("car7", "car8", "run.pcap"));
+  EXPECT_THAT(names_of({"fleet/car7/session", "fleet/car8/session", "fleet/car9/run"}),
+              ElementsAre("car7_session", "car8_session", "run"));
+  EXPECT_THAT(names_of({"/a/.hidden"}), ElementsAre("_hidden")) << "the batch's own files begin with a dot";
+  EXPECT_THAT(names_of({"/a/x/../y"}), ElementsAre("y"));
+}
+
+TEST(SessionNames, RefuseWhatCannotBeToldApart) {
+  EXPECT_THAT(name_sessions({}).error().message(), HasSubstr("no recording is given"));
+  EXPECT_THAT(name_sessions({"a/b", "./a/b/"}).error().message(), HasSubstr("given twice"));
+  EXPECT_THAT(name_sessions({"/a_b/c", "/a/b_c", "/b_c", "/c"}).error().message(),
+              HasSubstr("would be called \"a_b_c\""));
+}
+
+class BatchFiles : public testing::Test {
+ protected:
+  void SetUp() override { scratch = scratch_folder("batch_parts"); }
+  void TearDown() override { fs::remove_all(scratch); }
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((scratch / name).parent_path());
+    std::ofstream(scratch / name) << text;
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (scratch / name).string(); }
+
+  fs::path scratch;
+};
+
+TEST_F(BatchFiles, ListsHaveAPathALine) {
+  write("list", "one\n\n# not this\nwith a space\r\n");
+  const auto listed = read_list(path("list"));
+  ASSERT_TRUE(listed) << listed.error().message();
+  EXPECT_THAT(*listed, ElementsAre("one", "with a space"));
+  EXPECT_THAT(read_list(path("none")).error().message(), HasSubstr("none: cannot read the list"));
+}
+
+TEST_F(BatchFiles, AClaimIsHadByOneUntilItEnds) {
+  auto first = SessionClaim::take(path("a.claim"));
+  ASSERT_TRUE(first && *first);
+  const auto second = SessionClaim::take(path("a.claim"));
+  ASSERT_TRUE(second);
+  EXPECT_FALSE(second->has_value());
+  EXPECT_TRUE(SessionClaim::take(path("b.claim"))->has_value());
+  first->reset();
+  EXPECT_TRUE(SessionClaim::take(path("a.claim"))->has_value());
+  EXPECT_FALSE(SessionClaim::take(path("no folder/a.claim")));
+}
+
+TEST(MemoryBudget, CountsTheLargestPeakSeenForEach) {
+  constexpr std::uint64_t gib = std::uint64_t{1} << 30U;
+  MemoryBudget memory(6 * gib);
+  EXPECT_TRUE(memory.fits(2)) << "2 GiB each before any is known";
+  EXPECT_FALSE(memory.fits(3));
+  memory.saw_peak(512.0);
+  memory.saw_peak(256.0);
+  EXPECT_TRUE(memory.fits(11));
+  EXPECT_FALSE(memory.fits(12));
+  memory.saw_peak(9000.0);
+  EXPECT_TRUE(memory.fits(0)) << "one is always tried";
+  EXPECT_FALSE(memory.fits(1));
+  EXPECT_GT(available_memory(), gib / 8);
+}
+
+TEST_F(BatchFiles, TheStateOfAnInputIsThatOfItsFiles) {
+  write("session/rig.yaml", "rigcal: 1\n");
+  write("session/patches/0.pcd", "12345");
+  const InputState before = input_state({path("session")});
+  EXPECT_EQ(before.bytes, 15U);
+  EXPECT_EQ(before.digest, input_state({path("session")}).digest);
+  fs::rename(scratch / "session", scratch / "moved");
+  EXPECT_EQ(before.digest, input_state({path("moved")}).digest);
+  EXPECT_NE(before.digest, input_state({path("session")}).digest) << "it is gone";
+  const auto stamp = fs::last_write_time(scratch / "moved/patches/0.pcd");
+  write("moved/patches/0.pcd", "54321");
+  fs::last_write_time(scratch / "moved/patches/0.pcd", stamp + std::chrono::nanoseconds(1));
+  EXPECT_NE(before.digest, input_state({path("moved")}).digest);
+  fs::last_write_time(scratch / "moved/patches/0.pcd", stamp);
+  EXPECT_EQ(before.digest, input_state({path("moved")}).digest);
+  fs::rename(scratch / "moved/patches/0.pcd", scratch / "moved/patches/1.pcd");
+  EXPECT_NE(before.digest, input_state({path("moved")}).digest);
+}
+
+class Judge : public BatchFiles {
+ protected:
+  void SetUp() override {
+    BatchFiles::SetUp();
+    write("session", "points");
+    work = {"session",      path("session"),     {path("session")}, {{"--require", "10mm,0.1deg"}},
+            path("result"), path("session.json")};
+    record = {path("session"), work.settings, version(), input_state(work.inputs).digest, 0, {}, 1.5, 2.5, 3.5, "here"};
+  }
+  void note(int code, const std::string& error = {}) {
+    record.code = code;
+    record.error = error;
+    ASSERT_TRUE(write_record(record, work.record));
+    if (error.empty()) write("result/extrinsics.yaml", "rigcal: 1\n");
+  }
+  [[nodiscard]] Judgement judge(bool retry = false) const {
+    return judge_session(work, input_state(work.inputs), retry, {});
+  }
+
+  SessionWork work;
+  SessionRecord record;
+};
+
+TEST_F(Judge, CalibratesWhereThereIsNothingYet) {
+  EXPECT_FALSE(judge().keep);
+  EXPECT_EQ(judge().why, "there is no result yet");
+}
+
+TEST_F(Judge, KeepsWhatWouldComeOutTheSame) {
+  note(1);
+  const Judgement kept = judge();
+  EXPECT_TRUE(kept.keep) << kept.why;
+  EXPECT_EQ(kept.record->cpu_s, 2.5);
+  EXPECT_EQ(kept.record->host, "here");
+  fs::remove_all(scratch / "result");
+  EXPECT_FALSE(judge().keep) << "the result was taken away";
+}
+
+TEST_F(Judge, CalibratesAgainForOtherInputsOptionsAndVersions) {
+  note(0);
+  work.settings[0].second = "5mm,0.05deg";
+  EXPECT_EQ(judge().why, "the result was made with another --require");
+  EXPECT_FALSE(judge().keep);
+  work.settings = record.settings;
+  write("session", "other points");
+  EXPECT_FALSE(judge().keep) << "the result has no report to compare with";
+  write("session", "points");
+  record.version = "0.0.1";
+  note(0);
+  EXPECT_EQ(judge().why, "the result is of rigcal 0.0.1");
+}
+
+TEST_F(Judge, KeepsAFailureThatCameOfTheInputAndTriesOthersAgain) {
+  note(3, "session: is empty");
+  EXPECT_TRUE(judge().keep);
+  EXPECT_EQ(judge().record->error, "session: is empty");
+  EXPECT_FALSE(judge(true).keep) << "--retry";
+  write("session", "mended");
+  EXPECT_FALSE(judge().keep);
+  write("session", "points");
+  for (const int code : {4, -1}) {
+    note(code, "disk full, or a crash");
+    EXPECT_FALSE(judge().keep) << code;
+  }
+}
+
+TEST_F(Judge, DoesNotTrustARecordThatIsNone) {
+  note(0);
+  write("session.json", "{\"rigcal\": 1, \"settings\": 7}");
+  EXPECT_FALSE(read_record(work.record).has_value());
+  EXPECT_FALSE(judge().keep);
+  write("result/report.json", "{\"rigcal\": 1, \"versions\": [], \"settings\": 7}");
+  EXPECT_FALSE(judge().keep);
+}
+
+TEST(BatchTable, QuotesWhatACsvMustQuote) {
+  BatchOutcome outcome;
+  SessionRow& row = outcome.rows.emplace_back();
+  row.session = {"a,b", "in\"put"};
+  row.status = "failed";
+  row.error = "line 3: bad, \"very\"";
+  EXPECT_THAT(batch_csv(outcome),
+              HasSubstr("\r\n\"a,b\",\"in\"\"put\",,failed,,,,,,,,,,\"line 3: bad, \"\"very\"\"\","));
+  const auto json = nlohmann::json::parse(batch_json(outcome, "out"));
+  EXPECT_THAT(SchemaCheck("batch.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["failed"], 1);
+}
+
+}  // namespace
+}  // namespace rigcal::batch
