@@ -16,15 +16,6 @@ constexpr double other_m = 0.15;
 constexpr double other_rad = to_rad(2.0);
 constexpr std::size_t fitted_items = 3000;
 
-// T_zero_base by stop: zero is the first stop that is known.
-std::vector<SE3> poses_from_zero(const Start& start) {
-  const auto first = static_cast<std::size_t>(std::find(start.stop_known.begin(), start.stop_known.end(), 1) -
-                                              start.stop_known.begin());
-  std::vector<SE3> out;
-  for (const SE3& T : start.state.T_G_base) out.push_back(start.state.T_G_base[first].inverse() * T);
-  return out;
-}
-
 std::vector<const PatchSurfels*> patches_of(const std::vector<PatchSurfels>& patches, int lidar, const Start& start) {
   std::vector<const PatchSurfels*> out;
   for (const PatchSurfels& p : patches) {
@@ -44,7 +35,7 @@ struct Group {
 Group group_of(const std::vector<int>& lidars, const std::vector<PatchSurfels>& patches, const TurnOfPoses& rig,
                const Start& start) {
   Group out{
-      lidars, start.state.T_base_sensor[static_cast<std::size_t>(lidars.front())], {poses_from_zero(start), {}}, {}};
+      lidars, start.state.T_base_sensor[static_cast<std::size_t>(lidars.front())], {poses_from_first(start), {}}, {}};
   const SE3 T_first_base = out.X.inverse();
   for (const int i : lidars) {
     const SE3 T_first_this = T_first_base * start.state.T_base_sensor[static_cast<std::size_t>(i)];
@@ -81,7 +72,7 @@ std::vector<ScoredPose> laid_as_one(const Group& group, const Panorama& map, con
 Panorama map_of(const Doubts& doubts, std::size_t count, const std::vector<PatchSurfels>& patches,
                 const TurnOfPoses& rig, const Start& start) {
   Panorama out{rig.turn, {}};
-  const std::vector<SE3> T_zero_base = poses_from_zero(start);
+  const std::vector<SE3> T_zero_base = poses_from_first(start);
   for (std::size_t k = 0; k < count; ++k) {
     for (const PatchSurfels* p : patches_of(patches, doubts.order[k], start)) {
       const SE3 T = T_zero_base[static_cast<std::size_t>(p->stop)] *

@@ -20,6 +20,8 @@ constexpr std::size_t finalists = 3;
 constexpr double nearest_reach = 5.0;
 // A step this small beside the tolerance changes no partner any more.
 constexpr double settled_share = 1e-3;
+// A place near a guess is left only for one that fits this much better.
+constexpr double clearly_better = 1.3;
 
 using Candidate = ScoredPose;
 
@@ -184,6 +186,19 @@ std::vector<ScoredPose> refined_poses(const SurfelIndex& coarse, const SurfelInd
 RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
                                      const std::vector<SE3>& starts) {
   return result_of(refined_poses(coarse, fine, moving, starts));
+}
+
+RegistrationResult nearer_to_guess(const RegistrationResult& near, const RegistrationResult& far) {
+  if (far.score >= clearly_better * near.score) return far;
+  RegistrationResult out = near;
+  const auto consider = [&](const SE3& X, double score) {
+    if (!distinct(X, near.X) || score <= out.runner_up_score) return;
+    out.runner_up = X;
+    out.runner_up_score = score;
+  };
+  consider(far.X, far.score);
+  consider(far.runner_up, far.runner_up_score);
+  return out;
 }
 
 RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,

@@ -74,4 +74,8 @@ struct ScoredPose {
 [[nodiscard]] RegistrationResult refine_candidates(const SurfelIndex& coarse, const SurfelIndex& fine,
                                                    const MovingSurfels& moving, const std::vector<SE3>& starts);
 
+/// What was found near a guess, unless it fits clearly worse than what was found `far` from it; the other is at least
+/// its runner-up.
+[[nodiscard]] RegistrationResult nearer_to_guess(const RegistrationResult& near, const RegistrationResult& far);
+
 }  // namespace rigcal

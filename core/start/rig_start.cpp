@@ -5,6 +5,7 @@
 
 #include "core/start/axis_search.h"
 #include "core/start/drive.h"
+#include "core/start/hand_eye.h"
 #include "core/start/multiview.h"
 #include "core/start/own_view.h"
 #include "core/start/shape_start.h"
@@ -167,7 +168,8 @@ void try_other_ways(const StartInput& input, const std::vector<PatchSurfels>& ba
 }
 
 RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchSurfels>& patches, int lidar,
-                               const SurfelIndex& coarse, const SurfelIndex& fine, const Start& start) {
+                               const SurfelIndex& coarse, const SurfelIndex& fine, const std::optional<Vector3d>& axis,
+                               const Start& start) {
   MovingSurfels moving{start.state.T_G_base, {}};
   for (const PatchSurfels& p : patches) {
     if (p.lidar != lidar || !start.stop_known[static_cast<std::size_t>(p.stop)]) continue;
@@ -175,7 +177,17 @@ RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchS
   }
   if (moving.items.size() < min_surfels) return {};
   const SE3 guess = *input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
-  return register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
+  const RegistrationResult near = register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
+  // A table top is easily taken for the floor, and the search does not reach from one to the other.
+  if (!axis) return near;
+  const std::vector<SE3> heights = mountings_on_map(fine, moving, {{near.X, near.score}}, *axis);
+  return nearer_to_guess(near, refine_candidates(coarse, fine, moving, heights));
+}
+
+// What the rig turned about, base frame; nothing where it hardly turned.
+std::optional<Vector3d> axis_of(const Start& start) {
+  if (!turn_of_poses(start.state.T_G_base, start.stop_known)) return std::nullopt;
+  return main_axis(poses_from_first(start));
 }
 
 std::size_t surfels_of(const std::vector<PatchSurfels>& patches, int lidar) {
@@ -273,6 +285,15 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
 
 }  // namespace
 
+std::vector<SE3> poses_from_first(const Start& start) {
+  const auto first = static_cast<std::size_t>(std::find(start.stop_known.begin(), start.stop_known.end(), 1) -
+                                              start.stop_known.begin());
+  const SE3 T_first_G = start.state.T_G_base[first].inverse();
+  std::vector<SE3> out;
+  for (const SE3& T : start.state.T_G_base) out.push_back(T_first_G * T);
+  return out;
+}
+
 Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& all_patches,
                            const RunContext& context) {
   // A start needs centimetres.
@@ -311,11 +332,12 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   }
   const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
   const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
+  const std::optional<Vector3d> axis = axis_of(start);
   for (int i = 0; i < input.lidars; ++i) {
     const auto si = static_cast<std::size_t>(i);
     if (i == input.base || !input.guess_T_base_sensor[si]) continue;
     context.reporter.progress("start: extrinsics", static_cast<double>(i) / input.lidars);
-    start.matches[si] = place_lidar(input, patches, i, coarse, fine, start);
+    start.matches[si] = place_lidar(input, patches, i, coarse, fine, axis, start);
     if (start.matches[si].score < min_score) continue;
     start.lidar_known[si] = 1;
     start.state.T_base_sensor[si] = start.matches[si].X;

@@ -39,6 +39,9 @@ struct Start {
   std::vector<std::optional<ShapeMatch>> shape_matches;
 };
 
+/// Poses of the rig by stop, T_first_base: seen from the first stop that is known.
+[[nodiscard]] std::vector<SE3> poses_from_first(const Start& start);
+
 /// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else from the gyro's rotations and a foot
 /// point found from the scene, else by a search about the axis, which is searched for where it is not known; then each
 /// LiDAR with a guess is laid on the base's map around it, by surfels or, where they are few, by the shapes of all its

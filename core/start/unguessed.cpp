@@ -20,19 +20,11 @@ constexpr double min_score = 0.15;
 // A match as good as this, with no other nearly as good, is sure.
 constexpr double sure_score = 0.5;
 constexpr double sure_ratio = 0.75;
-// A guess that fits, but not surely, is left only for a place that fits this much better.
-constexpr double clearly_better = 1.3;
-// Farther apart than this, two places are two.
-constexpr double other_m = 0.3;
-constexpr double other_rad = to_rad(3.0);
 
 class Placing {
  public:
   Placing(const StartInput& input, const std::vector<PatchSurfels>& patches, const TurnOfPoses& rig, Start& start)
-      : input_(input), patches_(patches), rig_(rig), start_(start) {
-    const auto first = static_cast<std::size_t>(std::find(start.stop_known.begin(), start.stop_known.end(), 1) -
-                                                start.stop_known.begin());
-    for (const SE3& T : start.state.T_G_base) T_zero_base_.push_back(start.state.T_G_base[first].inverse() * T);
+      : input_(input), patches_(patches), rig_(rig), start_(start), T_zero_base_(poses_from_first(start)) {
     map_.turn = rig.turn;
     own_.resize(static_cast<std::size_t>(input.lidars));
     for (int i = 0; i < input.lidars; ++i) {
@@ -132,19 +124,9 @@ class Placing {
         const std::vector<SE3> some = match_panoramas(map_, turn);
         candidates.insert(candidates.end(), some.begin(), some.end());
       }
-      start_.matches[si] = chosen(own_[si].near, refine_candidates(coarse, fine, moving, candidates));
+      const RegistrationResult far = refine_candidates(coarse, fine, moving, candidates);
+      start_.matches[si] = own_[si].near ? nearer_to_guess(*own_[si].near, far) : far;
     }
-  }
-
-  static RegistrationResult chosen(const std::optional<RegistrationResult>& near, const RegistrationResult& far) {
-    if (!near || far.score >= clearly_better * near->score) return far;
-    RegistrationResult out = *near;
-    const bool is_other = (near->X.t - far.X.t).norm() > other_m || rotation_distance(near->X.R, far.X.R) > other_rad;
-    if (is_other && far.score > out.runner_up_score) {
-      out.runner_up = far.X;
-      out.runner_up_score = far.score;
-    }
-    return out;
   }
 
   // How a LiDAR was carried round, by what it saw itself: about an axis, or, where the rig drove, by its mounting.

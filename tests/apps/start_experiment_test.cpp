@@ -32,6 +32,18 @@ TEST(TryStarts, CountsRightRigsOfTheCasesAskedFor) {
   EXPECT_EQ(json["rows"][0]["case"], "gyro");
 }
 
+// From a guess off by up to 1 m, table tops lie nearer to the floor than the floor does.
+TEST(TryStarts, FindsTheHeightThatAGuessIsFarFrom) {
+  StartExperimentOptions options;
+  options.rigs = 1;
+  options.seed = 20047;
+  options.cases = {"guess"};
+  SilentReporter silent;
+  const auto rows = try_starts(options, {silent});
+  ASSERT_TRUE(rows) << rows.error().message();
+  EXPECT_EQ(1, (*rows)[0].right) << testing::PrintToString((*rows)[0].misses);
+}
+
 // A height by table tops instead of the floor (9031, 9091), a turn of the stops that one LiDAR alone leaves loose
 // (9136), its axis the wrong way round (9104), stops that drifted (9167).
 TEST(TryStarts, FindsRigsThatOnlyAllLidarsTogetherTell) {

@@ -155,6 +155,30 @@ TEST(RefineRegistration, EndsWithinTheSurfelsOwnNoise) {
   EXPECT_NEAR(1.0, X.R.determinant(), 1e-12);
 }
 
+TEST(NearerToGuess, IsLeftOnlyForWhatFitsClearlyBetterAndTellsOfTheOther) {
+  const SE3 here;
+  const SE3 above{Matrix3d::Identity(), Vector3d(0.0, 0.0, 0.76)};
+  const SE3 aside{Matrix3d::Identity(), Vector3d(0.5, 0.0, 0.0)};
+  const RegistrationResult near{here, 0.6, 0.2, aside};
+
+  const RegistrationResult kept = nearer_to_guess(near, {above, 0.7, 0.6, here});
+  EXPECT_EQ(0.0, kept.X.t.norm());
+  EXPECT_EQ(0.6, kept.score);
+  EXPECT_EQ(0.7, kept.runner_up_score);
+  EXPECT_EQ(0.76, kept.runner_up.t.z());
+
+  // The same place is no rival, and one that fits worse than the rival so far is none either.
+  const RegistrationResult same = nearer_to_guess(near, {here, 0.61, 0.1, above});
+  EXPECT_EQ(0.2, same.runner_up_score);
+  EXPECT_EQ(0.5, same.runner_up.t.x());
+  // It may be the next best of what was found elsewhere.
+  EXPECT_EQ(0.76, nearer_to_guess(near, {here, 0.61, 0.5, above}).runner_up.t.z());
+
+  const RegistrationResult left = nearer_to_guess(near, {above, 0.9, 0.6, here});
+  EXPECT_EQ(0.76, left.X.t.z());
+  EXPECT_EQ(0.6, left.runner_up_score);
+}
+
 TEST(Thinned, KeepsTheNumberAskedForEvenlyAndInOrder) {
   MovingSurfels moving;
   for (int i = 0; i < 1000; ++i) moving.items.push_back({i, Vector3d::Zero(), Vector3d::UnitZ()});
