@@ -22,6 +22,15 @@ CameraSetOptions small() {
   return options;
 }
 
+// With fewer images and points a camera's place is open, and what it comes to hangs on the noise.
+CameraSetOptions enough() {
+  CameraSetOptions options = small();
+  options.points = 60000;
+  options.images = 6;
+  options.image_scale = 0.5;
+  return options;
+}
+
 void expect_schema(const Experiment& experiment) {
   const auto json = nlohmann::json::parse(experiment_json(experiment));
   EXPECT_EQ(SchemaCheck("experiment_targetless.json").violations(json), std::vector<std::string>{});
@@ -31,7 +40,7 @@ void expect_schema(const Experiment& experiment) {
 TEST(TryCameras, FindsCamerasThatLookWithTheLidarAndAwayFromIt) {
   SilentReporter silent;
   Experiment experiment;
-  const auto done = try_cameras(1, small(), {silent});
+  const auto done = try_cameras(1, enough(), {silent});
   ASSERT_TRUE(done) << done.error().message();
   experiment.cameras = *done;
   const std::string text = experiment_text(experiment);
@@ -40,8 +49,8 @@ TEST(TryCameras, FindsCamerasThatLookWithTheLidarAndAwayFromIt) {
     EXPECT_EQ(row.trials, row.pair == "LiDAR to camera" ? 2 : 1) << text;
     if (row.method == "rigcal" && row.overlaps) {
       EXPECT_EQ(row.found, row.trials) << text;
-      // Four small images and a thin map tell where the cameras look, not where they are to the centimetre.
-      EXPECT_LT(row.rotation_rad.mean, 0.5 * done->guess_rotation_rad.mean) << text;
+      // Six small images and a thin map tell where the cameras look, not where they are to the centimetre.
+      EXPECT_LT(row.rotation_rad.mean, 0.25 * done->guess_rotation_rad.mean) << text;
     }
   }
   expect_schema(experiment);
