@@ -22,6 +22,7 @@
 #include "apps/batch/child_program.h"
 #include "apps/batch/memory_budget.h"
 #include "apps/batch/session_claim.h"
+#include "core/base/seconds.h"
 #include "core/base/version.h"
 #include "core/io/output_file.h"
 
@@ -29,15 +30,12 @@ namespace rigcal::batch {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* own_folder = ".batch";
 constexpr auto poll_period = std::chrono::milliseconds(50);
 constexpr auto others_period = std::chrono::seconds(1);  // Between two looks at what other workers have.
 constexpr auto table_period = std::chrono::seconds(2);
 constexpr double memory_share = 0.9;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -101,7 +99,7 @@ struct Running {
   ChildProgram child;
   std::string input_state;
   FileIdentity before;
-  Clock::time_point begun;
+  SteadyClock::time_point begun;
 };
 
 class Batch {
@@ -182,7 +180,7 @@ class Batch {
 
   // Goes once through what waits; what others have is looked at again a second later.
   Expected<void> start_what_fits() {
-    if (Clock::now() < look_again_) return {};
+    if (SteadyClock::now() < look_again_) return {};
     std::deque<std::size_t> taken_by_others;
     while (!waiting_.empty() && !stop_.stop_requested() && has_room()) {
       const std::size_t row = waiting_.front();
@@ -196,7 +194,7 @@ class Batch {
         return done;
       }
     }
-    if (waiting_.empty() && !taken_by_others.empty()) look_again_ = Clock::now() + others_period;
+    if (waiting_.empty() && !taken_by_others.empty()) look_again_ = SteadyClock::now() + others_period;
     waiting_.insert(waiting_.end(), taken_by_others.begin(), taken_by_others.end());
     return {};
   }
@@ -244,7 +242,7 @@ class Batch {
     Expected<ChildProgram> child = ChildProgram::start(arguments, own_file(index, ".log"), claim.descriptor());
     if (!child) return child.error();
     running_.push_back({index, std::move(claim), *child, states_[index].digest,
-                        identity_of(fs::path(row.result) / "extrinsics.yaml"), Clock::now()});
+                        identity_of(fs::path(row.result) / "extrinsics.yaml"), SteadyClock::now()});
     return {};
   }
 
@@ -288,7 +286,7 @@ class Batch {
 
   // Whoever has the table's claim writes what it knows; the last of several workers knows all.
   Expected<void> write_table(bool last) {
-    if (!last && (!table_is_old_ || Clock::now() < next_table_)) return {};
+    if (!last && (!table_is_old_ || SteadyClock::now() < next_table_)) return {};
     for (int tries = last ? 100 : 1; tries > 0; --tries) {
       const auto claim = SessionClaim::take((fs::path(options_.out) / own_folder / ".table.claim").string());
       if (!claim) return claim.error();
@@ -300,7 +298,7 @@ class Batch {
       if (const auto done = replace_file((fs::path(options_.out) / "batch.csv").string(), batch_csv(outcome_)); !done)
         return done;
       table_is_old_ = false;
-      next_table_ = Clock::now() + table_period;
+      next_table_ = SteadyClock::now() + table_period;
       return replace_file((fs::path(options_.out) / "batch.json").string(), batch_json(outcome_, options_.out));
     }
     if (last) return system_error("another worker does not let go of the table", options_.out, "start again");
@@ -348,9 +346,9 @@ class Batch {
   int done_ = 0;
   int kept_ = 0;
   bool table_is_old_ = true;
-  Clock::time_point begun_ = Clock::now();
-  Clock::time_point look_again_ = Clock::now();
-  Clock::time_point next_table_ = Clock::now();
+  SteadyClock::time_point begun_ = SteadyClock::now();
+  SteadyClock::time_point look_again_ = SteadyClock::now();
+  SteadyClock::time_point next_table_ = SteadyClock::now();
 };
 
 }  // namespace

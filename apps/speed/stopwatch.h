@@ -2,11 +2,11 @@
 
 #include <time.h>
 
-#include <chrono>
 #include <functional>
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::speed {
 
@@ -24,9 +24,9 @@ inline Took took(const std::function<void()>& work) {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
   };
   const double cpu_begin_s = cpu_s();
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = SteadyClock::now();
   work();
-  return {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), cpu_s() - cpu_begin_s};
+  return {seconds_since(begin), cpu_s() - cpu_begin_s};
 }
 
 inline double seconds_of(const std::function<void()>& work) { return took(work).wall_s; }

@@ -6,9 +6,9 @@
 #include "apps/targetless/fixed_voxels.h"
 #include "apps/targetless/mutual_information.h"
 #include "apps/targetless/published.h"
-#include "apps/targetless/seconds.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/camera/edge_solver.h"
 #include "simdata/random_vectors.h"
 
@@ -101,7 +101,7 @@ Expected<void> try_side(const CameraSide& side, int trials, std::uint64_t seed, 
       CameraTask task = side.cameras[c];
       task.guess_T_base_camera = spoiled_camera(side.T_lidar_camera[c], guesses, random);
       for (std::size_t method = 0; method < methods; ++method) {
-        const auto begin = Clock::now();
+        const auto begin = SteadyClock::now();
         const auto answer = find_camera(method, side, fixed, task, context);
         if (!answer) return answer.error();
         if (context.cancelled()) return cancelled();
@@ -129,7 +129,7 @@ double middle_seconds(const Work& work) {
   constexpr int repetitions = 5;
   std::vector<double> all;
   for (int k = 0; k < repetitions; ++k) {
-    const auto begin = Clock::now();
+    const auto begin = SteadyClock::now();
     work();
     all.push_back(seconds_since(begin));
   }
@@ -193,12 +193,12 @@ Expected<std::vector<CameraSeconds>> measure_cameras(const CameraSetOptions& opt
 
   CameraSeconds by_ours{method_names[ours]};
   const RigState& state = side.solution->state;
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   const PlaneMap map =
       build_plane_map(side.patches, state, side.solution->noise, side.solution->T_grid_G, PlaneMapOptions{});
   by_ours.planes_s = seconds_since(begin);
   by_ours.voxels = map.features.size();
-  const auto planed = Clock::now();
+  const auto planed = SteadyClock::now();
   static_cast<void>(find_lidar_edges(map.features, side.patches, state, side.solution->noise, {}, {}));
   by_ours.edges_s = seconds_since(planed);
   measure_iteration(side.scene, task, T, by_ours);

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "apps/targetless/seconds.h"
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/corner/ransac_planes.h"
 #include "core/edges/edge_candidates.h"
 
@@ -109,16 +109,16 @@ void find_edges(const FixedVoxelOptions& options, Voxel& voxel) {
 }  // namespace
 
 FixedVoxelEdges find_edges_in_fixed_voxels(const std::vector<Vector3d>& points_G, const FixedVoxelOptions& options) {
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   std::vector<Voxel> voxels = voxels_of(points_G, options);
   parallel_for(voxels.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) find_planes(options, voxels[i]);
   });
-  const auto planed = Clock::now();
+  const auto planed = SteadyClock::now();
   parallel_for(voxels.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) find_edges(options, voxels[i]);
   });
-  const auto edged = Clock::now();
+  const auto edged = SteadyClock::now();
   FixedVoxelEdges out;
   out.voxels = voxels.size();
   int lines = 0;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <nanoflann.hpp>
 
-#include "apps/targetless/seconds.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/geometry/point_cluster.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/planes/point_to_plane.h"
@@ -218,7 +218,7 @@ IcpRun run_icp(PairwiseIcp& icp, const IcpRunOptions& options, const RunContext&
     return std::max(icp.options().to_m, from * std::pow(icp.options().shrink, k));
   };
   IcpRun run;
-  const auto start = Clock::now();
+  const auto start = SteadyClock::now();
   for (int k = 0; k < options.pose_iterations && !context.cancelled(); ++k) {
     icp.match(state, reach(pose_reach_share * icp.options().from_m, k), options.base);
     icp.solve(poses, state);
@@ -229,9 +229,9 @@ IcpRun run_icp(PairwiseIcp& icp, const IcpRunOptions& options, const RunContext&
     moves_all = moves_all || run.iterations >= options.extrinsic_iterations;
     const RigState before = state;
     const double reach_m = reach(icp.options().from_m, run.iterations);
-    const auto begin = Clock::now();
+    const auto begin = SteadyClock::now();
     icp.match(state, reach_m);
-    const auto matched = Clock::now();
+    const auto matched = SteadyClock::now();
     icp.solve(moves_all ? all : extrinsics, state);
     run.match_s += seconds_between(begin, matched);
     run.solve_s += seconds_since(matched);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/core/optim.hpp>
 
-#include "apps/targetless/seconds.h"
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/camera/sightings.h"
 
 namespace rigcal::targetless {
@@ -129,14 +129,14 @@ std::optional<MutualInformation> maximise_information(const CameraScene& scene, 
   MutualInformation out;
   out.T_base_camera = guess_T_base_camera;
   for (const Level& level : levels) {
-    const auto begin = Clock::now();
+    const auto begin = SteadyClock::now();
     SightingOptions seen;
     seen.max_sightings = most_sightings;
     seen.margin_px = &level == &levels.front() ? margin_px : 0.0;
     const std::vector<Sighting> sightings = find_sightings(scene, codes, camera, model, out.T_base_camera, seen);
     if (sightings.size() < least_sightings) return std::nullopt;
     const std::vector<GreyImage> images = blurred_views(camera, level.blur_px);
-    const auto matched = Clock::now();
+    const auto matched = SteadyClock::now();
     const cv::Ptr<Objective> objective = cv::makePtr<Objective>(model, sightings, images, out.T_base_camera);
     cv::Mat step(1, 6, CV_64F);
     for (int k = 0; k < 6; ++k) step.at<double>(k) = k < 3 ? level.rotation_rad : level.translation_m;

@@ -4,9 +4,9 @@
 #include <iterator>
 #include <limits>
 
-#include "apps/targetless/seconds.h"
 #include "apps/targetless/trials.h"
 #include "core/base/median.h"
+#include "core/base/seconds.h"
 #include "core/planes/merge_planes.h"
 #include "core/planes/refine.h"
 #include "core/voxel/patch_of_points.h"
@@ -78,15 +78,15 @@ StageSeconds one_pass(const SimulatedSet& set, const std::string& stage, RigStat
   AdjustOptions adjustment;
   adjustment.max_iterations = pass.iterations;
   StageSeconds out;
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   PlaneMap map = build_plane_map(patches, state, noise, SE3{}, pass.map, use);
   MergeOptions merge;
   merge.tolerance_m = pass.merge_tolerance_m;
   std::vector<PlaneFeature> merged = merge_coplanar(map.features, merge);
   std::move(merged.begin(), merged.end(), std::back_inserter(map.features));
-  const auto matched = Clock::now();
+  const auto matched = SteadyClock::now();
   adjust(map.features, layout, adjustment, state);
-  const auto end = Clock::now();
+  const auto end = SteadyClock::now();
   for (const PlaneFeature& feature : map.features) out.matched += feature.observations.size();
   out.match_s = seconds_between(begin, matched);
   out.solve_s = seconds_between(matched, end);
@@ -97,12 +97,12 @@ StageSeconds one_icp_iteration(PairwiseIcp& icp, int base, const std::string& st
   StageSeconds out;
   const ParameterLayout layout = layout_of(stage, state, base);
   const std::optional<int> only = stage == "pose" ? std::optional(base) : std::nullopt;
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   out.matched = icp.match(state, icp_reach_m, only);
-  const auto matched = Clock::now();
+  const auto matched = SteadyClock::now();
   icp.solve(layout, state);
   out.match_s = seconds_between(begin, matched);
-  out.solve_s = seconds_between(matched, Clock::now());
+  out.solve_s = seconds_between(matched, SteadyClock::now());
   return out;
 }
 
@@ -122,12 +122,12 @@ Expected<TimeExperiment> measure_times(const LidarExperimentOptions& options, co
   TimeExperiment out;
   out.patches = static_cast<int>(set->patches.size());
   for (const Patch& patch : set->patches) out.points += patch.points.size();
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   const std::vector<PatchCells> cells = cells_of_patches(set->patches, CellOptions{});
-  const auto celled = Clock::now();
+  const auto celled = SteadyClock::now();
   PairwiseIcp icp(set->patches, IcpOptions{});
   out.ours_prepare_s = seconds_between(begin, celled);
-  out.icp_prepare_s = seconds_between(celled, Clock::now());
+  out.icp_prepare_s = seconds_between(celled, SteadyClock::now());
   IcpOptions thorough;
   thorough.queries = all_points;
   PairwiseIcp icp_of_all(set->patches, thorough);
