@@ -6,7 +6,7 @@ namespace rigcal {
 namespace {
 
 // Neighbouring pixels of a chain are at most a diagonal apart, so one of them lies so near to any line across it.
-constexpr double half_step_px = 0.75;
+constexpr float half_step_px = 0.75F;
 
 // At the border an image has no edges that a fit holds.
 constexpr double border_px = 4.0;
@@ -14,7 +14,12 @@ constexpr double border_px = 4.0;
 class ViewMatcher {
  public:
   ViewMatcher(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera, const MatchOptions& options)
-      : scene_(scene), view_(view), camera_(camera), options_(options), cos_gate_(std::cos(options.gate_rad)) {}
+      : scene_(scene),
+        view_(view),
+        camera_(camera),
+        options_(options),
+        gate_px_(static_cast<float>(options.gate_px)),
+        cos_gate_(static_cast<float>(std::cos(options.gate_rad))) {}
 
   [[nodiscard]] SegmentFit segment(const EdgeSegment& segment, std::vector<EdgeMatch>* matches) {
     SegmentFit fit;
@@ -35,21 +40,20 @@ class ViewMatcher {
       find_candidates(*projection);
       weigh(*projection);
       double explained = 0.0;
+      // Sums over the candidates, in pixels; what moves pixels comes in once.
+      Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+      Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
       for (int c = 0; c < count_; ++c) {
         const Candidate& candidate = candidates_[static_cast<std::size_t>(c)];
-        const CameraVector row = projection->jacobian.transpose() * candidate.normal;
-        fit.gradient += candidate.weight * candidate.offset * row;
-        const Vector3d shift = projection->by_world.transpose() * candidate.normal;
-        fit.normal.noalias() += candidate.weight * row * row.transpose();
-        fit.shift_gradient += candidate.weight * candidate.offset * shift;
-        fit.shift_normal.noalias() += candidate.weight * shift * shift.transpose();
-        fit.mixed.noalias() += candidate.weight * row * shift.transpose();
+        normal.noalias() += candidate.weight * candidate.normal * candidate.normal.transpose();
+        gradient += candidate.weight * candidate.offset * candidate.normal;
         offsets += candidate.weight * candidate.offset;
         explained += candidate.weight;
         if (matches != nullptr) {
           matches->push_back({sample, candidate.position, candidate.normal, candidate.weight, candidate.offset});
         }
       }
+      if (count_ > 0) add_sums(*projection, normal, gradient, fit);
       fit.weight += explained;
       fit.matches += count_;
       if (explained > 0.5) ++fit.matched;
@@ -76,18 +80,32 @@ class ViewMatcher {
     int chain = 0;
   };
 
+  static void add_sums(const EdgeProjection& projection, const Eigen::Matrix2d& normal, const Eigen::Vector2d& gradient,
+                       SegmentFit& fit) {
+    const Eigen::Matrix<double, camera_parameters, 2> weighted = projection.jacobian.transpose() * normal;
+    fit.gradient.noalias() += projection.jacobian.transpose() * gradient;
+    fit.normal.noalias() += weighted * projection.jacobian;
+    fit.shift_gradient.noalias() += projection.by_world.transpose() * gradient;
+    fit.shift_normal.noalias() += projection.by_world.transpose() * normal * projection.by_world;
+    fit.mixed.noalias() += weighted * projection.by_world;
+  }
+
   void find_candidates(const EdgeProjection& projection) {
     count_ = 0;
     const Eigen::Vector2d n = projection.normal;
-    const Eigen::Vector2d reach = options_.gate_px * n.cwiseAbs() + Eigen::Vector2d::Constant(half_step_px);
+    const Eigen::Vector2d reach =
+        options_.gate_px * n.cwiseAbs() + Eigen::Vector2d::Constant(static_cast<double>(half_step_px));
+    // Most of what is near does not lie on the line across: floats tell.
+    const Eigen::Vector2f pixel = projection.pixel.cast<float>();
+    const Eigen::Vector2f across = n.cast<float>();
     view_.index.around(projection.pixel, reach, [&](const ImageEdge& edge) {
-      const Eigen::Vector2d d = edge.position.cast<double>() - projection.pixel;
-      const double along = n.dot(d);
-      const double beside = std::abs(n.x() * d.y() - n.y() * d.x());
-      if (beside > half_step_px || std::abs(along) > options_.gate_px) return;
+      const Eigen::Vector2f off = edge.position - pixel;
+      const float beside = std::abs(across.x() * off.y() - across.y() * off.x());
+      if (beside > half_step_px || std::abs(across.dot(off)) > gate_px_) return;
+      if (std::abs(across.dot(edge.normal)) < cos_gate_) return;
+      const Eigen::Vector2d position = edge.position.cast<double>();
       const Eigen::Vector2d m = edge.normal.cast<double>();
-      if (std::abs(n.dot(m)) < cos_gate_) return;
-      add({edge.position.cast<double>(), m, -m.dot(d), beside, 0.0, edge.chain});
+      add({position, m, -m.dot(position - projection.pixel), static_cast<double>(beside), 0.0, edge.chain});
     });
   }
 
@@ -117,7 +135,8 @@ class ViewMatcher {
   const EdgeView& view_;
   const CameraAtStop& camera_;
   const MatchOptions& options_;
-  double cos_gate_;
+  float gate_px_;
+  float cos_gate_;
   std::array<Candidate, 12> candidates_;  // more than fit a gate's width
   int count_ = 0;
 };

@@ -42,7 +42,8 @@ EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, doub
     : columns_((width + cell_px - 1) / cell_px), rows_((height + cell_px - 1) / cell_px) {
   for (int k = 0; k < directions; ++k) {
     const double angle = pi * (k + 0.5) / directions;
-    borders_[static_cast<std::size_t>(k)] = {std::cos(angle), std::sin(angle)};
+    borders_x_[static_cast<std::size_t>(k)] = static_cast<float>(std::cos(angle));
+    borders_y_[static_cast<std::size_t>(k)] = static_cast<float>(std::sin(angle));
   }
   const auto columns = static_cast<std::size_t>(columns_);
   const auto rows = static_cast<std::size_t>(rows_);
@@ -58,11 +59,11 @@ EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, doub
     if (length[static_cast<std::size_t>(edge.chain)] < least_chain_px) continue;
     const int x = std::clamp(static_cast<int>((edge.position.x() + 0.5F) / cell_px), 0, columns_ - 1);
     const int y = std::clamp(static_cast<int>((edge.position.y() + 0.5F) / cell_px), 0, rows_ - 1);
-    const int s = sector({-edge.normal.y(), edge.normal.x()});
+    const std::size_t s = sector({-edge.normal.y(), edge.normal.x()});
     // What lies at the border of a sector belongs to its neighbour as well.
-    for (const int k : {s + directions - 1, s, s + 1}) {
-      distance[static_cast<std::size_t>(k % directions)]
-              [(static_cast<std::size_t>(y) + 1) * (columns + 2) + static_cast<std::size_t>(x) + 1] = 0.0F;
+    for (const std::size_t k : {s + directions - 1, s, s + 1}) {
+      distance[k % directions][(static_cast<std::size_t>(y) + 1) * (columns + 2) + static_cast<std::size_t>(x) + 1] =
+          0.0F;
     }
   }
   for (std::size_t s = 0; s < distance.size(); ++s) {
@@ -80,22 +81,21 @@ EdgeProximity::EdgeProximity(int width, int height, const EdgeIndex& index, doub
 }
 
 // The first is around the x axis; what is turned by half a turn lies in the same.
-int EdgeProximity::sector(const Eigen::Vector2d& along) const {
-  const Eigen::Vector2d upwards = along.y() < 0.0 ? Eigen::Vector2d(-along) : along;
-  int passed = 0;
-  for (const Eigen::Vector2d& border : borders_)
-    passed += border.x() * upwards.y() - border.y() * upwards.x() >= 0.0 ? 1 : 0;
+std::size_t EdgeProximity::sector(const Eigen::Vector2f& along) const {
+  const float sign = along.y() < 0.0F ? -1.0F : 1.0F;
+  const float x = sign * along.x();
+  const float y = sign * along.y();
+  std::uint32_t passed = 0;
+  for (std::size_t k = 0; k < directions; ++k) passed += borders_x_[k] * y - borders_y_[k] * x >= 0.0F ? 1U : 0U;
   return passed % directions;
 }
 
-float EdgeProximity::at(const Eigen::Vector2d& pixel, const Eigen::Vector2d& along) const {
-  const int x = static_cast<int>(std::floor((pixel.x() + 0.5) / cell_px));
-  const int y = static_cast<int>(std::floor((pixel.y() + 0.5) / cell_px));
-  if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return 0.0F;
-  const auto& map = nearness_[static_cast<std::size_t>(sector(along))];
-  return static_cast<float>(
-             map[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)]) /
-         255.0F;
+float EdgeProximity::at(const Eigen::Vector2f& pixel, const Eigen::Vector2f& along) const {
+  const float x = (pixel.x() + 0.5F) / cell_px;
+  const float y = (pixel.y() + 0.5F) / cell_px;
+  if (!(x >= 0.0F && y >= 0.0F && x < static_cast<float>(columns_) && y < static_cast<float>(rows_))) return 0.0F;
+  const auto place = static_cast<std::size_t>(static_cast<int>(y) * columns_ + static_cast<int>(x));
+  return static_cast<float>(nearness_[sector(along)][place]) / 255.0F;
 }
 
 }  // namespace rigcal

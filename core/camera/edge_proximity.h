@@ -16,17 +16,18 @@ class EdgeProximity {
   EdgeProximity(int width, int height, const EdgeIndex& index, double scale_px);
 
   /// 0 .. 1; 0 outside of the image. `along` is the direction of the edge, of any length and sign.
-  [[nodiscard]] float at(const Eigen::Vector2d& pixel, const Eigen::Vector2d& along) const;
+  [[nodiscard]] float at(const Eigen::Vector2f& pixel, const Eigen::Vector2f& along) const;
 
  private:
   static constexpr int cell_px = 4;
   static constexpr int directions = 8;  ///< Over half a turn.
 
-  [[nodiscard]] int sector(const Eigen::Vector2d& along) const;
+  [[nodiscard]] std::size_t sector(const Eigen::Vector2f& along) const;
 
   int columns_ = 0;
   int rows_ = 0;
-  std::array<Eigen::Vector2d, directions> borders_;  ///< Between the sectors, unit, going up.
+  std::array<float, directions> borders_x_;  ///< Between the sectors, unit, going up.
+  std::array<float, directions> borders_y_;
   std::array<std::vector<std::uint8_t>, directions> nearness_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/edge_proximity.h"
+#include "core/camera/probe_projection.h"
 
 namespace rigcal {
 namespace {
@@ -13,11 +14,10 @@ namespace {
 // Scale of the nearness: what a rotation half a step off and a translation off by some centimetres do to a pixel.
 constexpr double scale_px = 8.0;
 
+// A place of an edge that a view should show.
 struct Probe {
   std::size_t view = 0;
-  Vector3d p;        // in the camera at the centre of the search
-  Vector3d beside;   // a little along the edge from it
-  float weight = 0;  // all probes of a segment have one together
+  float weight = 0.0F;  // all probes of a segment have one together
 };
 
 class Search {
@@ -81,7 +81,8 @@ class Search {
         for (std::uint32_t i = segment.begin; i < segment.end; i += static_cast<std::uint32_t>(every)) {
           const LidarEdge& edge = scene.edges[view.samples[i]];
           const Vector3d p = T_C_G * edge.p_G;
-          probes_.push_back({k, p, p + 0.01 * p.norm() * (T_C_G.R * edge.direction_G), 0.0F});
+          points_.add(p, p + 0.01 * p.norm() * (T_C_G.R * edge.direction_G));
+          probes_.push_back({k, 0.0F});
         }
         const std::size_t count = probes_.size() - first;
         // A line that is seen along more of the image says more, but not in proportion.
@@ -95,14 +96,18 @@ class Search {
   }
 
   // Mean nearness, 0 .. 1, less the prior.
-  [[nodiscard]] double score(const Vector6d& xi) const {
-    const SE3 back = SE3::exp(xi).inverse();
+  [[nodiscard]] double score(const Vector6d& xi, ProbePoints::Pixels& pixels) const {
+    points_.project(model_, SE3::exp(xi), pixels);
+    const float right = static_cast<float>(model_.intrinsics().width) - 1.0F;
+    const float bottom = static_cast<float>(model_.intrinsics().height) - 1.0F;
     double sum = 0.0;
-    for (const Probe& probe : probes_) {
-      const auto pixel = model_.project(back * probe.p);
-      if (!pixel || !model_.contains(*pixel)) continue;
-      const auto beside = model_.project(back * probe.beside);
-      if (beside) sum += static_cast<double>(probe.weight * proximity_[probe.view].at(*pixel, *beside - *pixel));
+    for (std::size_t k = 0; k < probes_.size(); ++k) {
+      const float x = pixels.x[k];
+      const float y = pixels.y[k];
+      if (!(x >= 0.0F && y >= 0.0F && x <= right && y <= bottom)) continue;
+      const Probe& probe = probes_[k];
+      const float nearness = proximity_[probe.view].at({x, y}, {pixels.along_x[k], pixels.along_y[k]});
+      sum += static_cast<double>(probe.weight * nearness);
     }
     const double off = xi.head<3>().squaredNorm() / std::pow(priors_.rotation_rad, 2) +
                        xi.tail<3>().squaredNorm() / std::pow(priors_.translation_m, 2);
@@ -119,7 +124,8 @@ class Search {
           options_.step_rad * Vector3d(k % side - half, k / side % side - half, k / (side * side) - half);
     }
     parallel_for(grid.size(), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) grid[i].score = score(grid[i].xi);
+      ProbePoints::Pixels pixels;
+      for (std::size_t i = begin; i < end; ++i) grid[i].score = score(grid[i].xi, pixels);
     });
     std::stable_sort(grid.begin(), grid.end(), better);
     return grid;
@@ -127,6 +133,7 @@ class Search {
 
   // Up and down along each parameter, with steps that get shorter.
   void climb(Scored& at) const {
+    ProbePoints::Pixels pixels;
     for (double scale = 1.0; scale > 0.06; scale *= 0.5) {
       for (int round = 0; round < 3; ++round) {
         bool moved = false;
@@ -135,7 +142,7 @@ class Search {
           for (const double sign : {1.0, -1.0}) {
             Scored next = at;
             next.xi[k] += sign * step;
-            next.score = score(next.xi);
+            next.score = score(next.xi, pixels);
             if (next.score <= at.score) continue;
             at = next;
             moved = true;
@@ -153,6 +160,7 @@ class Search {
   const EdgeSearchOptions& options_;
   std::vector<EdgeProximity> proximity_;
   std::vector<Probe> probes_;
+  ProbePoints points_;  // of the probes, in the camera at the centre of the search
   double total_ = 0.0;
 };
 

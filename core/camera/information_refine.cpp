@@ -11,6 +11,8 @@ namespace rigcal {
 namespace {
 
 constexpr std::size_t max_sightings = 150'000;
+// and so many while images are still made smaller: the next level begins where that ends.
+constexpr std::size_t coarse_sightings = 40'000;
 constexpr std::size_t occluding_samples = 500'000;
 constexpr int silhouette_cells = 2;
 constexpr double margin_px = 8.0;
@@ -38,6 +40,14 @@ constexpr double shared_error_m = 0.005;
 
 bool has_moved(const SE3& from, const SE3& to, double rad, double m) {
   return rotation_distance(from.R, to.R) > rad || (from.t - to.t).norm() > m;
+}
+
+// Evenly about `wanted` of them.
+std::vector<Sighting> some_of(const std::vector<Sighting>& sightings, std::size_t wanted) {
+  const std::size_t stride = std::max<std::size_t>(1, sightings.size() / wanted);
+  std::vector<Sighting> some;
+  for (std::size_t k = 0; k < sightings.size(); k += stride) some.push_back(sightings[k]);
+  return some;
 }
 
 // Curvature of the cost at its minimum by differences of the gradient; directions in which it is flat get the least
@@ -94,7 +104,8 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
     if (context.cancelled() || static_cast<double>(sightings.size()) < min_seen) return std::nullopt;
     const std::vector<SmoothImage> images =
         information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
-    const InformationCost cost(model, sightings, images);
+    const std::vector<Sighting> some = some_of(sightings, halvings > 0 ? coarse_sightings : sightings.size());
+    const InformationCost cost(model, some, images);
     const PoseMinimum minimum = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); });
     T = minimum.T;
     if (minimum.value > 1.0 - least_information) return std::nullopt;

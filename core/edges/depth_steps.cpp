@@ -25,10 +25,11 @@ struct Steepness {
   float range_m;
   float reach2;
   float slope2;  // in metres for each unit of u and v
+  float rise_m;
 };
 
-// Whether any of some rays is within reach and so steep, but for rounding. `rays`: u, v and range, to be read up to a
-// whole number of looks.
+// Whether any of some rays is within reach, so much farther and so steep, but for rounding. `rays`: u, v and range, to
+// be read up to a whole number of looks.
 RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_t count, const Steepness& wanted) {
   for (std::uint32_t begin = 0; begin < count; begin += at_a_time) {
     const float* u = rays[0] + begin;
@@ -42,12 +43,22 @@ RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_
       const float d2 = du * du + dv * dv;
       const float rise = range_m[i] - wanted.range_m;
       any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
-             static_cast<std::int32_t>(rise > 0.0F) &
+             static_cast<std::int32_t>(rise >= wanted.rise_m) &
              static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
     }
     if (any != 0) return true;
   }
   return false;
+}
+
+// The squared distances of some rays from a place.
+RIGCAL_WIDE void squared_distances(const float* u, const float* v, std::uint32_t count, float from_u, float from_v,
+                                   float* __restrict out) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float du = u[i] - from_u;
+    const float dv = v[i] - from_v;
+    out[i] = du * du + dv * dv;
+  }
 }
 
 // Rays of one face, sorted by the square cells that hold them.
@@ -84,9 +95,9 @@ class FaceGrid {
   /// Mean distance of neighbours around a place.
   [[nodiscard]] float spacing(float u, float v) const { return spacings_[patch(u, v)]; }
 
-  // Whether any ray within `reach` of one lies so much farther that what lies between may be as steep as `slope`.
-  [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope) const {
-    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m};
+  // Whether any ray within `reach` of one is farther by `rise_m`, and what lies between may be as steep as `slope`.
+  [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope, float rise_m) const {
+    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m, rise_m};
     const int x0 = column(ray.u - reach);
     const int x1 = column(ray.u + reach);
     const int y1 = column(ray.v + reach);
@@ -103,16 +114,37 @@ class FaceGrid {
     return false;
   }
 
+  struct Near {
+    std::vector<float> d2;
+    std::vector<std::uint32_t> index;
+  };
+
+  // Calls `visit(ray, d2)` for the rays nearer than `reach`, their squared distance being d2. `room` is for use in
+  // here.
   template <class Visit>
-  void around(float u, float v, float reach, const Visit& visit) const {
+  void around(float u, float v, float reach, Near& room, const Visit& visit) const {
     const int x0 = column(u - reach);
     const int x1 = column(u + reach);
     const int y0 = column(v - reach);
     const int y1 = column(v + reach);
     for (int y = y0; y <= y1; ++y) {
       const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_);
+      const std::uint32_t begin = starts_[row + static_cast<std::size_t>(x0)];
       const std::uint32_t end = starts_[row + static_cast<std::size_t>(x1) + 1];
-      for (std::uint32_t i = starts_[row + static_cast<std::size_t>(x0)]; i < end; ++i) visit(rays_[i]);
+      if (begin == end) continue;
+      const std::uint32_t count = end - begin;
+      if (room.d2.size() < count) {
+        room.d2.resize(count);
+        room.index.resize(count);
+      }
+      squared_distances(&columns_of_rays_[0][begin], &columns_of_rays_[1][begin], count, u, v, room.d2.data());
+      // Hardly to be foretold, so without a branch.
+      std::uint32_t found = 0;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        room.index[found] = i;
+        found += room.d2[i] < reach * reach ? 1U : 0U;
+      }
+      for (std::uint32_t k = 0; k < found; ++k) visit(rays_[begin + room.index[k]], room.d2[room.index[k]]);
     }
   }
 
@@ -209,22 +241,22 @@ class StepFinder {
  public:
   StepFinder(const FaceGrid& grid, const DepthStepOptions& options) : grid_(grid), options_(options) {}
 
-  void look(const Ray& ray, std::vector<DepthStep>& steps) const {
+  void look(const Ray& ray, std::vector<DepthStep>& steps) {
     const float spacing = grid_.spacing(ray.u, ray.v);
     const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
-    if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
-    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope))) return;
+    const auto least_m = static_cast<float>(options_.min_step_m);
+    if (grid_.is_even(ray.u, ray.v, least_m)) return;
+    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope), least_m)) return;
     // The nearest ray to each side: right, left, up, down.
     std::array<const Ray*, 4> nearest{};
     std::array<float, 4> distance;
     distance.fill(reach * reach);
     int support = 0;
     const auto same = static_cast<float>(options_.same_surface_m + options_.same_surface_per_m * ray.range_m);
-    grid_.around(ray.u, ray.v, reach, [&](const Ray& other) {
+    grid_.around(ray.u, ray.v, reach, room_, [&](const Ray& other, float d2) {
+      if (d2 == 0.0F) return;
       const float du = other.u - ray.u;
       const float dv = other.v - ray.v;
-      const float d2 = du * du + dv * dv;
-      if (d2 == 0.0F || d2 >= reach * reach) return;
       if (std::abs(other.range_m - ray.range_m) < same) ++support;
       const std::size_t side = std::abs(du) > std::abs(dv) ? (du > 0.0F ? 0 : 1) : (dv > 0.0F ? 2 : 3);
       if (d2 >= distance[side]) return;
@@ -249,7 +281,7 @@ class StepFinder {
   [[nodiscard]] float rise_beyond(const Ray& ray, const Ray& far, float apart, const Ray* before, float before2) const {
     const float rise = far.range_m - ray.range_m;
     const auto slope = static_cast<double>(rise / (apart * ray.range_m));
-    if (slope < options_.min_slope) return 0.0F;
+    if (slope < options_.min_slope || rise < options_.min_step_m) return 0.0F;
     if (slope > options_.min_slope_alone) return rise;
     if (before == nullptr) return 0.0F;
     const float share = apart / std::sqrt(before2);
@@ -261,6 +293,7 @@ class StepFinder {
 
   const FaceGrid& grid_;
   const DepthStepOptions& options_;
+  FaceGrid::Near room_;
 };
 
 }  // namespace
@@ -299,7 +332,7 @@ std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const 
     if (rays[face].empty()) continue;
     const FaceGrid grid(rays[face]);
     rays[face] = {};
-    const StepFinder finder(grid, options);
+    StepFinder finder(grid, options);
     for (const Ray& ray : grid.rays()) finder.look(ray, steps[face]);
   }
   return steps;

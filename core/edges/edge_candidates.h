@@ -32,7 +32,7 @@ struct Line3 {
 
 /// Pieces of `piece_m` along the intersections of leaves that lie next to each other. Pieces that several pairs of
 /// leaves give are kept once. The order depends on the leaves only.
-[[nodiscard]] std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& leaves,
+[[nodiscard]] std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features,
                                                      const LidarEdgeOptions& options);
 
 }  // namespace rigcal

@@ -4,62 +4,35 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/edges/cube_grid.h"
 
 namespace rigcal {
 namespace {
 
 constexpr double cube_m = 0.25;
-
-std::uint64_t pack(std::int64_t x, std::int64_t y, std::int64_t z) {
-  const auto part = [](std::int64_t v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFF; };
-  return part(x) << 42 | part(y) << 21 | part(z);
-}
-
-std::int64_t cube_of(double x) { return static_cast<std::int64_t>(std::floor(x / cube_m)); }
-
-std::uint64_t key_of(const Vector3d& p) { return pack(cube_of(p.x()), cube_of(p.y()), cube_of(p.z())); }
+constexpr double per_m = 1.0 / cube_m;
 
 template <class Visit>
-void for_each_cube(const Vector3d& p, double radius_m, const Visit& visit) {
-  for (std::int64_t x = cube_of(p.x() - radius_m); x <= cube_of(p.x() + radius_m); ++x) {
-    for (std::int64_t y = cube_of(p.y() - radius_m); y <= cube_of(p.y() + radius_m); ++y) {
-      for (std::int64_t z = cube_of(p.z() - radius_m); z <= cube_of(p.z() + radius_m); ++z) visit(pack(x, y, z));
+void for_each_cube(const CubePlace& low, const CubePlace& high, const Visit& visit) {
+  for (std::int64_t x = low.x; x <= high.x; ++x) {
+    for (std::int64_t y = low.y; y <= high.y; ++y) {
+      for (std::int64_t z = low.z; z <= high.z; ++z) visit(cube_number({x, y, z}));
     }
   }
 }
 
-// The number of a key in a list that is ascending; `missing` where it is none of them.
-class KeyTable {
- public:
-  static constexpr std::uint32_t missing = ~std::uint32_t{0};
-
-  explicit KeyTable(const std::vector<std::uint64_t>& keys) : keys_(keys) {
-    std::size_t size = 64;
-    while (size < 2 * keys.size()) size *= 2;
-    table_.assign(size, missing);
-    for (std::size_t k = 0; k < keys.size(); ++k) table_[slot(keys[k])] = static_cast<std::uint32_t>(k);
-  }
-  [[nodiscard]] std::uint32_t find(std::uint64_t key) const { return table_[slot(key)]; }
-
- private:
-  // Where the key is, or would be: open addressing.
-  [[nodiscard]] std::size_t slot(std::uint64_t key) const {
-    std::size_t at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 20) & (table_.size() - 1);
-    while (table_[at] != missing && keys_[table_[at]] != key) at = (at + 1) & (table_.size() - 1);
-    return at;
-  }
-  const std::vector<std::uint64_t>& keys_;
-  std::vector<std::uint32_t> table_;
-};
-
-std::vector<std::uint64_t> wanted_cubes(const std::vector<EdgePiece>& pieces, double reach_m) {
-  std::vector<std::uint64_t> keys;
+// Numbers of all cubes that come within `reach_m` of a place in the cube of any piece's middle.
+KeyNumbers wanted_cubes(const std::vector<EdgePiece>& pieces, double reach_m) {
+  const auto steps = static_cast<std::int64_t>(std::ceil(reach_m * per_m));
+  KeyNumbers middles;
+  KeyNumbers cubes;
   for (const EdgePiece& piece : pieces) {
-    for_each_cube(piece.middle, reach_m, [&](std::uint64_t key) { keys.push_back(key); });
+    const CubePlace at = cube_place(piece.middle, per_m);
+    if (!middles.meet(cube_number(at)).first) continue;
+    for_each_cube({at.x - steps, at.y - steps, at.z - steps}, {at.x + steps, at.y + steps, at.z + steps},
+                  [&](std::uint64_t key) { cubes.meet(key); });
   }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  return keys;
+  return cubes;
 }
 
 }  // namespace
@@ -69,9 +42,8 @@ double EdgePoint::variance_along(const Vector3d& n, const NoiseModel& noise) con
 }
 
 EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<PatchCells>& patches,
-                       const RigState& state, const std::vector<char>& use, double reach_m) {
-  keys_ = wanted_cubes(pieces, reach_m);
-  const KeyTable cubes(keys_);
+                       const RigState& state, const std::vector<char>& use, double reach_m)
+    : cubes_(wanted_cubes(pieces, reach_m)) {
   std::vector<std::vector<std::pair<std::uint32_t, EdgePoint>>> of_patch(patches.size());
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -80,8 +52,8 @@ EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<P
       for (const Point& point : patches[k].thinned) {
         const Vector3d p(point.x, point.y, point.z);
         const Vector3d g = T * p;
-        const std::uint32_t cube = cubes.find(key_of(g));
-        if (cube == KeyTable::missing) continue;
+        const std::uint32_t cube = cubes_.find(cube_number(cube_place(g, per_m)));
+        if (cube == KeyNumbers::unknown) continue;
         const double range = p.norm();
         of_patch[k].push_back({cube,
                                {g.cast<float>(), (T.R * p / range).cast<float>(), static_cast<float>(range),
@@ -89,7 +61,7 @@ EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<P
       }
     }
   });
-  starts_.assign(keys_.size() + 1, 0);
+  starts_.assign(std::size_t{cubes_.size()} + 1, 0);
   for (const auto& part : of_patch) {
     for (const auto& [cube, point] : part) ++starts_[cube + 1];
   }
@@ -102,12 +74,12 @@ EdgePoints::EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<P
   }
 }
 
-void EdgePoints::around(const Vector3d& p, double radius_m, std::vector<const EdgePoint*>& found) const {
-  for_each_cube(p, radius_m, [&](std::uint64_t key) {
-    const auto it = std::lower_bound(keys_.begin(), keys_.end(), key);
-    if (it == keys_.end() || *it != key) return;
-    const auto k = static_cast<std::size_t>(it - keys_.begin());
-    for (std::size_t i = starts_[k]; i < starts_[k + 1]; ++i) found.push_back(&points_[i]);
+void EdgePoints::around(const Vector3d& p, double radius_m, std::vector<std::span<const EdgePoint>>& found) const {
+  const Vector3d reach = Vector3d::Constant(radius_m);
+  for_each_cube(cube_place(p - reach, per_m), cube_place(p + reach, per_m), [&](std::uint64_t key) {
+    const std::uint32_t cube = cubes_.find(key);
+    if (cube == KeyNumbers::unknown || starts_[cube] == starts_[cube + 1]) return;
+    found.push_back(std::span(points_).subspan(starts_[cube], starts_[cube + 1] - starts_[cube]));
   });
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/edges/edge_candidates.h"
+#include "core/voxel/cube_index.h"
 
 namespace rigcal {
 
@@ -24,13 +26,13 @@ class EdgePoints {
   EdgePoints(const std::vector<EdgePiece>& pieces, const std::vector<PatchCells>& patches, const RigState& state,
              const std::vector<char>& use, double reach_m);
 
-  /// All points in the cubes that come within `radius_m` of p, appended to `found`.
-  void around(const Vector3d& p, double radius_m, std::vector<const EdgePoint*>& found) const;
+  /// The points of the cubes that come within `radius_m` of p, appended to `found` cube by cube.
+  void around(const Vector3d& p, double radius_m, std::vector<std::span<const EdgePoint>>& found) const;
   [[nodiscard]] std::size_t size() const { return points_.size(); }
 
  private:
-  std::vector<std::uint64_t> keys_;  ///< Of the cubes, ascending.
-  std::vector<std::size_t> starts_;  ///< Of its points; one more than keys.
+  KeyNumbers cubes_;
+  std::vector<std::size_t> starts_;  ///< Of each cube's points; one more than cubes.
   std::vector<EdgePoint> points_;
 };
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
+#include "core/base/wide.h"
 #include "core/records/pixel_format.h"
 
 namespace rigcal {
@@ -18,32 +20,35 @@ int largest_value(const Image& image) {
   return largest;
 }
 
-// The places before and after i, mirrored at the ends so that the colours of the mosaic keep their order.
-std::array<int, 2> neighbours(int i, int size) {
-  if (size < 2) return {i, i};
-  return {i == 0 ? 1 : i - 1, i == size - 1 ? size - 2 : i + 1};
+// One, two and one parts of each place of three rows.
+RIGCAL_WIDE void mix(const float* before, const float* here, const float* after, float* __restrict out,
+                     std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = 0.25F * before[i] + 0.5F * here[i] + 0.25F * after[i];
 }
 
-GreyImage without_mosaic(const GreyImage& raw) {
-  GreyImage rows = raw;
-  for (int y = 0; y < raw.height; ++y) {
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(raw.width);
-    for (int x = 0; x < raw.width; ++x) {
-      const auto [before, after] = neighbours(x, raw.width);
-      rows.values[row + static_cast<std::size_t>(x)] =
-          0.25F * raw.at(before, y) + 0.5F * raw.at(x, y) + 0.25F * raw.at(after, y);
-    }
+RIGCAL_WIDE void scaled_bytes(const std::uint8_t* bytes, float scale, float* __restrict out, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = scale * static_cast<float>(bytes[i]);
+}
+
+// What lies beyond the border is mirrored, so that the colours of the mosaic keep their order.
+GreyImage without_mosaic(GreyImage raw) {
+  const auto width = static_cast<std::size_t>(raw.width);
+  const auto height = static_cast<std::size_t>(raw.height);
+  GreyImage across = raw;
+  for (std::size_t y = 0; y < height && width > 1; ++y) {
+    const float* from = raw.values.data() + y * width;
+    float* to = across.values.data() + y * width;
+    mix(from, from + 1, from + 2, to + 1, width - 2);
+    mix(from + 1, from, from + 1, to, 1);
+    mix(from + width - 2, from + width - 1, from + width - 2, to + width - 1, 1);
   }
-  GreyImage grey = rows;
-  for (int y = 0; y < raw.height; ++y) {
-    const auto [before, after] = neighbours(y, raw.height);
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(raw.width);
-    for (int x = 0; x < raw.width; ++x) {
-      grey.values[row + static_cast<std::size_t>(x)] =
-          0.25F * rows.at(x, before) + 0.5F * rows.at(x, y) + 0.25F * rows.at(x, after);
-    }
+  for (std::size_t y = 0; y < height; ++y) {
+    const std::size_t before = height < 2 ? y : (y == 0 ? 1 : y - 1);
+    const std::size_t after = height < 2 ? y : (y == height - 1 ? height - 2 : y + 1);
+    const float* from = across.values.data();
+    mix(from + before * width, from + y * width, from + after * width, raw.values.data() + y * width, width);
   }
-  return grey;
+  return raw;
 }
 
 }  // namespace
@@ -68,6 +73,10 @@ GreyImage to_grey(const Image& image, int bits) {
   GreyImage grey{image.width, image.height, {}};
   grey.values.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
   const float scale = 255.0F / static_cast<float>((1 << bits) - 1);
+  if (image.channels == 1 && image.bits == 8) {
+    scaled_bytes(image.bytes.data(), scale, grey.values.data(), grey.values.size());
+    return is_mosaic(image) ? without_mosaic(std::move(grey)) : grey;
+  }
   auto out = grey.values.begin();
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x, ++out) {
@@ -80,7 +89,7 @@ GreyImage to_grey(const Image& image, int bits) {
       }
     }
   }
-  return is_mosaic(image) ? without_mosaic(grey) : grey;
+  return is_mosaic(image) ? without_mosaic(std::move(grey)) : grey;
 }
 
 float grey_spread(const GreyImage& grey) {

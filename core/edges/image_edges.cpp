@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/edges/image_filter.h"
+
 namespace rigcal {
 namespace {
 
@@ -11,55 +13,6 @@ using Eigen::Vector2d;
 using Eigen::Vector2f;
 
 constexpr int least_side = 16;
-
-std::vector<float> gaussian(double sigma) {
-  const int radius = std::max(1, static_cast<int>(std::ceil(4.0 * sigma)));
-  std::vector<float> kernel;
-  double sum = 0.0;
-  for (int i = -radius; i <= radius; ++i) sum += std::exp(-0.5 * i * i / (sigma * sigma));
-  for (int i = -radius; i <= radius; ++i) {
-    kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma)) / sum));
-  }
-  return kernel;
-}
-
-// Its derivative, such that a slope of one grey value a pixel gives one.
-std::vector<float> gaussian_derivative(double sigma) {
-  std::vector<float> kernel = gaussian(sigma);
-  const int radius = static_cast<int>(kernel.size() / 2);
-  double moment = 0.0;
-  for (int i = -radius; i <= radius; ++i) {
-    float& k = kernel[static_cast<std::size_t>(i + radius)];
-    k *= static_cast<float>(i);
-    moment += static_cast<double>(k) * i;
-  }
-  for (float& k : kernel) k /= static_cast<float>(moment);
-  return kernel;
-}
-
-// Correlates rows, or columns, with a kernel.
-GreyImage filtered(const GreyImage& image, const std::vector<float>& kernel, bool rows) {
-  const int radius = static_cast<int>(kernel.size() / 2);
-  const int w = image.width;
-  const int h = image.height;
-  GreyImage out{w, h, std::vector<float>(image.values.size(), 0.0F)};
-  const auto row = [w](int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w); };
-  std::vector<float> line(static_cast<std::size_t>(w + 2 * radius));
-  for (int y = 0; y < h; ++y) {
-    float* target = out.values.data() + row(y);
-    if (rows) {
-      const float* source = image.values.data() + row(y);
-      for (int x = -radius; x < w + radius; ++x)
-        line[static_cast<std::size_t>(x + radius)] = source[std::clamp(x, 0, w - 1)];
-    }
-    for (int i = -radius; i <= radius; ++i) {
-      const float k = kernel[static_cast<std::size_t>(i + radius)];
-      const float* source = rows ? line.data() + i + radius : image.values.data() + row(std::clamp(y + i, 0, h - 1));
-      for (int x = 0; x < w; ++x) target[x] += k * source[x];
-    }
-  }
-  return out;
-}
 
 // Sums over some points of a chain.
 struct ChainSums {
@@ -100,14 +53,8 @@ struct ChainSums {
 
 class EdgeFinder {
  public:
-  EdgeFinder(const GreyImage& image, const ImageEdgeOptions& options) : options_(options) {
-    const std::vector<float> smooth = gaussian(options.blur_px);
-    const std::vector<float> slope = gaussian_derivative(options.blur_px);
-    gx_ = filtered(filtered(image, smooth, false), slope, true);
-    gy_ = filtered(filtered(image, smooth, true), slope, false);
-    gradient_ = {image.width, image.height, std::vector<float>(image.values.size())};
-    for (std::size_t i = 0; i < image.values.size(); ++i)
-      gradient_.values[i] = std::sqrt(gx_.values[i] * gx_.values[i] + gy_.values[i] * gy_.values[i]);
+  EdgeFinder(const GreyImage& image, const ImageEdgeOptions& options)
+      : options_(options), gradients_(gradient_of(image, options.blur_px)) {
     const double noise = gradient_noise();
     low_ = static_cast<float>(std::max(options.min_gradient, options.low_sigmas * noise));
     high_ = static_cast<float>(std::max(2.0 * options.min_gradient, options.high_sigmas * noise));
@@ -168,7 +115,7 @@ class EdgeFinder {
       for (int x = margin; x < gradient_.width - margin; ++x) {
         const float m = gradient_.at(x, y);
         if (m < low_) continue;
-        const Vector2f n(gx_.at(x, y) / m, gy_.at(x, y) / m);
+        const Vector2f n(gradients_.x.at(x, y) / m, gradients_.y.at(x, y) / m);
         const auto px = static_cast<float>(x);
         const auto py = static_cast<float>(y);
         const float before = interpolated(px - n.x(), py - n.y());
@@ -250,9 +197,8 @@ class EdgeFinder {
   }
 
   const ImageEdgeOptions& options_;
-  GreyImage gx_;
-  GreyImage gy_;
-  GreyImage gradient_;
+  ImageGradient gradients_;
+  const GreyImage& gradient_ = gradients_.length;
   float low_ = 0.0F;
   float high_ = 0.0F;
   std::vector<Maximum> maxima_;
@@ -269,8 +215,7 @@ std::vector<ImageEdge> find_image_edges(const GreyImage& image, const ImageEdgeO
 
 GreyImage blurred(const GreyImage& image, double sigma_px) {
   if (image.width < 1 || image.height < 1 || sigma_px <= 0.0) return image;
-  const std::vector<float> kernel = gaussian(sigma_px);
-  return filtered(filtered(image, kernel, true), kernel, false);
+  return correlated(image, gaussian(sigma_px));
 }
 
 }  // namespace rigcal

@@ -3,13 +3,15 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <optional>
 
 #include "core/base/parallel.h"
 #include "core/edges/edge_candidates.h"
 #include "core/edges/edge_points.h"
 #include "core/edges/line_book.h"
+#include "core/edges/piece_points.h"
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
@@ -26,12 +28,25 @@ struct Face {
 // What a real surface is not, over such a length.
 constexpr double flatness_m = 0.001;
 
+// What one thread needs for piece after piece.
+struct Workspace {
+  PiecePoints points;
+  std::vector<std::uint32_t> chosen;
+  std::vector<double> variances;  // of a face's points along its normal
+};
+
 class PieceFitter {
  public:
   PieceFitter(const EdgePiece& piece, const EdgePoints& points, const std::vector<NoiseModel>& noise,
-              const LidarEdgeOptions& options)
-      : piece_(piece), noise_(noise), options_(options) {
-    points.around(piece.middle, reach(), around_);
+              const LidarEdgeOptions& options, Workspace& work)
+      : piece_(piece), noise_(noise), options_(options), work_(work) {
+    // What lies on a third plane belongs to neither face.
+    work_.points.take(piece, points, std::hypot(0.5 * options.piece_m, options.reach_m), options.footprint_m);
+    const double range2 = std::pow(work_.points.largest_range_m(), 2);
+    for (const NoiseModel& n : noise) {
+      const double along = n.range_m * n.range_m + n.range_per_m * n.range_per_m * range2;
+      largest_variance_ = std::max({largest_variance_, along, n.angle_rad * n.angle_rad * range2});
+    }
   }
 
   // Samples of this piece; none where it is no edge.
@@ -50,24 +65,25 @@ class PieceFitter {
   }
 
  private:
-  [[nodiscard]] double reach() const { return std::hypot(0.5 * options_.piece_m, options_.reach_m); }
-
-  bool fit(Face& face, const WorldPlane& other, const Line3& line, double slack) const {
+  bool fit(Face& face, const WorldPlane& other, const Line3& line, double slack) {
+    FaceGate gate;
+    gate.line = line;
+    gate.half_length_m = 0.5 * options_.piece_m;
+    gate.reach_m = options_.reach_m;
+    gate.own = face.plane;
+    gate.own_m = 2.5 * std::sqrt(largest_variance_) + slack + 1e-5;  // rounding
+    gate.other = other;
+    gate.other_m = options_.footprint_m;
+    work_.points.choose(gate, work_.chosen);
     face.points.clear();
-    std::vector<double> variances;  // of the face's points along n
+    std::vector<double>& variances = work_.variances;
+    variances.clear();
     const Vector3d n = face.plane.n;
-    for (const EdgePoint* point : around_) {
-      const Vector3d d = point->p_G.cast<double>() - line.p;
-      const double along = line.direction.dot(d);
-      if (std::abs(along) > 0.5 * options_.piece_m || (d - along * line.direction).norm() > options_.reach_m) continue;
-      if (std::abs(other.distance(line.p + d)) < options_.footprint_m) continue;
-      const auto holds = [&](const WorldPlane& third) {
-        return std::abs(third.distance(line.p + d)) < options_.footprint_m;
-      };
-      if (std::any_of(piece_.others.begin(), piece_.others.end(), holds)) continue;
-      const double variance = point->variance_along(n, noise_[point->lidar]);
-      if (std::abs(face.plane.distance(line.p + d)) > 2.5 * std::sqrt(variance) + slack) continue;
-      face.points.push_back(point);
+    for (const std::uint32_t i : work_.chosen) {
+      const EdgePoint& point = work_.points[i];
+      const double variance = point.variance_along(n, noise_[point.lidar]);
+      if (std::abs(face.plane.distance(point.p_G.cast<double>())) > 2.5 * std::sqrt(variance) + slack) continue;
+      face.points.push_back(&point);
       variances.push_back(variance);
     }
     if (static_cast<double>(face.points.size()) < options_.min_points) return false;
@@ -115,22 +131,31 @@ class PieceFitter {
     return inverse * Vector3d(a.offset_variance, b.offset_variance, 0.0).asDiagonal() * inverse.transpose();
   }
 
-  // Whether the face goes on beside the edge at p: two of three places next to it have points, on one side at least.
-  [[nodiscard]] static bool occupied(const Face& face, const Vector3d& p, const Vector3d& direction) {
+  // Of each of `count` samples, whether the face goes on beside the edge there: two of three places next to it have
+  // points, on one side at least. The first sample lies at `first_m` from the line's point.
+  [[nodiscard]] std::vector<char> occupied(const Face& face, const Line3& line, double first_m, int count) const {
     constexpr double places_m[] = {0.07, 0.11, 0.15};
     constexpr double near_m = 0.03;
-    const Vector3d across = face.plane.n.cross(direction);
-    int filled[2][3] = {};
+    constexpr double along_m = 0.04;
+    const double step = options_.sample_m;
+    const Vector3d across = face.plane.n.cross(line.direction);
+    std::vector<std::array<std::uint8_t, 2>> filled(static_cast<std::size_t>(count));  // a bit for each place, by sides
     for (const EdgePoint* point : face.points) {
-      const Vector3d d = point->p_G.cast<double>() - p;
-      if (std::abs(direction.dot(d)) > 0.04) continue;
+      const Vector3d d = point->p_G.cast<double>() - line.p;
       const double c = across.dot(d);
-      for (int k = 0; k < 3; ++k) {
-        if (std::abs(std::abs(c) - places_m[k]) < near_m) filled[c > 0.0 ? 1 : 0][k] = 1;
+      std::uint8_t places = 0;
+      for (unsigned k = 0; k < 3; ++k) {
+        if (std::abs(std::abs(c) - places_m[k]) < near_m) places = static_cast<std::uint8_t>(places | 1U << k);
       }
+      if (places == 0) continue;
+      const double along = line.direction.dot(d) - first_m;
+      const int first = std::max(0, static_cast<int>(std::ceil((along - along_m) / step)));
+      const int last = std::min(count - 1, static_cast<int>(std::floor((along + along_m) / step)));
+      for (int k = first; k <= last; ++k) filled[static_cast<std::size_t>(k)][c > 0.0 ? 1 : 0] |= places;
     }
-    const auto count = [](const int(&side)[3]) { return side[0] + side[1] + side[2]; };
-    return count(filled[0]) >= 2 || count(filled[1]) >= 2;
+    std::vector<char> out;
+    for (const auto& sides : filled) out.push_back(std::popcount(sides[0]) >= 2 || std::popcount(sides[1]) >= 2);
+    return out;
   }
 
   [[nodiscard]] std::vector<LidarEdge> sample(const Face& a, const Face& b, const Line3& line) const {
@@ -144,9 +169,13 @@ class PieceFitter {
     std::vector<LidarEdge> out;
     const double step = options_.sample_m;
     const int half = static_cast<int>(std::floor(0.5 * options_.piece_m / step));
-    for (int k = -half; k < half; ++k) {
-      edge.p_G = line.p + (k + 0.5) * step * line.direction;
-      if (occupied(a, edge.p_G, line.direction) && occupied(b, edge.p_G, line.direction)) out.push_back(edge);
+    const double first_m = (0.5 - half) * step;
+    const std::vector<char> of_a = occupied(a, line, first_m, 2 * half);
+    const std::vector<char> of_b = occupied(b, line, first_m, 2 * half);
+    for (int k = 0; k < 2 * half; ++k) {
+      if (!of_a[static_cast<std::size_t>(k)] || !of_b[static_cast<std::size_t>(k)]) continue;
+      edge.p_G = line.p + (first_m + k * step) * line.direction;
+      out.push_back(edge);
     }
     return out;
   }
@@ -154,7 +183,8 @@ class PieceFitter {
   const EdgePiece& piece_;
   const std::vector<NoiseModel>& noise_;
   const LidarEdgeOptions& options_;
-  std::vector<const EdgePoint*> around_;
+  Workspace& work_;
+  double largest_variance_ = 0.0;  // along whatever normal
 };
 
 }  // namespace
@@ -167,7 +197,8 @@ std::vector<LidarEdge> find_lidar_edges(const std::vector<PlaneFeature>& leaves,
   const EdgePoints points(pieces, patches, state, use, reach);
   std::vector<std::vector<LidarEdge>> of_piece(pieces.size());
   parallel_for(pieces.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) of_piece[i] = PieceFitter(pieces[i], points, noise, options).run();
+    Workspace work;
+    for (std::size_t i = begin; i < end; ++i) of_piece[i] = PieceFitter(pieces[i], points, noise, options, work).run();
   });
   LineBook book(options.sample_m);
   for (const std::vector<LidarEdge>& piece : of_piece) book.add(piece);

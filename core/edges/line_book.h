@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -25,10 +26,14 @@ class LineBook {
     std::vector<std::int64_t> taken;  // ascending
   };
   [[nodiscard]] static bool is_on(const Line& line, const LidarEdge& edge);
+  /// The first line that holds the sample; their number where none does.
+  [[nodiscard]] std::size_t line_of(const LidarEdge& edge) const;
+  void open_line(const LidarEdge& edge);
 
   double sample_m_;
   int first_line_;
   std::vector<Line> lines_;
+  std::array<std::vector<float>, 6> columns_;  ///< Places and directions of the lines, with room up to a whole look.
   std::vector<LidarEdge> edges_;
 };
 

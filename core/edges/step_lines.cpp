@@ -2,8 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+
+#include "core/base/wide.h"
 
 namespace rigcal {
 namespace {
@@ -16,6 +19,69 @@ constexpr double seed_spacings = 10.0;
 constexpr double filled_spacings = 3.0;
 
 constexpr std::uint32_t seed_every = 3;  // an outline has many more steps
+
+// What is asked of steps is kept in the order of the cells: u, v, towards the far side in u and v, inverse depth.
+constexpr std::size_t sorted_values = 5;
+using SortedSteps = std::array<const float*, sorted_values>;
+
+// Steps on the same side of the same surface.
+struct Alike {
+  float u;
+  float v;
+  float towards_u;
+  float towards_v;
+  float inverse_depth;
+  float reach2;
+  float depth_gate;
+};
+
+RIGCAL_WIDE void mark_alike(const SortedSteps& steps, std::uint32_t count, const Alike& wanted,
+                            std::int32_t* __restrict marks) {
+  const SortedSteps of = steps;
+  const Alike at = wanted;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float du = of[0][i] - at.u;
+    const float dv = of[1][i] - at.v;
+    const float same_way = of[2][i] * at.towards_u + of[3][i] * at.towards_v;
+    const float deeper = std::abs(of[4][i] - at.inverse_depth);
+    marks[i] = static_cast<std::int32_t>(du * du + dv * dv <= at.reach2) & static_cast<std::int32_t>(same_way >= 0.2F) &
+               static_cast<std::int32_t>(deeper <= at.depth_gate);
+  }
+}
+
+// What lies on a line and on its near surface, but for rounding.
+struct OnLine {
+  float cu;
+  float cv;
+  float tu;
+  float tv;
+  float low;
+  float high;
+  float across;
+  float towards_u;
+  float towards_v;
+  float inverse_depth;
+  float slope;
+};
+
+RIGCAL_WIDE void mark_on(const SortedSteps& steps, std::uint32_t count, const OnLine& line,
+                         std::int32_t* __restrict marks) {
+  const SortedSteps of = steps;
+  const OnLine at = line;
+  constexpr auto thick = static_cast<float>(thickness_m);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float du = of[0][i] - at.cu;
+    const float dv = of[1][i] - at.cv;
+    const float s = at.tu * du + at.tv * dv;
+    const float off = std::abs(at.tu * dv - at.tv * du);
+    const float same_way = of[2][i] * at.towards_u + of[3][i] * at.towards_v;
+    const float w = std::abs(at.inverse_depth + at.slope * s);
+    const float deeper = std::abs(of[4][i] - at.inverse_depth - at.slope * s);
+    marks[i] = static_cast<std::int32_t>(s >= at.low) & static_cast<std::int32_t>(s <= at.high) &
+               static_cast<std::int32_t>(off <= at.across) & static_cast<std::int32_t>(same_way >= 0.3F) &
+               static_cast<std::int32_t>(deeper <= 0.01F * w + thick * w * w);
+  }
+}
 
 void turn_around(StepLine& line) {
   line.t = -line.t;
@@ -66,14 +132,57 @@ class LineGrower {
     order_.resize(steps_.size());
     std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
     for (std::uint32_t i = 0; i < steps_.size(); ++i) order_[next[cell(steps_[i])]++] = i;
+    for (std::vector<float>& values : sorted_) values.reserve(steps_.size());
+    for (const std::uint32_t i : order_) {
+      const DepthStep& s = steps_[i];
+      const std::array<float, sorted_values> values{s.u, s.v, s.towards_u, s.towards_v, s.inverse_depth};
+      for (std::size_t k = 0; k < sorted_values; ++k) sorted_[k].push_back(values[k]);
+    }
+    std::uint32_t longest = 0;
+    for (std::size_t row = 0; row < columns; ++row)
+      longest = std::max(longest, starts_[(row + 1) * columns] - starts_[row * columns]);
+    marks_.resize(longest);
+  }
+
+  [[nodiscard]] SortedSteps sorted_from(std::uint32_t begin) const {
+    SortedSteps steps;
+    for (std::size_t k = 0; k < sorted_values; ++k) steps[k] = sorted_[k].data() + begin;
+    return steps;
+  }
+
+  // Calls `visit(begin, end)` for the places in `order_` of each row of a box.
+  template <class Visit>
+  void rows_within(const Eigen::Vector2d& low, const Eigen::Vector2d& high, const Visit& visit) const {
+    for (int y = column(low.y()); y <= column(high.y()); ++y) row_within(y, low.x(), high.x(), visit);
   }
 
   template <class Visit>
-  void within(const Eigen::Vector2d& low, const Eigen::Vector2d& high, const Visit& visit) const {
-    for (int y = column(low.y()); y <= column(high.y()); ++y) {
-      const auto row = static_cast<std::size_t>(y) * columns;
-      const std::uint32_t end = starts_[row + static_cast<std::size_t>(column(high.x())) + 1];
-      for (std::uint32_t k = starts_[row + static_cast<std::size_t>(column(low.x()))]; k < end; ++k) visit(order_[k]);
+  void row_within(int y, double low, double high, const Visit& visit) const {
+    const auto row = static_cast<std::size_t>(y) * columns;
+    const std::uint32_t begin = starts_[row + static_cast<std::size_t>(column(low))];
+    const std::uint32_t end = starts_[row + static_cast<std::size_t>(column(high)) + 1];
+    if (begin < end) visit(begin, end);
+  }
+
+  // The same for a strip to either side of a stretch of a line: hardly more than what lies on it, however slanted.
+  template <class Visit>
+  void rows_along(const StepLine& line, double low, double high, double across, const Visit& visit) const {
+    const double v_low = line.c.y() + std::min(low * line.t.y(), high * line.t.y()) - across;
+    const double v_high = line.c.y() + std::max(low * line.t.y(), high * line.t.y()) + across;
+    for (int y = column(v_low); y <= column(v_high); ++y) {
+      // Where the line is while the strip is in this row; steps beyond the face's border are in its last rows.
+      double first = low;
+      double last = high;
+      if (y > 0 && y < columns - 1 && std::abs(line.t.y()) > 1e-6) {
+        const double top = (2.0 * y / columns - 1.0 - across - line.c.y()) / line.t.y();
+        const double bottom = (2.0 * (y + 1) / columns - 1.0 + across - line.c.y()) / line.t.y();
+        first = std::max(low, std::min(top, bottom));
+        last = std::min(high, std::max(top, bottom));
+        if (first > last) continue;
+      }
+      const double u_first = line.c.x() + first * line.t.x();
+      const double u_last = line.c.x() + last * line.t.x();
+      row_within(y, std::min(u_first, u_last) - across, std::max(u_first, u_last) + across, visit);
     }
   }
 
@@ -83,22 +192,28 @@ class LineGrower {
   }
 
   // Steps on the same side of the same surface around one.
-  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t seed) const {
+  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t seed) {
     const DepthStep& s = steps_[seed];
     const double reach = seed_spacings * s.spacing;
+    const Alike wanted{s.u,
+                       s.v,
+                       s.towards_u,
+                       s.towards_v,
+                       s.inverse_depth,
+                       static_cast<float>(reach * reach),
+                       static_cast<float>(2.0 * depth_gate(s.inverse_depth))};
     std::vector<std::uint32_t> found;
-    within(at(seed).array() - reach, at(seed).array() + reach, [&](std::uint32_t i) {
-      const DepthStep& other = steps_[i];
-      if (used_[i] || (at(i) - at(seed)).norm() > reach) return;
-      if (s.towards_u * other.towards_u + s.towards_v * other.towards_v < 0.2F) return;
-      if (std::abs(other.inverse_depth - s.inverse_depth) > 2.0 * depth_gate(s.inverse_depth)) return;
-      found.push_back(i);
+    rows_within(at(seed).array() - reach, at(seed).array() + reach, [&](std::uint32_t begin, std::uint32_t end) {
+      mark_alike(sorted_from(begin), end - begin, wanted, marks_.data());
+      for (std::uint32_t k = begin; k < end; ++k) {
+        if (marks_[k - begin] != 0 && !used_[order_[k]]) found.push_back(order_[k]);
+      }
     });
     return found;
   }
 
   // Places whose surroundings look straight, the straightest first.
-  [[nodiscard]] std::vector<std::uint32_t> seeds() const {
+  [[nodiscard]] std::vector<std::uint32_t> seeds() {
     std::vector<std::pair<double, std::uint32_t>> scored;
     for (std::uint32_t i = 0; i < steps_.size(); i += seed_every) {
       const auto around = neighbours(i);
@@ -116,18 +231,29 @@ class LineGrower {
   [[nodiscard]] StepLine fitted(std::vector<std::uint32_t> members) const {
     StepLine line;
     line.steps = std::move(members);
-    const auto count = static_cast<double>(line.steps.size());
+    const double share = 1.0 / static_cast<double>(line.steps.size());
     for (const std::uint32_t i : line.steps) {
-      line.c += at(i) / count;
-      line.spacing += steps_[i].spacing / count;
+      line.c += at(i);
+      line.spacing += steps_[i].spacing;
+      line.inverse_depth += steps_[i].inverse_depth;
     }
-    Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
-    for (const std::uint32_t i : line.steps) S += (at(i) - line.c) * (at(i) - line.c).transpose() / count;
-    const double angle = 0.5 * std::atan2(2.0 * S(0, 1), S(0, 0) - S(1, 1));
+    line.c *= share;
+    line.spacing *= share;
+    line.inverse_depth *= share;
+    double uu = 0.0;
+    double uv = 0.0;
+    double vv = 0.0;
+    for (const std::uint32_t i : line.steps) {
+      const Eigen::Vector2d d = at(i) - line.c;
+      uu += d.x() * d.x();
+      uv += d.x() * d.y();
+      vv += d.y() * d.y();
+    }
+    const double angle = 0.5 * std::atan2(2.0 * uv, uu - vv);
     line.t = {std::cos(angle), std::sin(angle)};
-    line.rms = std::sqrt(std::max(0.0, line.n().dot(S * line.n())));
+    const Eigen::Vector2d n = line.n();
+    line.rms = std::sqrt(std::max(0.0, share * (n.x() * n.x() * uu + 2.0 * n.x() * n.y() * uv + n.y() * n.y() * vv)));
     double sww = 0.0;
-    for (const std::uint32_t i : line.steps) line.inverse_depth += steps_[i].inverse_depth / count;
     for (const std::uint32_t i : line.steps) {
       const double s = line.t.dot(at(i) - line.c);
       line.low = std::min(line.low, s);
@@ -140,21 +266,20 @@ class LineGrower {
   }
 
   // What lies on the line, in the stretch around its middle that is not broken.
-  [[nodiscard]] std::vector<std::uint32_t> members(const StepLine& line, const Eigen::Vector2d& towards) const {
+  [[nodiscard]] std::vector<std::uint32_t> members(const StepLine& line, const Eigen::Vector2d& towards) {
     const double beyond = 2.0 * seed_spacings * line.spacing;
-    const Eigen::Vector2d a = line.c + (line.low - beyond) * line.t;
-    const Eigen::Vector2d b = line.c + (line.high + beyond) * line.t;
     const double across = options_.across_spacings * line.spacing + 0.5 * half_beam(face_, line.c, line.n(), beam_);
+    const double low = line.low - beyond;
+    const double high = line.high + beyond;
+    const auto f = [](double value) { return static_cast<float>(value); };
+    const OnLine wanted{f(line.c.x()), f(line.c.y()),  f(line.t.x()),  f(line.t.y()),         f(low),       f(high),
+                        f(across),     f(towards.x()), f(towards.y()), f(line.inverse_depth), f(line.slope)};
     std::vector<std::pair<double, std::uint32_t>> on;
-    within(a.cwiseMin(b).array() - across, a.cwiseMax(b).array() + across, [&](std::uint32_t i) {
-      const DepthStep& step = steps_[i];
-      const Eigen::Vector2d d = at(i) - line.c;
-      const double s = line.t.dot(d);
-      if (used_[i] || s < line.low - beyond || s > line.high + beyond || std::abs(line.n().dot(d)) > across) return;
-      if (step.towards_u * towards.x() + step.towards_v * towards.y() < 0.3) return;
-      const double w = line.inverse_depth + line.slope * s;
-      if (std::abs(step.inverse_depth - w) > depth_gate(std::abs(w))) return;
-      on.emplace_back(s, i);
+    rows_along(line, low, high, across, [&](std::uint32_t begin, std::uint32_t end) {
+      mark_on(sorted_from(begin), end - begin, wanted, marks_.data());
+      for (std::uint32_t k = begin; k < end; ++k) {
+        if (marks_[k - begin] != 0 && !used_[order_[k]]) on.emplace_back(line.t.dot(at(order_[k]) - line.c), order_[k]);
+      }
     });
     std::sort(on.begin(), on.end());
     // From the middle outwards up to the first gap.
@@ -170,7 +295,7 @@ class LineGrower {
     return out;
   }
 
-  [[nodiscard]] StepLine grown(std::uint32_t seed) const {
+  [[nodiscard]] StepLine grown(std::uint32_t seed) {
     StepLine line = fitted(neighbours(seed));
     Eigen::Vector2d towards = line.n();
     if (towards.dot(Eigen::Vector2d(steps_[seed].towards_u, steps_[seed].towards_v)) < 0.0) towards = -towards;
@@ -234,7 +359,9 @@ class LineGrower {
   const OutlineOptions& options_;
   std::vector<char> used_;
   std::vector<std::uint32_t> starts_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> order_;  // steps by cells
+  std::array<std::vector<float>, sorted_values> sorted_;
+  std::vector<std::int32_t> marks_;
 };
 
 }  // namespace
