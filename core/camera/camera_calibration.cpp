@@ -22,8 +22,9 @@ constexpr std::size_t least_segments = 12;
 // Rotations of the guess move pixels so far beyond the image's border, at its sigma.
 constexpr double start_margin_px = 80.0;
 
-// Starts are compared by fewer samples.
+// Starts are compared by fewer samples, and what hides them need be known no better than where they are.
 constexpr double sparse_spacing_px = 8.0;
+constexpr std::size_t sparse_stride = 3;
 
 // Sigmas of intrinsics that are to be found: no calibration is off by more.
 constexpr double free_focal_scale = 0.02;
@@ -134,7 +135,8 @@ class CameraCalibration {
   // of the end. Adds nothing where too little is seen from there.
   void look_around(const SE3& guess, std::vector<EdgeSolution>& solutions) {
     set_priors(guess);
-    find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px}, views_);
+    find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px, sparse_stride},
+                 views_);
     if (segments() < least_segments) return;
     std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, EdgeSearchOptions{});
     starts.push_back(guess);
@@ -149,10 +151,25 @@ class CameraCalibration {
     compare(solutions);
   }
 
+  // Once the first levels have drawn a start to where another one ended, nothing new comes of it.
   void solve_quickly(const SE3& start, std::vector<EdgeSolution>& solutions) {
-    solutions.push_back(
-        solve_edges(scene_, camera_.intrinsics, CameraState{start}, priors_, quick_levels(), views_, context_));
-    estimate_.iterations += solutions.back().iterations;
+    const std::vector<SolveLevel> levels = quick_levels();
+    constexpr std::size_t first = 2;
+    const auto solved = [&](const CameraState& from, std::span<const SolveLevel> some) {
+      const EdgeSolution solution = solve_edges(scene_, camera_.intrinsics, from, priors_, some, views_, context_);
+      estimate_.iterations += solution.iterations;
+      return solution;
+    };
+    const EdgeSolution drawn = solved(CameraState{start}, std::span(levels).first(first));
+    const bool known = std::any_of(solutions.begin(), solutions.end(),
+                                   [&](const EdgeSolution& other) { return is_same(drawn.state, other.state, 0.5); });
+    if (!known) solutions.push_back(solved(drawn.state, std::span(levels).subspan(first)));
+  }
+
+  // Whether two poses are in one minimum: no farther apart than `share` of what tells minima apart.
+  [[nodiscard]] static bool is_same(const CameraState& a, const CameraState& b, double share) {
+    const Vector6d apart = (a.T_base_camera.inverse() * b.T_base_camera).log();
+    return apart.head<3>().norm() < share * to_rad(0.2) && apart.tail<3>().norm() < share * 0.03;
   }
 
   // The best, and the best other one.
@@ -161,8 +178,7 @@ class CameraCalibration {
                      [](const EdgeSolution& a, const EdgeSolution& b) { return a.score > b.score; });
     best_ = solutions.front();
     for (const EdgeSolution& other : solutions) {
-      const Vector6d apart = (best_.state.T_base_camera.inverse() * other.state.T_base_camera).log();
-      if (apart.head<3>().norm() < to_rad(0.2) && apart.tail<3>().norm() < 0.03) continue;
+      if (is_same(best_.state, other.state, 1.0)) continue;
       estimate_.runner_up = other.state.T_base_camera;
       estimate_.runner_up_ratio = best_.score > 0.0 ? other.score / best_.score : 1.0;
       break;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/camera/edge_proximity.h"
@@ -14,10 +15,11 @@ namespace {
 // Scale of the nearness: what a rotation half a step off and a translation off by some centimetres do to a pixel.
 constexpr double scale_px = 8.0;
 
-// A place of an edge that a view should show.
-struct Probe {
+// The probes of one view: places of edges that it should show.
+struct ViewProbes {
   std::size_t view = 0;
-  float weight = 0.0F;  // all probes of a segment have one together
+  std::size_t begin = 0;
+  std::size_t end = 0;
 };
 
 class Search {
@@ -75,43 +77,53 @@ class Search {
     const SE3 T_C_base = centre_.inverse();
     for (std::size_t k = 0; k < views.size(); ++k) {
       const EdgeView& view = views[k];
+      of_view_.push_back({k, points_.size(), 0});
       const SE3 T_C_G = T_C_base * scene.T_G_base[static_cast<std::size_t>(view.stop)].inverse();
       for (const EdgeSegment& segment : view.segments) {
-        const std::size_t first = probes_.size();
+        const std::size_t first = points_.size();
         for (std::uint32_t i = segment.begin; i < segment.end; i += static_cast<std::uint32_t>(every)) {
           const LidarEdge& edge = scene.edges[view.samples[i]];
           const Vector3d p = T_C_G * edge.p_G;
           points_.add(p, p + 0.01 * p.norm() * (T_C_G.R * edge.direction_G));
-          probes_.push_back({k, 0.0F});
         }
-        const std::size_t count = probes_.size() - first;
+        const auto count = static_cast<double>(points_.size() - first);
         // A line that is seen along more of the image says more, but not in proportion.
         const double worth = view.weight * std::sqrt(static_cast<double>(segment.end - segment.begin));
-        for (std::size_t i = first; i < probes_.size(); ++i) {
-          probes_[i].weight = static_cast<float>(worth / static_cast<double>(count));
-          total_ += worth / static_cast<double>(count);
-        }
+        weights_.resize(points_.size(), static_cast<float>(worth / count));
+        total_ += worth;
       }
+      of_view_.back().end = points_.size();
     }
   }
 
   // Mean nearness, 0 .. 1, less the prior.
-  [[nodiscard]] double score(const Vector6d& xi, ProbePoints::Pixels& pixels) const {
-    points_.project(model_, SE3::exp(xi), pixels);
+  void score(std::span<Scored> candidates, ProbePoints::Pixels& pixels) const {
+    for (Scored& candidate : candidates) candidate.score = 0.0;
+    // View by view, as a view's nearness fits into a cache.
+    for (const ViewProbes& probes : of_view_) {
+      for (Scored& candidate : candidates) candidate.score += nearness(candidate, probes, pixels);
+    }
+    for (Scored& candidate : candidates) {
+      const double off = candidate.xi.head<3>().squaredNorm() / std::pow(priors_.rotation_rad, 2) +
+                         candidate.xi.tail<3>().squaredNorm() / std::pow(priors_.translation_m, 2);
+      candidate.score = total_ > 0.0 ? candidate.score / total_ - 0.005 * off : 0.0;
+    }
+  }
+
+  // The sum over one view's probes.
+  [[nodiscard]] double nearness(const Scored& candidate, const ViewProbes& probes, ProbePoints::Pixels& pixels) const {
+    points_.project(model_, SE3::exp(candidate.xi), probes.begin, probes.end, pixels);
     const float right = static_cast<float>(model_.intrinsics().width) - 1.0F;
     const float bottom = static_cast<float>(model_.intrinsics().height) - 1.0F;
     double sum = 0.0;
-    for (std::size_t k = 0; k < probes_.size(); ++k) {
+    for (std::size_t k = 0; k < probes.end - probes.begin; ++k) {
       const float x = pixels.x[k];
       const float y = pixels.y[k];
       if (!(x >= 0.0F && y >= 0.0F && x <= right && y <= bottom)) continue;
-      const Probe& probe = probes_[k];
-      const float nearness = proximity_[probe.view].at({x, y}, {pixels.along_x[k], pixels.along_y[k]});
-      sum += static_cast<double>(probe.weight * nearness);
+      const float near = proximity_[probes.view].at({x, y}, {pixels.along_x[k], pixels.along_y[k]});
+      sum += static_cast<double>(weights_[probes.begin + k] * near);
     }
-    const double off = xi.head<3>().squaredNorm() / std::pow(priors_.rotation_rad, 2) +
-                       xi.tail<3>().squaredNorm() / std::pow(priors_.translation_m, 2);
-    return total_ > 0.0 ? sum / total_ - 0.005 * off : 0.0;
+    return sum;
   }
 
   [[nodiscard]] std::vector<Scored> score_grid() const {
@@ -123,9 +135,9 @@ class Search {
       grid[i].xi.head<3>() =
           options_.step_rad * Vector3d(k % side - half, k / side % side - half, k / (side * side) - half);
     }
-    parallel_for(grid.size(), 16, [&](std::size_t begin, std::size_t end) {
+    parallel_for(grid.size(), 64, [&](std::size_t begin, std::size_t end) {
       ProbePoints::Pixels pixels;
-      for (std::size_t i = begin; i < end; ++i) grid[i].score = score(grid[i].xi, pixels);
+      score(std::span(grid).subspan(begin, end - begin), pixels);
     });
     std::stable_sort(grid.begin(), grid.end(), better);
     return grid;
@@ -142,7 +154,7 @@ class Search {
           for (const double sign : {1.0, -1.0}) {
             Scored next = at;
             next.xi[k] += sign * step;
-            next.score = score(next.xi, pixels);
+            score(std::span(&next, 1), pixels);
             if (next.score <= at.score) continue;
             at = next;
             moved = true;
@@ -159,8 +171,9 @@ class Search {
   const EdgePriors& priors_;
   const EdgeSearchOptions& options_;
   std::vector<EdgeProximity> proximity_;
-  std::vector<Probe> probes_;
-  ProbePoints points_;  // of the probes, in the camera at the centre of the search
+  ProbePoints points_;          // in the camera at the centre of the search
+  std::vector<float> weights_;  // of the points; all of a segment have one together
+  std::vector<ViewProbes> of_view_;
   double total_ = 0.0;
 };
 

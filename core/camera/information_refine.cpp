@@ -69,10 +69,11 @@ Matrix6d curvature(const InformationCost& cost, const SE3& T, const Matrix6d& sh
   return L * in_z * L.transpose();
 }
 
-Matrix6d covariance_at(const InformationCost& cost, const SE3& T) {
-  Matrix6d shape = cost.derivatives(T).shape;
+// Some of the sightings tell the curvature, a mean over all; how far their gradient scatters all must tell.
+Matrix6d covariance_at(const InformationCost& cost, const InformationCost& of_some, const SE3& T) {
+  Matrix6d shape = of_some.derivatives(T).shape;
   shape.diagonal().array() += 1e-9 * shape.trace() + 1e-12;
-  const Matrix6d inverse = curvature(cost, T, shape).inverse();
+  const Matrix6d inverse = curvature(of_some, T, shape).inverse();
   Matrix6d covariance = inverse * cost.gradient_scatter(T) * inverse;
   covariance.diagonal().head<3>().array() += shared_error_rad * shared_error_rad;
   covariance.diagonal().tail<3>().array() += shared_error_m * shared_error_m;
@@ -104,13 +105,15 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
     if (context.cancelled() || static_cast<double>(sightings.size()) < min_seen) return std::nullopt;
     const std::vector<SmoothImage> images =
         information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
-    const std::vector<Sighting> some = some_of(sightings, halvings > 0 ? coarse_sightings : sightings.size());
-    const InformationCost cost(model, some, images);
+    const std::vector<Sighting> some = some_of(sightings, coarse_sightings);
+    const InformationCost of_some(model, some, images);
+    const InformationCost of_all(model, sightings, images);
+    const InformationCost& cost = halvings > 0 ? of_some : of_all;
     const PoseMinimum minimum = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); });
     T = minimum.T;
     if (minimum.value > 1.0 - least_information) return std::nullopt;
     if (has_moved(start_T_base_camera, T, lost_rad, lost_m)) return std::nullopt;
-    if (halvings == 0) estimate.covariance = covariance_at(cost, T);
+    if (halvings == 0) estimate.covariance = covariance_at(of_all, of_some, T);
   }
   if (!estimate.covariance.allFinite()) return std::nullopt;
   return estimate;

@@ -78,8 +78,8 @@ RIGCAL_WIDE void to_directions(float* __restrict x, float* __restrict y, float* 
   }
 }
 
-Coordinates pointers(const std::array<std::vector<float>, 3>& values) {
-  return {values[0].data(), values[1].data(), values[2].data()};
+Coordinates pointers(const std::array<std::vector<float>, 3>& values, std::size_t begin) {
+  return {values[0].data() + begin, values[1].data() + begin, values[2].data() + begin};
 }
 
 }  // namespace
@@ -91,28 +91,31 @@ void ProbePoints::add(const Vector3d& p, const Vector3d& beside) {
   }
 }
 
-void ProbePoints::project(const CameraModel& model, const SE3& T, Pixels& pixels) const {
-  for (std::vector<float>* values : {&pixels.x, &pixels.y, &pixels.along_x, &pixels.along_y}) values->resize(size());
+void ProbePoints::project(const CameraModel& model, const SE3& T, std::size_t begin, std::size_t end,
+                          Pixels& pixels) const {
+  const std::size_t count = end - begin;
+  for (std::vector<float>* values : {&pixels.x, &pixels.y, &pixels.along_x, &pixels.along_y}) values->resize(count);
   if (model.intrinsics().model == DistortionModel::radtan) {
     const RadtanAt camera(model, T);
-    project_radtan(camera, pointers(p_), pixels.x.data(), pixels.y.data(), size());
-    project_radtan(camera, pointers(beside_), pixels.along_x.data(), pixels.along_y.data(), size());
+    project_radtan(camera, pointers(p_, begin), pixels.x.data(), pixels.y.data(), count);
+    project_radtan(camera, pointers(beside_, begin), pixels.along_x.data(), pixels.along_y.data(), count);
   } else {
-    project_any(model, T, pixels);
+    project_any(model, T, begin, end, pixels);
   }
-  to_directions(pixels.x.data(), pixels.y.data(), pixels.along_x.data(), pixels.along_y.data(), size());
+  to_directions(pixels.x.data(), pixels.y.data(), pixels.along_x.data(), pixels.along_y.data(), count);
 }
 
-void ProbePoints::project_any(const CameraModel& model, const SE3& T, Pixels& pixels) const {
+void ProbePoints::project_any(const CameraModel& model, const SE3& T, std::size_t begin, std::size_t end,
+                              Pixels& pixels) const {
   const SE3 back = T.inverse();
   const auto put = [&](const std::array<std::vector<float>, 3>& points, std::size_t i, float& x, float& y) {
     const auto pixel = model.project(back * Vector3d(points[0][i], points[1][i], points[2][i]));
     x = pixel ? static_cast<float>(pixel->x()) : nowhere;
     y = pixel ? static_cast<float>(pixel->y()) : nowhere;
   };
-  for (std::size_t i = 0; i < size(); ++i) {
-    put(p_, i, pixels.x[i], pixels.y[i]);
-    put(beside_, i, pixels.along_x[i], pixels.along_y[i]);
+  for (std::size_t i = begin; i < end; ++i) {
+    put(p_, i, pixels.x[i - begin], pixels.y[i - begin]);
+    put(beside_, i, pixels.along_x[i - begin], pixels.along_y[i - begin]);
   }
 }
 

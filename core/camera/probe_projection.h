@@ -23,11 +23,12 @@ class ProbePoints {
     std::vector<float> along_x;
     std::vector<float> along_y;
   };
-  /// From a camera that stands at `T` in the points' frame. Good to a thousandth of a pixel.
-  void project(const CameraModel& model, const SE3& T, Pixels& pixels) const;
+  /// Those from `begin` up to `end` from a camera that stands at `T` in the points' frame. Good to a thousandth of a
+  /// pixel.
+  void project(const CameraModel& model, const SE3& T, std::size_t begin, std::size_t end, Pixels& pixels) const;
 
  private:
-  void project_any(const CameraModel& model, const SE3& T, Pixels& pixels) const;
+  void project_any(const CameraModel& model, const SE3& T, std::size_t begin, std::size_t end, Pixels& pixels) const;
 
   std::array<std::vector<float>, 3> p_;
   std::array<std::vector<float>, 3> beside_;

@@ -25,10 +25,9 @@ struct Steepness {
   float range_m;
   float reach2;
   float slope2;  // in metres for each unit of u and v
-  float rise_m;
 };
 
-// Whether any of some rays is within reach, so much farther and so steep, but for rounding. `rays`: u, v and range, to
+// Whether any of some rays is within reach and so steep, but for rounding. `rays`: u, v and range, to
 // be read up to a whole number of looks.
 RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_t count, const Steepness& wanted) {
   for (std::uint32_t begin = 0; begin < count; begin += at_a_time) {
@@ -43,7 +42,7 @@ RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_
       const float d2 = du * du + dv * dv;
       const float rise = range_m[i] - wanted.range_m;
       any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
-             static_cast<std::int32_t>(rise >= wanted.rise_m) &
+             static_cast<std::int32_t>(rise > 0.0F) &
              static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
     }
     if (any != 0) return true;
@@ -95,9 +94,9 @@ class FaceGrid {
   /// Mean distance of neighbours around a place.
   [[nodiscard]] float spacing(float u, float v) const { return spacings_[patch(u, v)]; }
 
-  // Whether any ray within `reach` of one is farther by `rise_m`, and what lies between may be as steep as `slope`.
-  [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope, float rise_m) const {
-    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m, rise_m};
+  // Whether any ray within `reach` of one lies so much farther that what lies between may be as steep as `slope`.
+  [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope) const {
+    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m};
     const int x0 = column(ray.u - reach);
     const int x1 = column(ray.u + reach);
     const int y1 = column(ray.v + reach);
@@ -244,9 +243,8 @@ class StepFinder {
   void look(const Ray& ray, std::vector<DepthStep>& steps) {
     const float spacing = grid_.spacing(ray.u, ray.v);
     const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
-    const auto least_m = static_cast<float>(options_.min_step_m);
-    if (grid_.is_even(ray.u, ray.v, least_m)) return;
-    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope), least_m)) return;
+    if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
+    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope))) return;
     // The nearest ray to each side: right, left, up, down.
     std::array<const Ray*, 4> nearest{};
     std::array<float, 4> distance;
@@ -281,7 +279,7 @@ class StepFinder {
   [[nodiscard]] float rise_beyond(const Ray& ray, const Ray& far, float apart, const Ray* before, float before2) const {
     const float rise = far.range_m - ray.range_m;
     const auto slope = static_cast<double>(rise / (apart * ray.range_m));
-    if (slope < options_.min_slope || rise < options_.min_step_m) return 0.0F;
+    if (slope < options_.min_slope) return 0.0F;
     if (slope > options_.min_slope_alone) return rise;
     if (before == nullptr) return 0.0F;
     const float share = apart / std::sqrt(before2);
