@@ -1,5 +1,8 @@
 #include "apps/kept_memory.h"
 
+#include <cstdlib>
+
+// Only after a header of the C library is it known which one it is.
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
