@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/floor_of.h"
+#include "core/base/packed_cube.h"
+#include "core/base/wide.h"
 
 namespace rigcal {
 namespace {
@@ -15,12 +16,7 @@ std::size_t hash(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9
 
 // Where a cell lies in the sensor's grid.
 struct GridCell {
-  std::int64_t x = 0, y = 0, z = 0;
-
-  [[nodiscard]] std::uint64_t key() const {
-    const auto part = [](std::int64_t v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFF; };
-    return part(x) << 42 | part(y) << 21 | part(z);
-  }
+  std::int32_t x = 0, y = 0, z = 0;
 };
 
 // Sums about the cell's centre: small numbers, so no digits are lost, and one fixed point for all points of a cell.
@@ -30,103 +26,151 @@ struct Sums {
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
 };
 
-// Points are taken in blocks: the next one's cell is brought from memory while this one is added.
+// Points are taken in blocks: what the next ones need is brought from memory while these are added.
 constexpr std::size_t block = 128;
+
+template <class Value>
+using Each = std::array<Value, block>;
+
+// Of the points of a block, coordinate by coordinate: their cells, where they lie in them, and in which 2 cm cube.
+struct Placed {
+  std::array<Each<float>, 3> point;
+  std::array<Each<std::int32_t>, 3> cell;
+  std::array<Each<double>, 3> off;  // from the cell's centre
+  Each<std::uint64_t> key;
+  Each<std::int32_t> thin_cube;
+};
+
+std::int32_t small_floor_of(double value) {
+  const auto whole = static_cast<std::int32_t>(value);
+  return whole - static_cast<std::int32_t>(static_cast<double>(whole) > value);
+}
+
+// For all of the block, however many points it has.
+RIGCAL_WIDE void place(double size_m, Placed& at) {
+  const double inverse = 1.0 / size_m;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float* const point = at.point[axis].data();
+    std::int32_t* const cell = at.cell[axis].data();
+    double* const off = at.off[axis].data();
+    for (std::size_t i = 0; i < block; ++i) {
+      const double p = point[i];
+      const std::int32_t whole = small_floor_of(p * inverse);
+      cell[i] = whole;
+      off[i] = p - (static_cast<double>(whole) + 0.5) * size_m;
+    }
+  }
+  const std::int32_t* const x = at.cell[0].data();
+  const std::int32_t* const y = at.cell[1].data();
+  const std::int32_t* const z = at.cell[2].data();
+  for (std::size_t i = 0; i < block; ++i) at.key[i] = packed_cube(x[i], y[i], z[i]);
+}
+
+// Up to 10 cubes a side fit the 1024 bits (cells of 0.2 m); larger cells share cubes, which only thins more.
+RIGCAL_WIDE void place_in_cell(double size_m, Placed& at) {
+  const double scale = std::min(1.0 / thin_size_m, 10.0 / size_m);
+  const double half = 0.5 * size_m;
+  const auto cube = [&](double d) { return std::min(9, std::max(0, static_cast<std::int32_t>((d + half) * scale))); };
+  for (std::size_t i = 0; i < block; ++i) {
+    at.thin_cube[i] = (cube(at.off[0][i]) * 10 + cube(at.off[1][i])) * 10 + cube(at.off[2][i]);
+  }
+}
 
 }  // namespace
 
 struct CellBuilder::Table {
+  struct Slot {
+    std::uint64_t key = empty_key;
+    std::uint32_t index = 0;
+  };
+
   int lidar;
   int stop;
   CellOptions options;
   std::uint64_t points = 0;
-  std::vector<std::uint64_t> keys;  // open addressing, a power of two
-  std::vector<std::uint32_t> slots;
+  std::vector<Slot> slots;  // open addressing, a power of two
   std::vector<GridCell> places;
   std::vector<Sums> sums;
   std::vector<Point> thinned;
   std::vector<std::array<std::uint64_t, 16>> thin_bits;  // a bit for each 2 cm cube of a cell
+  Placed placed{};
 
   Table(int lidar_index, int stop_index, const CellOptions& cell_options)
-      : lidar(lidar_index), stop(stop_index), options(cell_options), keys(1 << 12, empty_key), slots(1 << 12, 0) {}
+      : lidar(lidar_index), stop(stop_index), options(cell_options), slots(1 << 12) {}
 
-  [[nodiscard]] double centre(std::int64_t at) const { return (static_cast<double>(at) + 0.5) * options.size_m; }
+  [[nodiscard]] double centre(std::int32_t at) const { return (static_cast<double>(at) + 0.5) * options.size_m; }
+
+  [[nodiscard]] std::size_t first_slot(std::uint64_t key) const { return hash(key) & (slots.size() - 1); }
 
   void grow() {
-    const std::size_t size = keys.size() * 2;
-    std::vector<std::uint64_t> new_keys(size, empty_key);
-    std::vector<std::uint32_t> new_slots(size, 0);
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-      if (keys[i] == empty_key) continue;
-      std::size_t at = hash(keys[i]) & (size - 1);
-      while (new_keys[at] != empty_key) at = (at + 1) & (size - 1);
-      new_keys[at] = keys[i];
-      new_slots[at] = slots[i];
+    std::vector<Slot> old(slots.size() * 2);
+    old.swap(slots);
+    for (const Slot& slot : old) {
+      if (slot.key == empty_key) continue;
+      std::size_t at = first_slot(slot.key);
+      while (slots[at].key != empty_key) at = (at + 1) & (slots.size() - 1);
+      slots[at] = slot;
     }
-    keys = std::move(new_keys);
-    slots = std::move(new_slots);
   }
 
-  std::uint32_t find_or_add(std::uint64_t key, const GridCell& place) {
-    std::size_t at = hash(key) & (keys.size() - 1);
-    while (keys[at] != empty_key) {
-      if (keys[at] == key) return slots[at];
-      at = (at + 1) & (keys.size() - 1);
+  std::uint32_t find_or_add(std::uint64_t key, const GridCell& cell) {
+    std::size_t at = first_slot(key);
+    while (slots[at].key != empty_key) {
+      if (slots[at].key == key) return slots[at].index;
+      at = (at + 1) & (slots.size() - 1);
     }
     const auto index = static_cast<std::uint32_t>(sums.size());
     sums.emplace_back();
-    places.push_back(place);
+    places.push_back(cell);
     if (options.keep_thinned) thin_bits.emplace_back().fill(0);
-    keys[at] = key;
-    slots[at] = index;
-    if (sums.size() * 2 > keys.size()) grow();
+    slots[at] = {key, index};
+    if (sums.size() * 2 > slots.size()) grow();
     return index;
   }
 
-  void thin(std::uint32_t index, const Point& p, double dx, double dy, double dz) {
-    // Up to 10 cubes a side fit the 1024 bits (cells of 0.2 m); larger cells share cubes, which only thins more.
-    const double scale = std::min(1.0 / thin_size_m, 10.0 / options.size_m);
-    const double half = 0.5 * options.size_m;
-    const auto cube = [&](double d) { return std::min(9, std::max(0, static_cast<int>((d + half) * scale))); };
-    const int bit = (cube(dx) * 10 + cube(dy)) * 10 + cube(dz);
-    std::uint64_t& word = thin_bits[index][static_cast<std::size_t>(bit) / 64];
-    const std::uint64_t mask = std::uint64_t{1} << (bit % 64);
-    if ((word & mask) != 0) return;
-    word |= mask;
-    thinned.push_back(p);
+  [[nodiscard]] std::uint64_t& thin_word(std::uint32_t index, std::int32_t cube) {
+    return thin_bits[index][static_cast<std::size_t>(cube) / 64];
   }
 
   // At most `block` points.
   void add_block(std::span<const Point> given) {
-    const double inverse = 1.0 / options.size_m;
     const auto max_range = static_cast<float>(options.max_range_m);
-    std::array<const Point*, block> near{};
-    std::array<GridCell, block> place{};
-    std::array<std::uint64_t, block> key{};
-    std::array<std::uint32_t, block> index{};
+    std::array<const Point*, block> near;
+    std::array<std::uint32_t, block> index;
     std::size_t count = 0;
     for (const Point& p : given) {
-      if (!(p.x * p.x + p.y * p.y + p.z * p.z < max_range * max_range)) continue;
       near[count] = &p;
-      place[count] = {floor_of(p.x * inverse), floor_of(p.y * inverse), floor_of(p.z * inverse)};
-      key[count] = place[count].key();
-      __builtin_prefetch(&keys[hash(key[count]) & (keys.size() - 1)]);
-      ++count;
+      placed.point[0][count] = p.x;
+      placed.point[1][count] = p.y;
+      placed.point[2][count] = p.z;
+      count += p.x * p.x + p.y * p.y + p.z * p.z < max_range * max_range ? 1 : 0;
     }
+    // What is left from the block before, or is too far, would be no number that fits.
+    for (std::size_t i = count; i < block; ++i) {
+      for (Each<float>& coordinate : placed.point) coordinate[i] = 0.0F;
+    }
+    place(options.size_m, placed);
+    if (options.keep_thinned) place_in_cell(options.size_m, placed);
+    for (std::size_t i = 0; i < count; ++i) __builtin_prefetch(&slots[first_slot(placed.key[i])]);
     for (std::size_t i = 0; i < count; ++i) {
-      index[i] = i > 0 && key[i] == key[i - 1] ? index[i - 1] : find_or_add(key[i], place[i]);
+      index[i] = i > 0 && placed.key[i] == placed.key[i - 1]
+                     ? index[i - 1]
+                     : find_or_add(placed.key[i], {placed.cell[0][i], placed.cell[1][i], placed.cell[2][i]});
       __builtin_prefetch(&sums[index[i]], 1);
       __builtin_prefetch(&sums[index[i]].xz, 1);
+      if (options.keep_thinned) __builtin_prefetch(&thin_word(index[i], placed.thin_cube[i]), 1);
     }
-    for (std::size_t i = 0; i < count; ++i) add(*near[i], place[i], index[i]);
+    for (std::size_t i = 0; i < count; ++i) add(i, sums[index[i]]);
+    if (options.keep_thinned) {
+      for (std::size_t i = 0; i < count; ++i) thin(*near[i], index[i], placed.thin_cube[i]);
+    }
     points += count;
   }
 
-  void add(const Point& p, const GridCell& place, std::uint32_t index) {
-    Sums& s = sums[index];
-    const double x = p.x - centre(place.x);
-    const double y = p.y - centre(place.y);
-    const double z = p.z - centre(place.z);
+  void add(std::size_t i, Sums& s) const {
+    const double x = placed.off[0][i];
+    const double y = placed.off[1][i];
+    const double z = placed.off[2][i];
     s.n += 1.0;
     s.vx += x;
     s.vy += y;
@@ -137,7 +181,14 @@ struct CellBuilder::Table {
     s.yy += y * y;
     s.yz += y * z;
     s.zz += z * z;
-    if (options.keep_thinned) thin(index, p, x, y, z);
+  }
+
+  void thin(const Point& p, std::uint32_t index, std::int32_t cube) {
+    std::uint64_t& word = thin_word(index, cube);
+    const std::uint64_t mask = std::uint64_t{1} << (cube % 64);
+    if ((word & mask) != 0) return;
+    word |= mask;
+    thinned.push_back(p);
   }
 };
 

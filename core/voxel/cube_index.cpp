@@ -1,6 +1,7 @@
 #include "core/voxel/cube_index.h"
 
 #include "core/base/floor_of.h"
+#include "core/base/packed_cube.h"
 
 namespace rigcal {
 namespace {
@@ -10,15 +11,12 @@ constexpr std::size_t chunk = 16384;
 }  // namespace
 
 std::uint64_t cube_key(const Eigen::Vector3f& p, double per_m) {
-  const auto part = [&](float x) { return static_cast<std::uint64_t>(floor_of(x * per_m) + (1 << 20)) & 0x1FFFFF; };
-  return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
+  return packed_cube(floor_of(p.x() * per_m), floor_of(p.y() * per_m), floor_of(p.z() * per_m));
 }
 
 Eigen::Vector3d cube_corner(std::uint64_t key) {
-  const auto part = [&](int shift) {
-    return static_cast<double>(static_cast<std::int64_t>(key >> shift & 0x1FFFFF) - (1 << 20));
-  };
-  return {part(42), part(21), part(0)};
+  const auto part = [&](int axis) { return static_cast<double>(index_of_packed(key, axis)); };
+  return {part(0), part(1), part(2)};
 }
 
 std::size_t KeyNumbers::slot(std::uint64_t key) const {
