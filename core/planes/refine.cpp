@@ -2,9 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/wide.h"
 #include "core/planes/merge_planes.h"
 
 namespace rigcal {
@@ -14,36 +16,74 @@ namespace {
 constexpr double settled_m = 1e-4;
 constexpr double settled_rad = 1e-5;
 
+// Some directions, looked at together.
+constexpr std::size_t lanes = 8;
+struct alignas(lanes * sizeof(double)) Lanes {
+  double __attribute__((vector_size(lanes * sizeof(double)))) v = {};
+};
+
+// Weighted normals, each coordinate by itself.
+struct Facing {
+  std::array<std::vector<double>, 3> normal;
+  std::vector<double> weight;
+};
+
+// Adds to each candidate's sum the weights of all that lies as near to its direction, or to the opposite.
+RIGCAL_WIDE void add_near(const Facing& all, const std::array<Lanes, 3>& candidates, double near, Lanes& sums) {
+  const double* const x = all.normal[0].data();
+  const double* const y = all.normal[1].data();
+  const double* const z = all.normal[2].data();
+  const double* const weight = all.weight.data();
+  Lanes sum = sums;
+  for (std::size_t i = 0; i < all.weight.size(); ++i) {
+    Lanes dot;
+    dot.v = x[i] * candidates[0].v + y[i] * candidates[1].v + z[i] * candidates[2].v;
+    for (std::size_t k = 0; k < lanes; ++k) sum.v[k] += std::abs(dot.v[k]) < near ? 0.0 : weight[i];
+  }
+  sums = sum;
+}
+
 // Mean of the normals within ten degrees of the direction that most of them share, among those across `across`.
 Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<double>& weights, const Vector3d& across) {
   const double near = std::cos(to_rad(10.0));
   const auto eligible = [&](const Vector3d& n) { return std::abs(n.dot(across)) < 0.5; };
+  Facing all;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (!eligible(normals[i])) continue;
+    for (std::size_t k = 0; k < 3; ++k) all.normal[k].push_back(normals[i][static_cast<Eigen::Index>(k)]);
+    all.weight.push_back(weights[i]);
+  }
   const std::size_t step = std::max<std::size_t>(1, normals.size() / 300);
-  Vector3d best = Vector3d::Zero();
-  double best_weight = 0.0;
-  struct Sum {
-    double weight = 0.0;
-    Vector3d normals = Vector3d::Zero();
-  };
-  std::vector<Sum> sums((normals.size() + step - 1) / step);
-  parallel_for(sums.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Vector3d& candidate = normals[k * step];
-      if (!eligible(candidate)) continue;
-      for (std::size_t i = 0; i < normals.size(); ++i) {
-        const double dot = normals[i].dot(candidate);
-        if (std::abs(dot) < near || !eligible(normals[i])) continue;
-        sums[k].weight += weights[i];
-        sums[k].normals += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
+  std::vector<Vector3d> candidates;
+  for (std::size_t i = 0; i < normals.size(); i += step) {
+    if (eligible(normals[i])) candidates.push_back(normals[i]);
+  }
+  std::vector<Lanes> sums((candidates.size() + lanes - 1) / lanes);
+  parallel_for(sums.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t group = begin; group < end; ++group) {
+      std::array<Lanes, 3> some;
+      for (std::size_t k = 0; k < lanes && group * lanes + k < candidates.size(); ++k) {
+        const Vector3d& candidate = candidates[group * lanes + k];
+        for (std::size_t axis = 0; axis < 3; ++axis) some[axis].v[k] = candidate[static_cast<Eigen::Index>(axis)];
       }
+      add_near(all, some, near, sums[group]);
     }
   });
-  for (const Sum& sum : sums) {
-    if (sum.weight <= best_weight) continue;
-    best_weight = sum.weight;
-    best = sum.normals;
+  const Vector3d* best = nullptr;
+  double best_weight = 0.0;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const double weight = sums[k / lanes].v[k % lanes];
+    if (weight <= best_weight) continue;
+    best_weight = weight;
+    best = &candidates[k];
   }
-  return best;
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < normals.size() && best != nullptr; ++i) {
+    const double dot = normals[i].dot(*best);
+    if (std::abs(dot) < near || !eligible(normals[i])) continue;
+    sum += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
+  }
+  return sum;
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ class Multiview {
 
   void step(RigState& state, double tolerance) {
     const int n = layout_.size();
+    place_all(state);
     const NormalEquations zero{0.0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
     NormalEquations sum = parallel_sum(pairs_.size(), 16384, zero, [&](std::size_t begin, std::size_t end) {
       NormalEquations part = zero;
@@ -72,12 +73,22 @@ class Multiview {
   }
 
  private:
+  // Each is met in several pairs.
+  void place_all(const RigState& state) {
+    world_.clear();
+    world_.reserve(placed_.size());
+    for (const PatchSurfels& patch : patches_) {
+      const SE3 T = state.T_G_sensor(patch.stop, patch.lidar);
+      for (const Surfel& s : patch.surfels) world_.push_back(T * s.mean);
+    }
+  }
+
   void add_pair(const Pair& pair, const RigState& state, double tolerance, NormalEquations& sum) const {
     const SensorPoint& a = placed_[pair.a];
     const SensorPoint& b = placed_[pair.b];
     // The normal is the partner's; each pair is met from both sides, so both normals serve.
     const Vector3d& n = normals_[pair.b];
-    const double r = plane_distance(a, b, n, state);
+    const double r = n.dot(world_[pair.a] - world_[pair.b]);
     const double scaled = 2.0 * r / tolerance;
     // Residuals in units of 2 cm, the spread of surfels of one surface; Cauchy weight.
     const double w = 2500.0 / (1.0 + scaled * scaled);
@@ -88,6 +99,7 @@ class Multiview {
   const ParameterLayout& layout_;
   const MultiviewOptions& options_;
   std::vector<SensorPoint> placed_;
+  std::vector<Vector3d> world_;  // where `placed_` stand at this step
   std::vector<Vector3d> normals_;
   std::vector<Pair> pairs_;
 };

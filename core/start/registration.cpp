@@ -51,6 +51,14 @@ RegistrationResult result_of(const std::vector<Candidate>& sorted) {
   return result;
 }
 
+// Of each place: from the frame of what moves by X to that of the index.
+std::vector<SE3> placed_by(const MovingSurfels& moving, const SE3& X) {
+  std::vector<SE3> out;
+  out.reserve(moving.places.size());
+  for (const SE3& place : moving.places) out.push_back(place * X);
+  return out;
+}
+
 bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
   return rotation_distance(a.R, b.R) < 1.1 * o.rotation_step_rad && (a.t - b.t).norm() < 0.3;
 }
@@ -88,9 +96,10 @@ MovingSurfels thinned(const MovingSurfels& moving, std::size_t count) {
 double match_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double min_cosine,
                    double max_plane_distance_m) {
   if (moving.items.empty()) return 0.0;
+  const std::vector<SE3> placed = placed_by(moving, X);
   std::size_t matched = 0;
   for (const auto& item : moving.items) {
-    const SE3 T = moving.places[static_cast<std::size_t>(item.place)] * X;
+    const SE3& T = placed[static_cast<std::size_t>(item.place)];
     if (index.contains(T * item.mean, T.R * item.normal, min_cosine, max_plane_distance_m)) ++matched;
   }
   return static_cast<double>(matched) / static_cast<double>(moving.items.size());
@@ -102,8 +111,10 @@ double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, con
   std::vector<Vector3d> normals;
   normals.reserve(moving.items.size());
   std::vector<char> matched;
+  matched.reserve(moving.items.size());
+  const std::vector<SE3> placed = placed_by(moving, X);
   for (const auto& item : moving.items) {
-    const SE3 T = moving.places[static_cast<std::size_t>(item.place)] * X;
+    const SE3& T = placed[static_cast<std::size_t>(item.place)];
     normals.push_back(T.R * item.normal);
     const Vector3d p = T * item.mean;
     const int hit = index.find(p, normals.back(), min_cosine, nearest_reach * max_plane_distance_m);
@@ -125,9 +136,9 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
     const double min_cosine = std::cos(to_rad(std::clamp(10.0 + 16.0 * tolerance, 10.0, 30.0)));
     Matrix6d H = Matrix6d::Zero();
     Vector6d g = Vector6d::Zero();
+    const std::vector<SE3> placed = placed_by(moving, X);
     for (const auto& item : moving.items) {
-      const SE3 A = moving.places[static_cast<std::size_t>(item.place)];
-      const SE3 T = A * X;
+      const SE3& T = placed[static_cast<std::size_t>(item.place)];
       const Vector3d p = T * item.mean;
       const int hit = index.find(p, T.R * item.normal, min_cosine, tolerance);
       if (hit < 0) continue;
