@@ -33,27 +33,46 @@ void add_square(double w, const Vector3d& d, Upper& sum) {
   sum[5] += w * d.z() * d.z();
 }
 
+// What is summed up of a cell.
+struct GateCell {
+  double N;
+  Vector3d mean;
+  Upper scatter;
+};
+
 // Cells of one patch in one tangential bin, judged together.
 struct Column {
-  std::uint32_t patch = 0;
-  std::uint32_t first = 0;  // range in the order array
+  std::uint32_t first = 0;  // of its cells
   std::uint32_t count = 0;
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();
-  double variance = 0.0;  // of one point along the normal, by the noise model
+  Upper scatter = Upper::Zero();  // of its points about their mean
+  double variance = 0.0;          // of one point along the normal, by the noise model
   bool kept = true;
+};
+
+// The columns of one patch, which stand together.
+struct PatchRun {
+  std::uint32_t patch = 0;
+  std::uint32_t first = 0;  // of its columns
+  std::uint32_t end = 0;
+  SE3 T_G_sensor;
 };
 
 // What is used again for the next voxel.
 struct GateRoom {
-  std::vector<std::uint64_t> order;
+  std::vector<std::uint32_t> next;     // of each patch of all, where its next cell goes; 0 while no cell is there
+  std::vector<std::uint32_t> patches;  // that have cells here
+  std::vector<std::uint64_t> order;    // bin and cell, patch by patch, sorted within each
+  std::vector<GateCell> cells;         // in that order
   std::vector<Column> columns;
+  std::vector<PatchRun> runs;
 };
 
 class Gate {
  public:
   Gate(std::span<const WorldCell> cells, const GateContext& context, GateRoom& room)
-      : cells_(cells), context_(context), order_(room.order), columns_(room.columns) {}
+      : cells_(cells), context_(context), room_(room), columns_(room.columns) {}
 
   PlaneVerdict run(const CellTotal& total, PlaneFeature& feature, std::size_t& kept_cells) {
     const PlaneMapOptions& o = context_.options;
@@ -73,53 +92,85 @@ class Gate {
 
  private:
   void make_columns() {
-    // Any two directions across the first normal serve; they are kept while the plane is refitted.
-    const Vector3d t1 = u_.unitOrthogonal();
-    const Vector3d t2 = u_.cross(t1);
-    const double inverse = 1.0 / context_.options.column_size_m;
-    order_.resize(cells_.size());
-    for (std::uint32_t i = 0; i < order_.size(); ++i) {
-      const Vector3d d = cells_[i].mean - q_;
-      const std::int64_t a = floor_of(t1.dot(d) * inverse);
-      const std::int64_t b = floor_of(t2.dot(d) * inverse);
-      order_[i] = static_cast<std::uint64_t>((a + 512) * 1024 + (b + 512)) << 32 | i;
+    sort_by_patch_and_bin();
+    room_.cells.clear();
+    for (const std::uint64_t each : room_.order) {
+      const WorldCell& cell = cells_[each & 0xFFFFFFFFU];
+      room_.cells.push_back({cell.N, cell.mean, cell.scatter});
     }
     columns_.clear();
-    std::size_t begin = 0;
-    while (begin < cells_.size()) {
-      std::size_t end = begin;
-      while (end < cells_.size() && cells_[end].patch == cells_[begin].patch) ++end;
-      std::sort(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.begin() + static_cast<std::ptrdiff_t>(end));
-      for (std::size_t i = begin; i < end; ++i) {
-        if (i == begin || order_[i] >> 32 != order_[i - 1] >> 32) {
-          columns_.push_back({cells_[begin].patch, static_cast<std::uint32_t>(i)});
-        }
+    room_.runs.clear();
+    std::uint32_t begin = 0;
+    for (const std::uint32_t patch : room_.patches) {
+      const std::uint32_t end = room_.next[patch];
+      PatchRun& run = room_.runs.emplace_back();
+      run.patch = patch;
+      run.first = static_cast<std::uint32_t>(columns_.size());
+      run.T_G_sensor = context_.state.T_G_sensor(context_.patches[patch].stop, context_.patches[patch].lidar);
+      for (std::uint32_t i = begin; i < end; ++i) {
+        if (i == begin || room_.order[i] >> 32 != room_.order[i - 1] >> 32) columns_.emplace_back().first = i;
         ++columns_.back().count;
       }
+      run.end = static_cast<std::uint32_t>(columns_.size());
+      room_.next[patch] = 0;
       begin = end;
     }
     for (Column& column : columns_) {
-      for (std::uint32_t i = 0; i < column.count; ++i) {
-        const WorldCell& cell = cell_of(column, i);
+      for (const GateCell& cell : cells_of(column)) {
         column.N += cell.N;
         column.mean += cell.N * cell.mean;
       }
       column.mean /= column.N;
+      for (const GateCell& cell : cells_of(column)) {
+        column.scatter += cell.scatter;
+        add_square(cell.N, cell.mean - column.mean, column.scatter);
+      }
     }
   }
 
-  const WorldCell& cell_of(const Column& column, std::uint32_t i) const {
-    return cells_[order_[column.first + i] & 0xFFFFFFFFU];
+  // Leaves in `next` where the cells of each patch end.
+  void sort_by_patch_and_bin() {
+    // Any two directions across the first normal serve; they are kept while the plane is refitted.
+    const Vector3d t1 = u_.unitOrthogonal();
+    const Vector3d t2 = u_.cross(t1);
+    const double inverse = 1.0 / context_.options.column_size_m;
+    std::vector<std::uint32_t>& next = room_.next;
+    if (next.size() < context_.patches.size()) next.resize(context_.patches.size(), 0);
+    room_.patches.clear();
+    for (const WorldCell& cell : cells_) {
+      if (next[cell.patch]++ == 0) room_.patches.push_back(cell.patch);
+    }
+    std::sort(room_.patches.begin(), room_.patches.end());
+    std::uint32_t begin = 0;
+    for (const std::uint32_t patch : room_.patches) {
+      const std::uint32_t count = next[patch];
+      next[patch] = begin;
+      begin += count;
+    }
+    room_.order.resize(cells_.size());
+    for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+      const Vector3d d = cells_[i].mean - q_;
+      const std::int64_t a = floor_of(t1.dot(d) * inverse);
+      const std::int64_t b = floor_of(t2.dot(d) * inverse);
+      room_.order[next[cells_[i].patch]++] = static_cast<std::uint64_t>((a + 512) * 1024 + (b + 512)) << 32 | i;
+    }
+    begin = 0;
+    for (const std::uint32_t patch : room_.patches) {
+      std::sort(room_.order.begin() + begin, room_.order.begin() + next[patch]);
+      begin = next[patch];
+    }
   }
 
-  double scatter_along_normal(const Column& column) const {
-    double sum = 0.0;
-    for (std::uint32_t i = 0; i < column.count; ++i) {
-      const WorldCell& cell = cell_of(column, i);
-      const double d = u_.dot(cell.mean - column.mean);
-      sum += along(cell.scatter, u_) + cell.N * d * d;
-    }
-    return sum;
+  [[nodiscard]] std::span<const GateCell> cells_of(const Column& column) const {
+    return std::span(room_.cells).subspan(column.first, column.count);
+  }
+
+  [[nodiscard]] std::span<Column> columns_of(const PatchRun& run) const {
+    return std::span(columns_).subspan(run.first, run.end - run.first);
+  }
+
+  [[nodiscard]] const NoiseModel& noise_of(const PatchRun& run) const {
+    return context_.noise[static_cast<std::size_t>(context_.patches[run.patch].lidar)];
   }
 
   // Decides for every column whether it lies on the plane (q_, u_); true when any changed its mind.
@@ -127,27 +178,24 @@ class Gate {
     const PlaneMapOptions& o = context_.options;
     const double slack2 = o.gate_slack_m * o.gate_slack_m;
     bool changed = false;
-    const Column* last = nullptr;
-    SE3 T_sensor_G;
-    for (Column& column : columns_) {
-      const PatchCells& patch = context_.patches[column.patch];
-      // Columns of one patch stand together.
-      if (last == nullptr || last->patch != column.patch)
-        T_sensor_G = context_.state.T_G_sensor(patch.stop, patch.lidar).inverse();
-      last = &column;
-      const Vector3d p = T_sensor_G * column.mean;
-      column.variance = context_.noise[static_cast<std::size_t>(patch.lidar)].variance_along(p, T_sensor_G.R * u_);
-      const double offset = u_.dot(column.mean - q_);
-      const double allowed =
-          o.gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) + o.gate_slack_m;
-      bool keep = std::abs(offset) <= allowed;
-      if (keep && column.N >= 3.0) {
-        const double thickness2 = scatter_along_normal(column) / column.N;
-        // 1.69: thirty per cent thicker than the noise says is still the same surface.
-        keep = thickness2 <= 1.69 * (column.variance + slack2) * (1.0 + 4.0 * std::sqrt(2.0 / column.N));
+    for (const PatchRun& run : room_.runs) {
+      const NoiseModel& noise = noise_of(run);
+      for (Column& column : columns_of(run)) {
+        // Seen from the sensor, in the directions of the world: it depends on lengths and angles only.
+        column.variance = noise.variance_along(column.mean - run.T_G_sensor.t, u_);
+        const double offset = u_.dot(column.mean - q_);
+        const double allowed =
+            o.gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) +
+            o.gate_slack_m;
+        bool keep = std::abs(offset) <= allowed;
+        if (keep && column.N >= 3.0) {
+          const double thickness2 = along(column.scatter, u_) / column.N;
+          // 1.69: thirty per cent thicker than the noise says is still the same surface.
+          keep = thickness2 <= 1.69 * (column.variance + slack2) * (1.0 + 4.0 * std::sqrt(2.0 / column.N));
+        }
+        changed |= keep != column.kept;
+        column.kept = keep;
       }
-      changed |= keep != column.kept;
-      column.kept = keep;
     }
     return changed;
   }
@@ -171,11 +219,8 @@ class Gate {
     for (const Column& column : columns_) {
       if (!column.kept) continue;
       const double w = 1.0 / column.variance;
-      for (std::uint32_t i = 0; i < column.count; ++i) {
-        const WorldCell& cell = cell_of(column, i);
-        scatter += w * cell.scatter;
-        add_square(w * cell.N, cell.mean - q, scatter);
-      }
+      scatter += w * column.scatter;
+      add_square(w * column.N, column.mean - q, scatter);
     }
     const SymmetricEigen eigen = symmetric_eigen_fast(full(scatter));
     q_ = q;
@@ -190,27 +235,20 @@ class Gate {
     feature.rays.clear();
     feature.center_G = q_;
     feature.normal_G = u_;
-    std::size_t begin = 0;
-    while (begin < columns_.size()) {
-      std::size_t end = begin;
-      while (end < columns_.size() && columns_[end].patch == columns_[begin].patch) ++end;
-      add_observation(std::span(columns_).subspan(begin, end - begin), feature, kept_cells);
-      begin = end;
-    }
+    for (const PatchRun& run : room_.runs) add_observation(run, feature, kept_cells);
     return feature.observations.size() >= context_.options.min_patches;
   }
 
   // All sums are made in the world's directions, about the sensor: its cells need not be looked up again.
-  void add_observation(std::span<const Column> columns, PlaneFeature& feature, std::size_t& kept_cells) const {
-    const PatchCells& patch = context_.patches[columns[0].patch];
-    const NoiseModel& noise = context_.noise[static_cast<std::size_t>(patch.lidar)];
-    const SE3 T_G_sensor = context_.state.T_G_sensor(patch.stop, patch.lidar);
+  void add_observation(const PatchRun& run, PlaneFeature& feature, std::size_t& kept_cells) const {
+    const NoiseModel& noise = noise_of(run);
+    const SE3& T_G_sensor = run.T_G_sensor;
     PlaneObservation o;
-    o.stop = patch.stop;
-    o.lidar = patch.lidar;
+    o.stop = context_.patches[run.patch].stop;
+    o.lidar = context_.patches[run.patch].lidar;
     double variance = 0.0;
     Vector3d mean = Vector3d::Zero();
-    for (const Column& column : columns) {
+    for (const Column& column : columns_of(run)) {
       if (!column.kept) continue;
       variance += column.N * column.variance;
       o.N += column.N;
@@ -221,7 +259,7 @@ class Gate {
     mean /= o.N;
     variance /= o.N;
     Upper scatter = Upper::Zero();
-    for_each_kept(columns, [&](const WorldCell& cell) {
+    for_each_kept(run, [&](const GateCell& cell) {
       // Range noise lies along the ray and would turn the plane (a torque of sigma^2 cos i): its share goes out.
       scatter += without_noise(cell, cell.mean - T_G_sensor.t, noise);
       add_square(cell.N, cell.mean - mean, scatter);
@@ -232,10 +270,8 @@ class Gate {
     o.offset_variance = variance / o.N + floor;
     o.weight = 1.0 / (variance + o.N * floor);
     feature.observations.push_back(o);
-    if (context_.options.with_rays) feature.rays.push_back(rays_of(columns, T_G_sensor, noise, o.N, mean));
+    if (context_.options.with_rays) feature.rays.push_back(rays_of(run, noise, o.N, mean));
   }
-
-  static Matrix3d across(const Vector3d& d) { return Matrix3d::Identity() - d * d.transpose(); }
 
   // A matrix in the directions of the world in those of the sensor.
   static Matrix3d in_sensor(const Matrix3d& M, const SE3& T_G_sensor) {
@@ -244,7 +280,7 @@ class Gate {
 
   // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and
   // across a ray turns with the ray.
-  static Upper without_noise(const WorldCell& cell, const Vector3d& p, const NoiseModel& noise) {
+  static Upper without_noise(const GateCell& cell, const Vector3d& p, const NoiseModel& noise) {
     const double r2 = p.squaredNorm();
     const double along = noise.range_m * noise.range_m + noise.range_per_m * noise.range_per_m * r2;
     const double aside = noise.angle_rad * noise.angle_rad * r2;
@@ -256,40 +292,52 @@ class Gate {
     return out;
   }
 
-  // Within a cell the directions change with the points: d(p) = d + (1 - d d^T)(p - mean) / range.
-  RayMoments rays_of(std::span<const Column> columns, const SE3& T_G_sensor, const NoiseModel& noise, double N,
-                     const Vector3d& mean) const {
+  // Within a cell the directions change with the points: d(p) = d + A (p - mean) / range with A = 1 - d d^T. With S its
+  // scatter and s = S d, S A = S - s d^T and A S A = S - s d^T - d s^T + (d.s) d d^T.
+  RayMoments rays_of(const PatchRun& run, const NoiseModel& noise, double N, const Vector3d& mean) const {
+    const Vector3d& sensor = run.T_G_sensor.t;
+    Vector3d direction = Vector3d::Zero();
+    for_each_kept(run, [&](const GateCell& cell) { direction += cell.N * (cell.mean - sensor).normalized(); });
+    direction /= N;
     RayMoments rays;
-    for_each_kept(columns,
-                  [&](const WorldCell& cell) { rays.mean += cell.N * (cell.mean - T_G_sensor.t).normalized(); });
-    rays.mean /= N;
-    for_each_kept(columns, [&](const WorldCell& cell) {
-      const Vector3d p = cell.mean - T_G_sensor.t;
+    Upper scatter = Upper::Zero();
+    for_each_kept(run, [&](const GateCell& cell) {
+      const Vector3d p = cell.mean - sensor;
       const double range = p.norm();
       const Vector3d d = p / range;
-      const Matrix3d own = full(without_noise(cell, p, noise)) * across(d) / range;
-      rays.cross += own + cell.N * (cell.mean - mean) * (d - rays.mean).transpose();
-      rays.scatter += across(d) * own / range + cell.N * (d - rays.mean) * (d - rays.mean).transpose();
+      const Upper upper = without_noise(cell, p, noise);
+      const Matrix3d S = full(upper);
+      const Vector3d s = S * d;
+      const Vector3d turned = d - direction;
+      rays.cross += (S - s * d.transpose()) / range + (cell.N * (cell.mean - mean)) * turned.transpose();
+      // With e = (d.s) d / 2 - s it is S + e d^T + d e^T.
+      const Vector3d e = 0.5 * d.dot(s) * d - s;
+      Upper across;
+      across << upper[0] + 2.0 * e[0] * d[0], upper[1] + e[0] * d[1] + d[0] * e[1],
+          upper[2] + e[0] * d[2] + d[0] * e[2], upper[3] + 2.0 * e[1] * d[1], upper[4] + e[1] * d[2] + d[1] * e[2],
+          upper[5] + 2.0 * e[2] * d[2];
+      scatter += across / (range * range);
+      add_square(cell.N, turned, scatter);
     });
-    rays.mean = T_G_sensor.R.transpose() * rays.mean;
-    rays.cross = in_sensor(rays.cross, T_G_sensor);
-    rays.scatter = in_sensor(rays.scatter, T_G_sensor);
+    rays.mean = run.T_G_sensor.R.transpose() * direction;
+    rays.cross = in_sensor(rays.cross, run.T_G_sensor);
+    rays.scatter = in_sensor(full(scatter), run.T_G_sensor);
     return rays;
   }
 
   template <class F>
-  void for_each_kept(std::span<const Column> columns, const F& f) const {
-    for (const Column& column : columns) {
+  void for_each_kept(const PatchRun& run, const F& f) const {
+    for (const Column& column : columns_of(run)) {
       if (!column.kept) continue;
-      for (std::uint32_t i = 0; i < column.count; ++i) f(cell_of(column, i));
+      for (const GateCell& cell : cells_of(column)) f(cell);
     }
   }
 
   std::span<const WorldCell> cells_;
   const GateContext& context_;
+  GateRoom& room_;
   Vector3d q_ = Vector3d::Zero();
   Vector3d u_ = Vector3d::UnitZ();
-  std::vector<std::uint64_t>& order_;  ///< Bin and cell, sorted within each patch.
   std::vector<Column>& columns_;
 };
 

@@ -8,14 +8,14 @@
 
 namespace rigcal {
 
-/// A cell moved to the world.
+/// A cell moved to the world. Without values at first: room for a million of them is not to be cleared in vain.
 struct WorldCell {
-  std::uint64_t key = 0;  ///< Morton code of its smallest voxel in the grid.
-  std::uint32_t patch = 0;
-  std::uint32_t cell = 0;  ///< Index in the patch.
-  double N = 0.0;
-  Vector3d mean = Vector3d::Zero();  ///< World frame G.
-  Eigen::Matrix<double, 6, 1> scatter = Eigen::Matrix<double, 6, 1>::Zero();
+  std::uint64_t key;  ///< Morton code of its smallest voxel in the grid.
+  std::uint32_t patch;
+  std::uint32_t cell;  ///< Index in the patch.
+  double N;
+  Vector3d mean;  ///< World frame G.
+  Eigen::Matrix<double, 6, 1> scatter;
 };
 
 /// All that fitting needs to know besides the cells of one voxel.
@@ -37,7 +37,7 @@ struct CellTotal {
 
 enum class PlaneVerdict { plane, split };
 
-/// Fits a plane to the cells of one voxel (sorted by patch) and gates them by columns: cells of one patch that stand in
+/// Fits a plane to the cells of one voxel and gates them by columns: cells of one patch that stand in
 /// one tangential bin are judged together, since a grid that slices a wall along its normal leaves cells that are half
 /// a wall each. Columns off the plane by more than noise allows, or too thick, are left out; the plane is refitted up
 /// to four times. On `plane`, `feature` holds the observations and `kept` counts the cells used.

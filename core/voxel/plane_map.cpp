@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 
 #include "core/base/floor_of.h"
 #include "core/base/parallel.h"
@@ -73,10 +75,10 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
   return handles;
 }
 
-std::vector<WorldCell> world_cells(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
-                                   const std::vector<Handle>& handles) {
+std::unique_ptr<WorldCell[]> world_cells(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
+                                         const std::vector<Handle>& handles) {
   constexpr std::size_t ahead = 12;  // of the cell at hand: they lie all over the memory
-  std::vector<WorldCell> out(handles.size());
+  auto out = std::make_unique_for_overwrite<WorldCell[]>(handles.size());
   parallel_for(handles.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + ahead < end) {
@@ -99,7 +101,7 @@ class RootSplitter {
   RootSplitter(const GateContext& context, PlaneMap& out) : context_(context), out_(out) {}
 
   // `cells` share all bits of their keys above 3 * level; level 0 is the smallest voxel.
-  void split(std::span<WorldCell> cells, int level, double size) {
+  void split(std::span<const WorldCell> cells, int level, double size) {
     const PlaneMapOptions& o = context_.options;
     const CellTotal total = total_of(cells);
     if (total.N < o.min_points || (o.min_patches > 1 && one_patch(cells))) {
@@ -107,11 +109,9 @@ class RootSplitter {
       return;
     }
     if (may_be_plane(total)) {
-      // Below this level the order of the keys is not needed any more unless it is split: sort a copy by patch.
-      sort_by_patch(cells);
       PlaneFeature feature;
       std::size_t kept = 0;
-      if (gate_plane(by_patch_, total, context_, feature, kept) == PlaneVerdict::plane) {
+      if (gate_plane(cells, total, context_, feature, kept) == PlaneVerdict::plane) {
         feature.size_m = size;
         out_.features.push_back(std::move(feature));
         out_.counts.cells_used += kept;
@@ -134,14 +134,6 @@ class RootSplitter {
   }
 
  private:
-  void sort_by_patch(std::span<const WorldCell> cells) {
-    order_.resize(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i) order_[i] = std::uint64_t{cells[i].patch} << 32 | i;
-    std::sort(order_.begin(), order_.end());
-    by_patch_.resize(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i) by_patch_[i] = cells[order_[i] & 0xFFFFFFFFU];
-  }
-
   static bool one_patch(std::span<const WorldCell> cells) {
     for (const WorldCell& cell : cells) {
       if (cell.patch != cells[0].patch) return false;
@@ -158,8 +150,6 @@ class RootSplitter {
 
   const GateContext& context_;
   PlaneMap& out_;
-  std::vector<std::uint64_t> order_;
-  std::vector<WorldCell> by_patch_;
 };
 
 }  // namespace
@@ -175,7 +165,8 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (i == 0 || handles[i].key >> (3 * levels) != handles[i - 1].key >> (3 * levels)) roots.push_back(i);
   }
-  std::vector<WorldCell> cells = world_cells(patches, T_G_sensor, handles);
+  const std::unique_ptr<WorldCell[]> room = world_cells(patches, T_G_sensor, handles);
+  const std::span<const WorldCell> cells(room.get(), handles.size());
   roots.push_back(cells.size());
   const GateContext context{patches, state, noise, options};
   constexpr std::size_t grain = 8;
@@ -184,7 +175,7 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
   parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
     RootSplitter splitter(context, parts[begin / grain]);
     for (std::size_t r = begin; r < end; ++r) {
-      splitter.split(std::span(cells).subspan(roots[r], roots[r + 1] - roots[r]), levels, options.root_size_m);
+      splitter.split(cells.subspan(roots[r], roots[r + 1] - roots[r]), levels, options.root_size_m);
     }
   });
   PlaneMap map;
