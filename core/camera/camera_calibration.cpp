@@ -26,6 +26,9 @@ constexpr double start_margin_px = 80.0;
 constexpr double sparse_spacing_px = 8.0;
 constexpr std::size_t sparse_stride = 3;
 
+// In the end each edge counts, but half of the samples hide as much as all.
+constexpr std::size_t fine_stride = 2;
+
 // Sigmas of intrinsics that are to be found: no calibration is off by more.
 constexpr double free_focal_scale = 0.02;
 constexpr double free_k1 = 0.1;
@@ -188,7 +191,9 @@ class CameraCalibration {
   // Once with the intrinsics nearly as the rig file has them, once free: what they should be shows only where nothing
   // pulls them back. Where they are clearly others, the pose with these is the right one.
   void solve() {
-    find_visible(scene_, camera_.intrinsics, best_.state, VisibleOptions{}, views_);
+    VisibleOptions visible;
+    visible.stride = fine_stride;
+    find_visible(scene_, camera_.intrinsics, best_.state, visible, views_);
     EdgePriors free = priors_;
     free.focal_scale = std::max(free.focal_scale, free_focal_scale);
     free.k1 = std::max(free.k1, free_k1);

@@ -11,9 +11,10 @@ namespace rigcal {
 namespace {
 
 constexpr std::size_t max_sightings = 150'000;
-// and so many while images are still made smaller: the next level begins where that ends.
+// and so many while images are still made smaller.
 constexpr std::size_t coarse_sightings = 40'000;
 constexpr std::size_t occluding_samples = 500'000;
+constexpr std::size_t coarse_occluding_samples = 250'000;
 constexpr int silhouette_cells = 2;
 constexpr double margin_px = 8.0;
 
@@ -92,28 +93,32 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
   wanted.max_sightings = max_sightings;
   wanted.silhouette_cells = silhouette_cells;
   wanted.margin_px = margin_px;
+  // While images are small few are looked at, of what few samples hide; the next level begins where that ends.
+  SightingOptions coarse = wanted;
+  coarse.max_samples = coarse_occluding_samples;
+  coarse.max_sightings = coarse_sightings;
   PoseEstimate estimate;
   SE3& T = estimate.T_base_camera;
   T = start_T_base_camera;
   SE3 seen_from = T;
-  std::vector<Sighting> sightings = find_sightings(scene, codes, camera, model, T, wanted);
+  std::vector<Sighting> sightings = find_sightings(scene, codes, camera, model, T, coarse);
   for (const int halvings : {2, 1, 0}) {
-    if (has_moved(seen_from, T, moved_rad, moved_m)) {
-      sightings = find_sightings(scene, codes, camera, model, T, wanted);
+    if (halvings == 0 || has_moved(seen_from, T, moved_rad, moved_m)) {
+      sightings = find_sightings(scene, codes, camera, model, T, halvings > 0 ? coarse : wanted);
       seen_from = T;
     }
     if (context.cancelled() || static_cast<double>(sightings.size()) < min_seen) return std::nullopt;
     const std::vector<SmoothImage> images =
         information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
-    const std::vector<Sighting> some = some_of(sightings, coarse_sightings);
-    const InformationCost of_some(model, some, images);
-    const InformationCost of_all(model, sightings, images);
-    const InformationCost& cost = halvings > 0 ? of_some : of_all;
+    const InformationCost cost(model, sightings, images);
     const PoseMinimum minimum = minimize_pose(T, {}, [&](const SE3& at) { return cost.derivatives(at); });
     T = minimum.T;
     if (minimum.value > 1.0 - least_information) return std::nullopt;
     if (has_moved(start_T_base_camera, T, lost_rad, lost_m)) return std::nullopt;
-    if (halvings == 0) estimate.covariance = covariance_at(of_all, of_some, T);
+    if (halvings == 0) {
+      const std::vector<Sighting> some = some_of(sightings, coarse_sightings);
+      estimate.covariance = covariance_at(cost, InformationCost(model, some, images), T);
+    }
   }
   if (!estimate.covariance.allFinite()) return std::nullopt;
   return estimate;

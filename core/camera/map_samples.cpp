@@ -149,13 +149,17 @@ void set_reflectivity(std::span<Value> values, MapSample& sample) {
 
 class MapSampler {
  public:
-  MapSampler(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use, double size_m)
+  // Of each patch's points every `every`-th takes part.
+  MapSampler(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use, double size_m,
+             std::size_t every)
       : patches_(patches), block_m_(block_cubes * size_m), of_patch_(patches.size()), seen_from_(patches.size()) {
     parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         if (!use.empty() && !use[k]) continue;
         seen_from_[k] = state.T_G_sensor(patches[k].stop, patches[k].lidar).t.cast<float>();
-        of_patch_[k] = sorted(patches[k], world_points(patches[k], state));
+        std::vector<Eigen::Vector3f> world;
+        append_world_points(patches[k], state, every, world);
+        of_patch_[k] = sorted(patches[k], world, every);
       }
     });
     KeyNumbers numbers;
@@ -212,7 +216,8 @@ class MapSampler {
     return (cube(0) * block_cubes + cube(1)) * block_cubes + cube(2);
   }
 
-  [[nodiscard]] PatchBlocks sorted(const PatchCells& patch, const std::vector<Eigen::Vector3f>& world) const {
+  [[nodiscard]] PatchBlocks sorted(const PatchCells& patch, const std::vector<Eigen::Vector3f>& world,
+                                   std::size_t every) const {
     const double per_m = 1.0 / block_m_;
     PatchBlocks out;
     KeyNumbers numbers;
@@ -235,7 +240,7 @@ class MapSampler {
         record.place[static_cast<std::size_t>(axis)] =
             static_cast<std::uint16_t>(std::min(block_parts - 1.0, block_parts * (at - std::floor(at))));
       }
-      record.reflectivity = patch.thinned[i].reflectivity;
+      record.reflectivity = patch.thinned[i * every].reflectivity;
     }
     return out;
   }
@@ -276,9 +281,14 @@ class MapSampler {
 }  // namespace
 
 std::vector<MapSample> sample_map(const std::vector<PatchCells>& patches, const RigState& state,
-                                  const std::vector<char>& use, const std::vector<PlaneFeature>& leaves,
-                                  double size_m) {
-  const MapSampler sampler(patches, state, use, size_m);
+                                  const std::vector<char>& use, const std::vector<PlaneFeature>& leaves, double size_m,
+                                  std::size_t most_points) {
+  std::size_t points = 0;
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    if (use.empty() || use[k] != 0) points += patches[k].thinned.size();
+  }
+  const std::size_t every = std::max<std::size_t>(1, (points + most_points - 1) / most_points);
+  const MapSampler sampler(patches, state, use, size_m, every);
   const LeafFinder finder(leaves);
   std::vector<std::vector<MapSample>> of_block(sampler.blocks());
   parallel_for(of_block.size(), 16, [&](std::size_t begin, std::size_t end) {

@@ -28,6 +28,9 @@ struct Face {
 // What a real surface is not, over such a length.
 constexpr double flatness_m = 0.001;
 
+// While the faces are only drawn near, so many points of each tell enough, evenly spread.
+constexpr std::size_t early_points = 600;
+
 // What one thread needs for piece after piece.
 struct Workspace {
   PiecePoints points;
@@ -79,8 +82,9 @@ class PieceFitter {
     std::vector<double>& variances = work_.variances;
     variances.clear();
     const Vector3d n = face.plane.n;
-    for (const std::uint32_t i : work_.chosen) {
-      const EdgePoint& point = work_.points[i];
+    const std::size_t every = slack > 0.0 ? std::max<std::size_t>(1, work_.chosen.size() / early_points) : 1;
+    for (std::size_t k = 0; k < work_.chosen.size(); k += every) {
+      const EdgePoint& point = work_.points[work_.chosen[k]];
       const double variance = point.variance_along(n, noise_[point.lidar]);
       if (std::abs(face.plane.distance(point.p_G.cast<double>())) > 2.5 * std::sqrt(variance) + slack) continue;
       face.points.push_back(&point);

@@ -119,6 +119,25 @@ TEST_F(MapSamplesTest, MergedPlanesAreNoLeaves) {
   for (const MapSample& s : sample_map(patches_, state_, {}, leaves_)) ASSERT_EQ(s.normal_G.norm(), 0.0F);
 }
 
+TEST_F(MapSamplesTest, OfTooManyPointsEverySecondTakesPart) {
+  const std::vector<MapSample> all = sample_map(patches_, state_, {}, leaves_);
+  const std::vector<MapSample> half = sample_map(patches_, state_, {}, leaves_, size_m, 80'000);
+  std::vector<PatchCells> thinner = patches_;
+  for (PatchCells& patch : thinner) {
+    std::vector<Point> kept;
+    for (std::size_t i = 0; i < patch.thinned.size(); i += 2) kept.push_back(patch.thinned[i]);
+    patch.thinned = kept;
+  }
+  const std::vector<MapSample> expected = sample_map(thinner, state_, {}, leaves_);
+  const auto same = [](const MapSample& a, const MapSample& b) { return a.p_G == b.p_G; };
+  EXPECT_FALSE(std::equal(half.begin(), half.end(), all.begin(), all.end(), same)) << "all points took part";
+  ASSERT_EQ(half.size(), expected.size());
+  for (std::size_t k = 0; k < half.size(); ++k) {
+    ASSERT_EQ(half[k].p_G, expected[k].p_G);
+    ASSERT_EQ(half[k].reflectivity, expected[k].reflectivity);
+  }
+}
+
 TEST_F(MapSamplesTest, TheSameWithAnyNumberOfThreads) {
   const int before = thread_count();
   std::vector<std::vector<MapSample>> all;
