@@ -8,6 +8,7 @@
 
 #include "core/base/text.h"
 #include "core/planes/range_offsets.h"
+#include "core/quality/inverse_information.h"
 
 namespace rigcal {
 namespace {
@@ -40,15 +41,6 @@ std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const SolvedP
     out[si] -= cross + cross.transpose();
   }
   return out;
-}
-
-// The inverse of H with directions of (almost) no information held at a variance that nobody takes for knowledge.
-Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
-  const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * H * scale.asDiagonal());
-  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
-  const Eigen::MatrixXd inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
-  return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 
 // What shapes alone hold is known to decimetres at best, whatever the scatter of the match says: where only upright
@@ -176,67 +168,6 @@ void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& hel
   full.data_only += wider;
 }
 
-// Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
-class HeldOut {
- public:
-  HeldOut(const SolvedPlanes& solved, int base)
-      : base_(base), place_(static_cast<std::size_t>(solved.layout.stops()), -1) {
-    for (const PlaneFeature& feature : solved.features) {
-      for (const PlaneObservation& o : feature.observations) place_[static_cast<std::size_t>(o.stop)] = 0;
-    }
-    for (int& place : place_) {
-      if (place == 0) place = stops_++;
-    }
-  }
-
-  [[nodiscard]] bool operator()(std::size_t feature, const PlaneObservation& o) const {
-    if (o.lidar == base_) return false;
-    return stops_ >= 4 ? place_[static_cast<std::size_t>(o.stop)] % 4 == 2 : feature % 5 == 2;
-  }
-
- private:
-  int base_;
-  std::vector<int> place_;  ///< Of each stop among those that LiDARs saw; -1: it is not.
-  int stops_ = 0;
-};
-
-// Of what an observation is off its plane by, from how well poses and extrinsics are known (`C`, of all that is free):
-// a stop that only the base placed may be loose along what the base does not face.
-double pose_variance(const SolvedPlanes& solved, const Eigen::MatrixXd& C, const RigState& state,
-                     const PlaneObservation& o, const Vector3d& normal) {
-  const SE3& T_base_sensor = state.T_base_sensor[static_cast<std::size_t>(o.lidar)];
-  const auto along = [&](const Vector3d& p, const Matrix3d& R) {
-    const Vector3d n = R.transpose() * normal;
-    Vector6d J;
-    J << p.cross(n), n;
-    return J;
-  };
-  const Matrix3d& R_G_base = state.T_G_base[static_cast<std::size_t>(o.stop)].R;
-  const std::array<Vector6d, 2> J{along(T_base_sensor * o.mean, R_G_base), along(o.mean, R_G_base * T_base_sensor.R)};
-  const std::array<int, 2> at{solved.layout.stop_index(o.stop), solved.layout.lidar_index(o.lidar)};
-  double variance = 0.0;
-  for (std::size_t a = 0; a < 2; ++a) {
-    for (std::size_t b = 0; b < 2; ++b) {
-      if (at[a] >= 0 && at[b] >= 0) variance += J[a].dot(C.block<6, 6>(at[a], at[b]) * J[b]);
-    }
-  }
-  return std::max(0.0, variance);
-}
-
-// Of poses and extrinsics by some of the planes.
-Eigen::MatrixXd covariance_by(const std::vector<PlaneFeature>& features, const SolvedPlanes& solved,
-                              const RigState& state) {
-  if (solved.layout.size() == 0) return {};
-  NormalEquations sum = build_normal_equations(features, state, solved.layout, HessianForm::gauss_newton);
-  add_priors(solved.layout, solved.adjust, state, sum);
-  return 2.0 * inverse_information(sum.H);
-}
-
-struct OffsetSums {
-  std::vector<double> squares, normalised, count;
-  explicit OffsetSums(std::size_t lidars) : squares(lidars), normalised(lidars), count(lidars) {}
-};
-
 }  // namespace
 
 double mean_square_offset(const std::vector<PlaneFeature>& features, const RigState& state, int parameters) {
@@ -273,61 +204,6 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int
   if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, full, out);
   out.with_priors = blocks_of(full.with_priors, solved, base);
   out.data_only = blocks_of(full.data_only, solved, base);
-  return out;
-}
-
-HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess) {
-  const auto lidars = static_cast<std::size_t>(solved.layout.lidars());
-  HoldOut out;
-  out.normalised.assign(lidars, 0.0);
-  out.rms_m.assign(lidars, 0.0);
-  out.start_rms_m.assign(lidars, 0.0);
-  const HeldOut is_held_out(solved, base);
-  std::vector<PlaneFeature> kept;
-  for (std::size_t k = 0; k < solved.features.size(); ++k) {
-    PlaneFeature feature = solved.features[k];
-    std::erase_if(feature.observations, [&](const PlaneObservation& o) { return is_held_out(k, o); });
-    if (feature.observations.size() >= 2) kept.push_back(std::move(feature));
-  }
-  RigState state = solved.state;
-  adjust(kept, solved.layout, solved.adjust, state);
-  out.T_base_sensor = state.T_base_sensor;
-  RigState at_guess = state;
-  for (std::size_t i = 0; i < std::min(lidars, guess.size()); ++i) at_guess.T_base_sensor[i] = guess[i];
-
-  const Eigen::MatrixXd C = covariance_by(kept, solved, state);
-  OffsetSums sums(lidars);
-  OffsetSums start(lidars);
-  PlaneDerivatives derivatives;
-  for (std::size_t k = 0; k < solved.features.size(); ++k) {
-    if (solved.features[k].merged) continue;
-    PlaneFeature rest = solved.features[k];
-    std::erase_if(rest.observations, [&](const PlaneObservation& o) { return is_held_out(k, o); });
-    // A plane of one patch is too short a lever to predict another's place.
-    if (rest.observations.size() < 2 || rest.observations.size() == solved.features[k].observations.size()) continue;
-    plane_derivatives(rest, state, HessianForm::gauss_newton, derivatives);
-    for (const PlaneObservation& o : solved.features[k].observations) {
-      if (!is_held_out(k, o)) continue;
-      const auto i = static_cast<std::size_t>(o.lidar);
-      const Vector3d p = state.T_G_sensor(o.stop, o.lidar) * o.mean;
-      const double e = derivatives.normal.dot(p - derivatives.centroid);
-      // The plane's own uncertainty where it is met: its offset and its tilt times the distance from its middle.
-      const double m1 = (p - derivatives.centroid - e * derivatives.normal).squaredNorm();
-      const double plane = 1.0 / derivatives.N + m1 / (derivatives.N * std::max(derivatives.eigenvalues[1], 1e-6));
-      sums.squares[i] += e * e;
-      const double by_poses = pose_variance(solved, C, state, o, derivatives.normal);
-      sums.normalised[i] += e * e / (o.offset_variance + plane + by_poses);
-      sums.count[i] += 1.0;
-      const Vector3d p0 = at_guess.T_G_sensor(o.stop, o.lidar) * o.mean;
-      start.squares[i] += std::pow(derivatives.normal.dot(p0 - derivatives.centroid), 2);
-    }
-  }
-  for (std::size_t i = 0; i < lidars; ++i) {
-    if (sums.count[i] < 6.0) continue;
-    out.normalised[i] = std::sqrt(sums.normalised[i] / sums.count[i]);
-    out.rms_m[i] = std::sqrt(sums.squares[i] / sums.count[i]);
-    out.start_rms_m[i] = std::sqrt(start.squares[i] / sums.count[i]);
-  }
   return out;
 }
 

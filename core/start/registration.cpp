@@ -8,6 +8,7 @@
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/start/coarse_search.h"
 #include "core/start/own_view.h"
 
 namespace rigcal {
@@ -49,14 +50,6 @@ RegistrationResult result_of(const std::vector<Candidate>& sorted) {
     break;
   }
   return result;
-}
-
-// Of each place: from the frame of what moves by X to that of the index.
-std::vector<SE3> placed_by(const MovingSurfels& moving, const SE3& X) {
-  std::vector<SE3> out;
-  out.reserve(moving.places.size());
-  for (const SE3& place : moving.places) out.push_back(place * X);
-  return out;
 }
 
 bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
@@ -216,18 +209,13 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
                                     const std::vector<SE3>& guesses, const RegistrationOptions& options) {
   const MovingSurfels few = thinned(moving, 400);
   const MovingSurfels many = thinned(moving, 3000);
-  std::vector<Candidate> candidates;
+  std::vector<SE3> poses;
   for (const SE3& guess : guesses) {
-    for (const SE3& X : search_grid(guess, options)) candidates.push_back({X, 0.0});
+    for (const SE3& X : search_grid(guess, options)) poses.push_back(X);
   }
-  const double cosine = std::cos(to_rad(20.0));
-  parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      candidates[i].score = match_score(coarse, few, candidates[i].X, cosine, 0.3);
-  });
-  std::vector<Candidate> best =
-      best_apart(std::move(candidates), static_cast<std::size_t>(std::max(0, options.refined)),
-                 [&](const Candidate& a, const Candidate& b) { return is_near(a.X, b.X, options); });
+  std::vector<Candidate> best = best_matches(coarse, few, poses, {std::cos(to_rad(20.0)), 0.3},
+                                             static_cast<std::size_t>(std::max(0, options.refined)),
+                                             [&](const SE3& a, const SE3& b) { return is_near(a, b, options); });
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);

@@ -1,21 +1,24 @@
 #include "core/start/surfels.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "core/base/floor_of.h"
+#include "core/base/packed_cube.h"
 #include "core/base/parallel.h"
+#include "core/base/radix_sort.h"
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
 
-using Handle = std::pair<std::uint64_t, std::uint32_t>;  // voxel, cell
+// Which cell lies in a voxel.
+struct Handle {
+  std::uint64_t key = 0;
+  std::uint32_t cell = 0;
+};
 
 std::uint64_t voxel_of(const Vector3d& p, double size) {
-  const auto part = [&](double x) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / size)) + (1 << 20)) & 0x1FFFFF;
-  };
-  return part(p.x()) << 42 | part(p.y()) << 21 | part(p.z());
+  return packed_cube(floor_of(p.x() / size), floor_of(p.y() / size), floor_of(p.z() / size));
 }
 
 enum class Shape { surfel, too_few, not_flat };
@@ -24,15 +27,15 @@ Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle
                Surfel& out) {
   out = {};
   for (const Handle* h = first; h != last; ++h) {
-    out.N += cells[h->second].N;
-    out.mean += cells[h->second].N * cells[h->second].mean;
+    out.N += cells[h->cell].N;
+    out.mean += cells[h->cell].N * cells[h->cell].mean;
   }
   if (out.N < o.min_points) return Shape::too_few;
   out.mean /= out.N;
   Matrix3d S = Matrix3d::Zero();
   for (const Handle* h = first; h != last; ++h) {
-    const Vector3d d = cells[h->second].mean - out.mean;
-    S += cells[h->second].scatter_matrix() + cells[h->second].N * d * d.transpose();
+    const Vector3d d = cells[h->cell].mean - out.mean;
+    S += cells[h->cell].scatter_matrix() + cells[h->cell].N * d * d.transpose();
   }
   const SymmetricEigen eigen = symmetric_eigen_fast(S / out.N);
   const Vector3d& l = eigen.values;
@@ -55,22 +58,24 @@ PatchSurfels extract_surfels(const PatchCells& patch, const SurfelOptions& optio
   double size = options.size_m;
   for (int level = 0; level < 3; ++level, size *= 2.0) {
     handles.clear();
-    for (const std::uint32_t i : left) handles.emplace_back(voxel_of(patch.cells[i].mean, size), i);
-    std::sort(handles.begin(), handles.end());
+    for (const std::uint32_t i : left) handles.push_back({voxel_of(patch.cells[i].mean, size), i});
+    radix_sort(handles);
     left.clear();
     const Handle* begin = handles.data();
     const Handle* const stop = handles.data() + handles.size();
     while (begin != stop) {
       const Handle* end = begin;
-      while (end != stop && end->first == begin->first) ++end;
+      while (end != stop && end->key == begin->key) ++end;
       Surfel surfel;
       const Shape shape = shape_of(patch.cells, begin, end, options, surfel);
       if (shape == Shape::surfel) out.surfels.push_back(surfel);
       if (shape == Shape::too_few) {
-        for (const Handle* h = begin; h != end; ++h) left.push_back(h->second);
+        for (const Handle* h = begin; h != end; ++h) left.push_back(h->cell);
       }
       begin = end;
     }
+    // In the order of the cells, and so within each voxel.
+    std::sort(left.begin(), left.end());
   }
   return out;
 }

@@ -1,0 +1,178 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "core/base/parallel.h"
+#include "core/quality/inverse_information.h"
+#include "core/quality/lidar_quality.h"
+
+namespace rigcal {
+namespace {
+
+// Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
+class HeldOut {
+ public:
+  HeldOut(const SolvedPlanes& solved, int base)
+      : base_(base), place_(static_cast<std::size_t>(solved.layout.stops()), -1) {
+    for (const PlaneFeature& feature : solved.features) {
+      for (const PlaneObservation& o : feature.observations) place_[static_cast<std::size_t>(o.stop)] = 0;
+    }
+    for (int& place : place_) {
+      if (place == 0) place = stops_++;
+    }
+  }
+
+  [[nodiscard]] bool operator()(std::size_t feature, const PlaneObservation& o) const {
+    if (o.lidar == base_) return false;
+    return stops_ >= 4 ? place_[static_cast<std::size_t>(o.stop)] % 4 == 2 : feature % 5 == 2;
+  }
+
+ private:
+  int base_;
+  std::vector<int> place_;  ///< Of each stop among those that LiDARs saw; -1: it is not.
+  int stops_ = 0;
+};
+
+// Of what an observation is off its plane by, from how well poses and extrinsics are known (`C`, of all that is free):
+// a stop that only the base placed may be loose along what the base does not face.
+double pose_variance(const SolvedPlanes& solved, const Eigen::MatrixXd& C, const RigState& state,
+                     const PlaneObservation& o, const Vector3d& normal) {
+  const SE3& T_base_sensor = state.T_base_sensor[static_cast<std::size_t>(o.lidar)];
+  const auto along = [&](const Vector3d& p, const Matrix3d& R) {
+    const Vector3d n = R.transpose() * normal;
+    Vector6d J;
+    J << p.cross(n), n;
+    return J;
+  };
+  const Matrix3d& R_G_base = state.T_G_base[static_cast<std::size_t>(o.stop)].R;
+  const std::array<Vector6d, 2> J{along(T_base_sensor * o.mean, R_G_base), along(o.mean, R_G_base * T_base_sensor.R)};
+  const std::array<int, 2> at{solved.layout.stop_index(o.stop), solved.layout.lidar_index(o.lidar)};
+  double variance = 0.0;
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      if (at[a] >= 0 && at[b] >= 0) variance += J[a].dot(C.block<6, 6>(at[a], at[b]) * J[b]);
+    }
+  }
+  return std::max(0.0, variance);
+}
+
+// Of poses and extrinsics by some of the planes.
+Eigen::MatrixXd covariance_by(const std::vector<PlaneFeature>& features, const SolvedPlanes& solved,
+                              const RigState& state) {
+  if (solved.layout.size() == 0) return {};
+  NormalEquations sum = build_normal_equations(features, state, solved.layout, HessianForm::gauss_newton);
+  add_priors(solved.layout, solved.adjust, state, sum);
+  return 2.0 * inverse_information(sum.H);
+}
+
+// The planes by what is left of them without what is held out; those that fewer than two patches see are none.
+std::vector<PlaneFeature> planes_without(const std::vector<PlaneFeature>& features, const HeldOut& is_held_out) {
+  std::vector<PlaneFeature> kept;
+  kept.reserve(features.size());
+  for (std::size_t k = 0; k < features.size(); ++k) {
+    const PlaneFeature& whole = features[k];
+    const auto is_kept = [&](const PlaneObservation& o) { return !is_held_out(k, o); };
+    if (std::count_if(whole.observations.begin(), whole.observations.end(), is_kept) < 2) continue;
+    PlaneFeature& rest = kept.emplace_back();
+    std::copy_if(whole.observations.begin(), whole.observations.end(), std::back_inserter(rest.observations), is_kept);
+    rest.center_G = whole.center_G;
+    rest.normal_G = whole.normal_G;
+    rest.size_m = whole.size_m;
+    rest.merged = whole.merged;
+    rest.counted_again = whole.counted_again;
+  }
+  return kept;
+}
+
+// By how much what was held out is off the plane of the rest.
+struct HeldOutOffset {
+  std::size_t lidar = 0;
+  double square = 0.0;
+  double normalised = 0.0;
+  double start_square = 0.0;
+};
+
+// What the others' plane says of the observations of one plane that are held out.
+class OffsetsOfHeldOut {
+ public:
+  OffsetsOfHeldOut(const SolvedPlanes& solved, const HeldOut& is_held_out, const RigState& state,
+                   const RigState& at_guess, const Eigen::MatrixXd& C)
+      : solved_(solved), is_held_out_(is_held_out), state_(state), at_guess_(at_guess), C_(C) {}
+
+  void add(std::size_t k, std::vector<HeldOutOffset>& out) {
+    const PlaneFeature& whole = solved_.features[k];
+    if (whole.merged) return;
+    rest_.observations.clear();
+    for (const PlaneObservation& o : whole.observations) {
+      if (!is_held_out_(k, o)) rest_.observations.push_back(o);
+    }
+    // A plane of one patch is too short a lever to predict another's place.
+    if (rest_.observations.size() < 2 || rest_.observations.size() == whole.observations.size()) return;
+    plane_derivatives(rest_, state_, HessianForm::gauss_newton, plane_);
+    for (const PlaneObservation& o : whole.observations) {
+      if (!is_held_out_(k, o)) continue;
+      const Vector3d p = state_.T_G_sensor(o.stop, o.lidar) * o.mean;
+      const double e = plane_.normal.dot(p - plane_.centroid);
+      // The plane's own uncertainty where it is met: its offset and its tilt times the distance from its middle.
+      const double m1 = (p - plane_.centroid - e * plane_.normal).squaredNorm();
+      const double plane = 1.0 / plane_.N + m1 / (plane_.N * std::max(plane_.eigenvalues[1], 1e-6));
+      const double by_poses = pose_variance(solved_, C_, state_, o, plane_.normal);
+      const Vector3d p0 = at_guess_.T_G_sensor(o.stop, o.lidar) * o.mean;
+      out.push_back({static_cast<std::size_t>(o.lidar), e * e, e * e / (o.offset_variance + plane + by_poses),
+                     std::pow(plane_.normal.dot(p0 - plane_.centroid), 2)});
+    }
+  }
+
+ private:
+  const SolvedPlanes& solved_;
+  const HeldOut& is_held_out_;
+  const RigState& state_;
+  const RigState& at_guess_;
+  const Eigen::MatrixXd& C_;
+  PlaneFeature rest_;
+  PlaneDerivatives plane_;
+};
+
+}  // namespace
+
+HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess) {
+  const auto lidars = static_cast<std::size_t>(solved.layout.lidars());
+  HoldOut out;
+  out.normalised.assign(lidars, 0.0);
+  out.rms_m.assign(lidars, 0.0);
+  out.start_rms_m.assign(lidars, 0.0);
+  const HeldOut is_held_out(solved, base);
+  const std::vector<PlaneFeature> kept = planes_without(solved.features, is_held_out);
+  RigState state = solved.state;
+  adjust(kept, solved.layout, solved.adjust, state);
+  out.T_base_sensor = state.T_base_sensor;
+  RigState at_guess = state;
+  for (std::size_t i = 0; i < std::min(lidars, guess.size()); ++i) at_guess.T_base_sensor[i] = guess[i];
+
+  const Eigen::MatrixXd C = covariance_by(kept, solved, state);
+  constexpr std::size_t grain = 128;
+  std::vector<std::vector<HeldOutOffset>> offsets((solved.features.size() + grain - 1) / grain);
+  parallel_for(solved.features.size(), grain, [&](std::size_t begin, std::size_t end) {
+    OffsetsOfHeldOut held_out(solved, is_held_out, state, at_guess, C);
+    for (std::size_t k = begin; k < end; ++k) held_out.add(k, offsets[begin / grain]);
+  });
+  std::vector<double> count(lidars, 0.0);
+  for (const std::vector<HeldOutOffset>& part : offsets) {
+    for (const HeldOutOffset& offset : part) {
+      out.rms_m[offset.lidar] += offset.square;
+      out.normalised[offset.lidar] += offset.normalised;
+      out.start_rms_m[offset.lidar] += offset.start_square;
+      count[offset.lidar] += 1.0;
+    }
+  }
+  for (std::size_t i = 0; i < lidars; ++i) {
+    for (std::vector<double>* of_all : {&out.normalised, &out.rms_m, &out.start_rms_m}) {
+      (*of_all)[i] = count[i] < 6.0 ? 0.0 : std::sqrt((*of_all)[i] / count[i]);
+    }
+  }
+  return out;
+}
+
+}  // namespace rigcal
