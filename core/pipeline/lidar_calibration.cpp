@@ -225,11 +225,10 @@ class Calibration {
     StageReport& stage = clock_.begin(name);
     const RefineInput input{solution_.patches(recording_), solution_.noise, solution_.T_grid_G, use, solution_.adjust};
     double done = 0.0;
-    double floor_m = 0.0;
     for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
-      if (!loose) allow_unevenness(floor_m, pass.map);
+      if (!loose) allow_unevenness(floor_m_, pass.map);
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
       if (options_.on_pass) options_.on_pass(name, solution_.state);
@@ -238,8 +237,8 @@ class Calibration {
       stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());
       solution_.refined = std::move(*refined);
       // Before the gates select what agrees.
-      if (loose) floor_m = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
-      solution_.unevenness_m = floor_m < uneven_m ? 0.0 : floor_m;
+      if (loose) floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
+      solution_.unevenness_m = floor_m_ < uneven_m ? 0.0 : floor_m_;
       if (!loose && solution_.refined.converged) break;
     }
     const RefineSummary& last = solution_.refined;
@@ -255,7 +254,7 @@ class Calibration {
                     {"observations", static_cast<double>(observations)},
                     {"passes", done}};
     context_.reporter.progress(name, 1.0);
-    context_.reporter.debug(name + ": surfaces stand off their planes by " + std::to_string(1e3 * floor_m) +
+    context_.reporter.debug(name + ": surfaces stand off their planes by " + std::to_string(1e3 * floor_m_) +
                             " mm beyond noise");
     tell(name);
     return {};
@@ -398,6 +397,7 @@ class Calibration {
   int solving_ = 0;                                // the LiDAR in whose frame it is solved
   std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
+  double floor_m_ = 0.0;  // seen by the last loose pass; stages of tight ones keep it
   StageClock clock_;
 };
 
