@@ -7,6 +7,21 @@
 #if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define RIGCAL_WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define RIGCAL_HAS_WIDE 1
 #else
 #define RIGCAL_WIDE
+#define RIGCAL_HAS_WIDE 0
 #endif
+
+namespace rigcal {
+
+/// Whether functions for wide vectors have registers of eight doubles; else, at most four.
+[[nodiscard]] inline bool has_wide_registers_of_eight() {
+#if RIGCAL_HAS_WIDE
+  return __builtin_cpu_supports("x86-64-v4") != 0;
+#else
+  return false;
+#endif
+}
+
+}  // namespace rigcal

@@ -14,13 +14,24 @@ namespace {
 constexpr Eigen::Index many = 256;
 
 constexpr Eigen::Index tile = 64;
-constexpr std::size_t lanes = 8;
 constexpr std::size_t tall = 2;   // registers of a column
 constexpr std::size_t broad = 4;  // columns at a time
-using Lanes = double __attribute__((vector_size(lanes * sizeof(double)), aligned(alignof(double))));
 
-// C -= A B^T, all of them tiles of matrices with columns `stride` apart.
-RIGCAL_WIDE void take_product(const double* A, const double* B, double* C, std::size_t stride) {
+struct Four {
+  static constexpr std::size_t lanes = 4;
+  using Lanes = double __attribute__((vector_size(32), aligned(alignof(double))));
+};
+struct Eight {
+  static constexpr std::size_t lanes = 8;
+  using Lanes = double __attribute__((vector_size(64), aligned(alignof(double))));
+};
+
+// C -= A B^T, all of them tiles of matrices with columns `stride` apart. With more lanes than the processor's registers
+// have the sums do not stay in these. The order of each sum does not depend on it.
+template <class Registers>
+[[gnu::always_inline]] inline void take_product_by(const double* A, const double* B, double* C, std::size_t stride) {
+  using Lanes = typename Registers::Lanes;
+  constexpr std::size_t lanes = Registers::lanes;
   constexpr auto side = static_cast<std::size_t>(tile);
   for (std::size_t j = 0; j < side; j += broad) {
     for (std::size_t i = 0; i < side; i += tall * lanes) {
@@ -43,6 +54,19 @@ RIGCAL_WIDE void take_product(const double* A, const double* B, double* C, std::
       }
     }
   }
+}
+
+RIGCAL_WIDE void take_product_by_four(const double* A, const double* B, double* C, std::size_t stride) {
+  take_product_by<Four>(A, B, C, stride);
+}
+
+RIGCAL_WIDE void take_product_by_eight(const double* A, const double* B, double* C, std::size_t stride) {
+  take_product_by<Eight>(A, B, C, stride);
+}
+
+void take_product(const double* A, const double* B, double* C, std::size_t stride) {
+  static const bool by_eight = has_wide_registers_of_eight();
+  (by_eight ? take_product_by_eight : take_product_by_four)(A, B, C, stride);
 }
 
 // Its lower triangle becomes the factor; whole tiles. False where it is not positive definite.
