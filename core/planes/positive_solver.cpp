@@ -33,16 +33,24 @@ template <class Registers>
   using Lanes = typename Registers::Lanes;
   constexpr std::size_t lanes = Registers::lanes;
   constexpr auto side = static_cast<std::size_t>(tile);
+  constexpr std::size_t rows = tall * lanes;
+  // Columns lie pages apart: what is gone through again and again is put together first.
+  alignas(64) double right[side * side];
+  alignas(64) double left[side * rows];
   for (std::size_t j = 0; j < side; j += broad) {
-    for (std::size_t i = 0; i < side; i += tall * lanes) {
+    for (std::size_t k = 0; k < side; ++k)
+      std::memcpy(right + (j * side + k * broad), B + j + k * stride, broad * sizeof(double));
+  }
+  for (std::size_t i = 0; i < side; i += rows) {
+    for (std::size_t k = 0; k < side; ++k) std::memcpy(left + k * rows, A + i + k * stride, rows * sizeof(double));
+    for (std::size_t j = 0; j < side; j += broad) {
       Lanes sum[broad][tall] = {};
       for (std::size_t k = 0; k < side; ++k) {
-        const double* a = A + i + k * stride;
-        const double* b = B + j + k * stride;
-        Lanes left[tall];
-        std::memcpy(left, a, sizeof left);
+        const double* b = right + j * side + k * broad;
+        Lanes a[tall];
+        std::memcpy(a, left + k * rows, sizeof a);
         for (std::size_t q = 0; q < broad; ++q) {
-          for (std::size_t r = 0; r < tall; ++r) sum[q][r] += left[r] * b[q];
+          for (std::size_t r = 0; r < tall; ++r) sum[q][r] += a[r] * b[q];
         }
       }
       for (std::size_t q = 0; q < broad; ++q) {
