@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 /// Before a function: it is compiled for wide vectors, too, and the program takes the version that the processor can
 /// do. The sums are the same to the bit, since multiplications and additions are not fused; so it is for plain loops
 /// over arrays whose rounds do not depend on each other. Not with sanitizers, which do not know of functions that are
@@ -14,6 +16,12 @@
 #endif
 
 namespace rigcal {
+
+/// Eight doubles side by side, as the widest registers hold them.
+struct alignas(64) EightLanes {
+  static constexpr std::size_t count = 8;
+  double __attribute__((vector_size(64))) v = {};
+};
 
 /// Whether functions for wide vectors have registers of eight doubles; else, at most four.
 [[nodiscard]] inline bool has_wide_registers_of_eight() {

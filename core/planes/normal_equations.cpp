@@ -182,10 +182,7 @@ class FeatureSum {
 };
 
 // Rows of six have room for eight numbers each, as wide registers take them.
-constexpr std::size_t lanes = 8;
-struct alignas(lanes * sizeof(double)) Lanes {
-  double __attribute__((vector_size(lanes * sizeof(double)))) v = {};
-};
+using Lanes = EightLanes;
 
 // Adds left right^T to one block of a row of blocks for each of `blocks`: columns of eight, of which six count.
 RIGCAL_WIDE void add_couplings(const std::array<Lanes, 3>& left, const TouchedBlock* blocks, std::size_t count,

@@ -17,10 +17,8 @@ constexpr double settled_m = 1e-4;
 constexpr double settled_rad = 1e-5;
 
 // Some directions, looked at together.
-constexpr std::size_t lanes = 8;
-struct alignas(lanes * sizeof(double)) Lanes {
-  double __attribute__((vector_size(lanes * sizeof(double)))) v = {};
-};
+using Lanes = EightLanes;
+constexpr std::size_t lanes = Lanes::count;
 
 // Weighted normals, each coordinate by itself.
 struct Facing {

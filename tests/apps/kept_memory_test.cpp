@@ -20,7 +20,7 @@ TEST(KeptMemory, OfLargePiecesIsNotGivenBack) {
   EXPECT_EQ(before, mallinfo2().hblkhd);
   EXPECT_EQ(1, large.back());
 #else
-  keep_freed_memory();
+  GTEST_SKIP() << "the C library has no mallinfo2";
 #endif
 }
 
