@@ -67,7 +67,10 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
     // In the middle of the time that is rendered: a rig that creeps is there on average.
     const double middle_s = simulated->motion.stop_start_s(k) + 0.5 * simulated->motion.dwell_s(k);
     const SE3 T_scene_base = simulated->motion.T_scene_base_settled(middle_s);
-    if (k == 0) T_G_scene = T_scene_base.inverse();
+    if (k == 0) {
+      light.T_scene_G = T_scene_base;
+      T_G_scene = T_scene_base.inverse();
+    }
     light.T_G_base.push_back(T_G_scene * T_scene_base);
     for (const SimulatedLidar& lidar : simulated->lidars) light.patches.push_back({lidar.sensor, k, {}});
     if (k == 0) continue;

@@ -29,6 +29,7 @@ struct LightRig {
   std::vector<SimulatedLidar> lidars;      ///< Truth: mountings, noise and biases, in the order of the rig.
   std::vector<SE3> T_base_sensor;          ///< The same mountings by sensor.
   std::vector<SE3> T_G_base;               ///< Truth, by stop; the first is the identity.
+  SE3 T_scene_G;                           ///< Where the base stands in the scene at the first stop.
   Vector3d axis = Vector3d::UnitZ();       ///< Of the table, in the base frame,
   Vector3d axis_point = Vector3d::Zero();  ///< and its point nearest to the base's origin.
   /// What the gyro says of the turn from stop k to k + 1: log(R_k^T R_k+1) with errors, base frame, rad.

@@ -149,6 +149,7 @@ Expected<LightRig> make_random_rig(const Scene& scene, const LightRigOptions& op
   for (SE3& T : light->T_base_sensor) T = T_base_carrier * T;
   light->T_base_sensor[0] = SE3{};
   for (SE3& T : light->T_G_base) T = T_base_carrier * T * T_base_carrier.inverse();
+  light->T_scene_G = light->T_scene_G * T_base_carrier.inverse();
   for (Vector3d& step : light->step_rotations) step = T_base_carrier.R * step;
   light->axis = T_base_carrier.R * light->axis;
   light->axis_point = T_base_carrier * light->axis_point;

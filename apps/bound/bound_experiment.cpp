@@ -31,18 +31,16 @@ Expected<RigTrials> try_rig(std::uint64_t seed, int points, const RunContext& co
   const sim::LightRigOptions light_options = sigma_run(seed, points, 0.0, 0.0);
   Expected<sim::LightRig> light = sim::make_light_rig(*scene, light_options);
   if (!light) return light.error();
-  const auto bounds = bound_of_light_rig(*scene, light_options, *light);
-  if (!bounds) return bounds.error();
-  const auto pieces = bound_of_light_rig(*scene, light_options, *light, {piece_m});
-  if (!pieces) return pieces.error();
+  const auto bounds = bound_of_light_rig(*scene, *light);
+  const auto pieces = bound_of_light_rig(*scene, *light, {piece_m});
   const Expected<CalibrationResult> result = calibrate_from_guesses(*light, context);
   if (!result) return result.error();
   RigTrials out;
   for (std::size_t i = 0; i < result->sensors.size(); ++i) {
     const SensorResult& sensor = result->sensors[i];
-    const std::optional<Matrix6d>& bound = (*bounds)[i];
+    const std::optional<Matrix6d>& bound = bounds[i];
     if (sensor.name == result->base) continue;
-    const std::optional<Matrix6d>& in_pieces = (*pieces)[i];
+    const std::optional<Matrix6d>& in_pieces = pieces[i];
     if (!sensor.T_base_sensor || !bound || !in_pieces) {
       ++out.failed;
       continue;

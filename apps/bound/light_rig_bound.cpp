@@ -119,30 +119,24 @@ std::map<Piece, int> number_planes(const std::vector<PatchSurfaces>& patches, st
 
 }  // namespace
 
-Expected<std::vector<std::optional<Matrix6d>>> bound_of_light_rig(const sim::Scene& scene,
-                                                                  const sim::LightRigOptions& options,
-                                                                  const sim::LightRig& light,
-                                                                  const SurfaceTrust& trust) {
-  const auto simulated = sim::make_simulated_rig(light.rig, scene.T_scene_table, options.turntable, options.mount_error,
-                                                 options.seed, options.unit_errors);
-  if (!simulated) return simulated.error();
+std::vector<std::optional<Matrix6d>> bound_of_light_rig(const sim::Scene& scene, const sim::LightRig& light,
+                                                        const SurfaceTrust& trust) {
+  // The scene's frame does as well as that of the first stop: right perturbations do not know the world's.
+  std::vector<SE3> T_scene_base;
+  for (const SE3& T_G_base : light.T_G_base) T_scene_base.push_back(light.T_scene_G * T_G_base);
   const sim::RayCaster caster(scene);
   const std::size_t lidars = light.lidars.size();
   std::vector<PatchSurfaces> found(light.patches.size());
   parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const sim::SimulatedLidar& lidar = light.lidars[k % lidars];
-      const SE3 T = simulated->motion.T_scene_base_at_stop(light.patches[k].stop) * lidar.T_base_sensor;
+      const SE3 T = T_scene_base[static_cast<std::size_t>(light.patches[k].stop)] * lidar.T_base_sensor;
       found[k] = look_up(caster, scene, lidar, T, light.patches[k].points, trust);
     }
   });
   std::vector<ScenePlane> planes;
   const std::map<Piece, int> numbers = number_planes(found, planes);
 
-  // The scene's frame does as well as that of the first stop: right perturbations do not know the world's.
-  std::vector<SE3> T_scene_base;
-  for (std::size_t j = 0; j < light.T_G_base.size(); ++j)
-    T_scene_base.push_back(simulated->motion.T_scene_base_at_stop(static_cast<int>(j)));
   std::vector<SE3> T_base_sensor;
   int base = 0;
   for (std::size_t i = 0; i < lidars; ++i) {

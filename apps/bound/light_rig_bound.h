@@ -4,8 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/geometry/se3.h"
 #include "simdata/light_rig.h"
+#include "simdata/scene.h"
 
 namespace rigcal::bound {
 
@@ -15,14 +16,13 @@ struct SurfaceTrust {
   double piece_m = std::numeric_limits<double>::infinity();
 };
 
-/// The bound (SurfaceBound) of a simulated run whose patches still have their points. Which surface a point is on is
-/// asked of the scene: the ray along its measured direction, from where its LiDAR truly stood. Left out are points on
-/// curved surfaces, on panes, mirrors and wet ground, and those that stand more than five sigmas off the surface behind
-/// them (people, shots that met two surfaces). Noise is that of the simulator, bleeding and biases not: with these the
-/// bound is lower than what can be had. Errors: the rig cannot be simulated.
-[[nodiscard]] Expected<std::vector<std::optional<Matrix6d>>> bound_of_light_rig(const sim::Scene& scene,
-                                                                                const sim::LightRigOptions& options,
-                                                                                const sim::LightRig& light,
-                                                                                const SurfaceTrust& trust = {});
+/// The bound (SurfaceBound) of each LiDAR of a run in `scene` whose patches still have their points. Which surface a
+/// point is on is asked of the scene: the ray along its measured direction, from where its LiDAR truly stood. Left out
+/// are points on curved surfaces, on panes, mirrors and wet ground, and those that stand more than five sigmas off the
+/// surface behind them (people, shots that met two surfaces). Noise is that of the simulator, bleeding and biases not:
+/// with these the bound is lower than what can be had. Empty where the shots leave something unknown.
+[[nodiscard]] std::vector<std::optional<Matrix6d>> bound_of_light_rig(const sim::Scene& scene,
+                                                                      const sim::LightRig& light,
+                                                                      const SurfaceTrust& trust = {});
 
 }  // namespace rigcal::bound
