@@ -186,10 +186,19 @@ class Merger {
   }
 
   PlaneFeature merge(const std::vector<std::size_t>& members, const Plane& plane) const {
+    // How far leaves stand off, each by its weight: that of a small one is mostly its own noise.
+    double total = 0.0;
+    double total2 = 0.0;
     double squares = 0.0;
-    for (const std::size_t i : members) squares += std::pow(plane.normal.dot(leaves_[i].center_G - plane.center), 2);
-    const double flatness2 = squares / static_cast<double>(members.size() - 3 > 0 ? members.size() - 3 : 1) +
-                             options_.min_flatness_m * options_.min_flatness_m;
+    for (const std::size_t i : members) {
+      const double w = weight(i);
+      total += w;
+      total2 += w * w;
+      squares += w * std::pow(plane.normal.dot(leaves_[i].center_G - plane.center), 2);
+    }
+    const double as_many = total * total / total2;
+    const double flatness2 =
+        squares / total * as_many / std::max(1.0, as_many - 3.0) + options_.min_flatness_m * options_.min_flatness_m;
     // Information of each block of the surface, to be brought down to one measurement of that flatness.
     const Vector3d t1 = plane.normal.unitOrthogonal();
     const Vector3d t2 = plane.normal.cross(t1);
