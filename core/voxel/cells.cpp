@@ -5,6 +5,7 @@
 
 #include "core/base/packed_cube.h"
 #include "core/base/wide.h"
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -24,7 +25,69 @@ struct Sums {
   double n = 0.0;
   double vx = 0.0, vy = 0.0, vz = 0.0;
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+
+  Sums& operator+=(const Sums& other) {
+    n += other.n;
+    vx += other.vx;
+    vy += other.vy;
+    vz += other.vz;
+    xx += other.xx;
+    xy += other.xy;
+    xz += other.xz;
+    yy += other.yy;
+    yz += other.yz;
+    zz += other.zz;
+    return *this;
+  }
 };
+
+constexpr std::size_t octants = 8;
+
+// Which sums are those of each octant of a cell, all about the centre of the whole; most cells are hit in a few only.
+constexpr std::uint32_t no_sums = ~std::uint32_t{0};
+using OctantNumbers = std::array<std::uint32_t, octants>;
+
+// The mean is seen from the cell's centre.
+Cell cell_of(const Sums& s) {
+  Cell cell;
+  cell.N = s.n;
+  const double mx = s.vx / s.n;
+  const double my = s.vy / s.n;
+  const double mz = s.vz / s.n;
+  cell.mean = {mx, my, mz};
+  cell.scatter << s.xx - s.n * mx * mx, s.xy - s.n * mx * my, s.xz - s.n * mx * mz, s.yy - s.n * my * my,
+      s.yz - s.n * my * mz, s.zz - s.n * mz * mz;
+  return cell;
+}
+
+// What the wire's whole millimetres alone are off by, m^2.
+constexpr double rounding_variance = 1e-6 / 12.0;
+// Fewer points tell no corner from noise.
+constexpr double least_points = 8.0;
+constexpr double least_share = 0.05;
+// Of the octants' middles about the cell's plane, over what their own thickness lets expect. Many a flat cell comes out
+// above it, which takes time and no accuracy; with more, corners stay whole (docs/decisions/026).
+constexpr double most_bent = 1.5;
+
+// Whether the octants of a cell lie in one plane as far as their own thickness tells: variance between them over
+// variance within. Any plane goes through three: those few are told apart rather than judged.
+bool is_flat(const Cell& whole, const std::array<const Sums*, octants>& parts) {
+  // A few points beyond an octant's face are the tail of the noise.
+  const auto counts = [&](const Sums* part) { return part != nullptr && part->n >= least_share * whole.N; };
+  const auto groups = static_cast<double>(std::count_if(parts.begin(), parts.end(), counts));
+  if (groups < 2.0 || whole.N < least_points) return true;
+  if (groups < 4.0) return false;
+  const SymmetricEigen eigen = symmetric_eigen_fast(whole.scatter_matrix());
+  const Vector3d u = eigen.vectors.col(0);
+  double between = 0.0;
+  for (const Sums* part : parts) {
+    if (!counts(part)) continue;
+    const double off = (u.x() * part->vx + u.y() * part->vy + u.z() * part->vz) / part->n - u.dot(whole.mean);
+    between += part->n * off * off;
+  }
+  const double within = std::max(0.0, eigen.values[0] - between) / std::max(1.0, whole.N - groups);
+  return between / (groups - 3.0) <= most_bent * (within + rounding_variance);
+}
 
 // Points are taken in blocks: what the next ones need is brought from memory while these are added.
 constexpr std::size_t block = 128;
@@ -38,6 +101,7 @@ struct Placed {
   std::array<Each<std::int32_t>, 3> cell;
   std::array<Each<double>, 3> off;  // from the cell's centre
   Each<std::uint64_t> key;
+  Each<std::uint32_t> octant;
   Each<std::int32_t> thin_cube;
 };
 
@@ -64,6 +128,9 @@ RIGCAL_WIDE void place(double size_m, Placed& at) {
   const std::int32_t* const y = at.cell[1].data();
   const std::int32_t* const z = at.cell[2].data();
   for (std::size_t i = 0; i < block; ++i) at.key[i] = packed_cube(x[i], y[i], z[i]);
+  const auto upper = [](double off) { return static_cast<std::uint32_t>(off >= 0.0); };
+  for (std::size_t i = 0; i < block; ++i)
+    at.octant[i] = upper(at.off[0][i]) | upper(at.off[1][i]) << 1 | upper(at.off[2][i]) << 2;
 }
 
 // Up to 10 cubes a side fit the 1024 bits (cells of 0.2 m); larger cells share cubes, which only thins more.
@@ -90,6 +157,7 @@ struct CellBuilder::Table {
   std::uint64_t points = 0;
   std::vector<Slot> slots;  // open addressing, a power of two
   std::vector<GridCell> places;
+  std::vector<OctantNumbers> octants_of;  // of each cell
   std::vector<Sums> sums;
   std::vector<Point> thinned;
   std::vector<std::array<std::uint64_t, 16>> thin_bits;  // a bit for each 2 cm cube of a cell
@@ -119,12 +187,12 @@ struct CellBuilder::Table {
       if (slots[at].key == key) return slots[at].index;
       at = (at + 1) & (slots.size() - 1);
     }
-    const auto index = static_cast<std::uint32_t>(sums.size());
-    sums.emplace_back();
+    const auto index = static_cast<std::uint32_t>(places.size());
+    octants_of.emplace_back().fill(no_sums);
     places.push_back(cell);
     if (options.keep_thinned) thin_bits.emplace_back().fill(0);
     slots[at] = {key, index};
-    if (sums.size() * 2 > slots.size()) grow();
+    if (places.size() * 2 > slots.size()) grow();
     return index;
   }
 
@@ -137,6 +205,7 @@ struct CellBuilder::Table {
     const auto max_range = static_cast<float>(options.max_range_m);
     std::array<const Point*, block> near;
     std::array<std::uint32_t, block> index;
+    std::array<std::uint32_t, block> octant;
     std::size_t count = 0;
     for (const Point& p : given) {
       near[count] = &p;
@@ -156,11 +225,20 @@ struct CellBuilder::Table {
       index[i] = i > 0 && placed.key[i] == placed.key[i - 1]
                      ? index[i - 1]
                      : find_or_add(placed.key[i], {placed.cell[0][i], placed.cell[1][i], placed.cell[2][i]});
-      __builtin_prefetch(&sums[index[i]], 1);
-      __builtin_prefetch(&sums[index[i]].xz, 1);
+      __builtin_prefetch(&octants_of[index[i]], 1);
       if (options.keep_thinned) __builtin_prefetch(&thin_word(index[i], placed.thin_cube[i]), 1);
     }
-    for (std::size_t i = 0; i < count; ++i) add(i, sums[index[i]]);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint32_t& number = octants_of[index[i]][placed.octant[i]];
+      if (number == no_sums) {
+        number = static_cast<std::uint32_t>(sums.size());
+        sums.emplace_back();
+      }
+      octant[i] = number;
+      __builtin_prefetch(&sums[number], 1);
+      __builtin_prefetch(&sums[number].zz, 1);
+    }
+    for (std::size_t i = 0; i < count; ++i) add(i, sums[octant[i]]);
     if (options.keep_thinned) {
       for (std::size_t i = 0; i < count; ++i) thin(*near[i], index[i], placed.thin_cube[i]);
     }
@@ -208,20 +286,25 @@ void CellBuilder::add(std::span<const Point> points) {
 
 PatchCells CellBuilder::finish() {
   Table& t = *table_;
-  PatchCells out{t.lidar, t.stop, t.points, {}, std::move(t.thinned)};
-  out.cells.reserve(t.sums.size());
-  for (std::size_t i = 0; i < t.sums.size(); ++i) {
-    const Sums& s = t.sums[i];
-    const GridCell& at = t.places[i];
-    Cell cell;
-    cell.N = s.n;
-    const double mx = s.vx / s.n;
-    const double my = s.vy / s.n;
-    const double mz = s.vz / s.n;
-    cell.mean = {t.centre(at.x) + mx, t.centre(at.y) + my, t.centre(at.z) + mz};
-    cell.scatter << s.xx - s.n * mx * mx, s.xy - s.n * mx * my, s.xz - s.n * mx * mz, s.yy - s.n * my * my,
-        s.yz - s.n * my * mz, s.zz - s.n * mz * mz;
-    out.cells.push_back(cell);
+  PatchCells out{t.lidar, t.stop, t.points, {}, {}, {}, std::move(t.thinned)};
+  out.cells.reserve(t.places.size());
+  std::array<const Sums*, octants> parts{};
+  for (std::size_t i = 0; i < t.places.size(); ++i) {
+    Sums all;
+    for (std::size_t k = 0; k < octants; ++k) {
+      const std::uint32_t number = t.octants_of[i][k];
+      parts[k] = number == no_sums ? nullptr : &t.sums[number];
+      if (parts[k] != nullptr) all += *parts[k];
+    }
+    const Vector3d centre(t.centre(t.places[i].x), t.centre(t.places[i].y), t.centre(t.places[i].z));
+    Cell& whole = out.cells.emplace_back(cell_of(all));
+    if (!is_flat(whole, parts)) {
+      out.divided.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(out.parts.size())});
+      for (const Sums* part : parts) {
+        if (part != nullptr) out.parts.emplace_back(cell_of(*part)).mean += centre;
+      }
+    }
+    whole.mean += centre;
   }
   *table_ = Table(t.lidar, t.stop, t.options);
   return out;

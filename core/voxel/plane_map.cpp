@@ -56,7 +56,7 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
                                    const SE3& T_grid_G, double size, const std::vector<char>& use) {
   std::vector<std::size_t> start(patches.size() + 1, 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    start[i + 1] = start[i] + (use.empty() || use[i] ? patches[i].cells.size() : 0);
+    start[i + 1] = start[i] + (use.empty() || use[i] ? FinestCells(patches[i]).count() : 0);
   }
   std::vector<Handle> handles(start.back());
   const double per_m = 1.0 / size;
@@ -64,11 +64,12 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
     for (std::size_t i = begin; i < end; ++i) {
       const SE3 T_grid_sensor = T_grid_G * T_G_sensor[i];
       const auto patch = static_cast<std::uint32_t>(i);
-      for (std::size_t k = start[i]; k < start[i + 1]; ++k) {
-        const std::size_t cell = k - start[i];
-        handles[k] = {morton(T_grid_sensor * patches[i].cells[cell].mean, per_m), patch,
-                      static_cast<std::uint32_t>(cell)};
-      }
+      if (start[i] == start[i + 1]) continue;
+      Handle* next = &handles[start[i]];
+      const FinestCells cells(patches[i]);
+      cells.for_each([&](std::uint32_t number) {
+        *next++ = {morton(T_grid_sensor * cells[number].mean, per_m), patch, number};
+      });
     }
   });
   radix_sort(handles);
@@ -82,12 +83,12 @@ std::unique_ptr<WorldCell[]> world_cells(const std::vector<PatchCells>& patches,
   parallel_for(handles.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + ahead < end) {
-        const Cell* next = &patches[handles[i + ahead].patch].cells[handles[i + ahead].cell];
+        const Cell* next = &FinestCells(patches[handles[i + ahead].patch])[handles[i + ahead].cell];
         __builtin_prefetch(next);
         __builtin_prefetch(next->scatter.data() + 5);
       }
       const Handle& handle = handles[i];
-      const Cell& cell = patches[handle.patch].cells[handle.cell];
+      const Cell& cell = FinestCells(patches[handle.patch])[handle.cell];
       const SE3& T = T_G_sensor[handle.patch];
       out[i] = {handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell)};
     }

@@ -21,7 +21,8 @@ class NaivePlaneMap {
     std::vector<WorldCell> all;
     for (std::uint32_t k = 0; k < patches.size(); ++k) {
       const SE3 T = state.T_G_sensor(patches[k].stop, patches[k].lidar);
-      for (std::uint32_t i = 0; i < patches[k].cells.size(); ++i) all.push_back(moved(patches[k].cells[i], T, k, i));
+      const FinestCells cells(patches[k]);
+      cells.for_each([&](std::uint32_t i) { all.push_back(moved(cells[i], T, k, i)); });
     }
     deal(all, options.root_size_m);
   }

@@ -111,7 +111,7 @@ TEST(PlaneMap, FindsThePlaneThatTwoPatchesSaw) {
   const double sigma = 0.02 / std::sqrt(points_in(map));
   EXPECT_NEAR(0.0, wall.normal().dot(f.center_G - wall.center), 5.0 * sigma);
   EXPECT_LT(f.normal_G.cross(wall.normal()).norm(), 5.0 * sigma / 0.35);
-  EXPECT_EQ(map.counts.cells, patches[0].cells.size() + patches[1].cells.size());
+  EXPECT_EQ(map.counts.cells, FinestCells(patches[0]).count() + FinestCells(patches[1]).count());
   // Left out may be what the sensor's grid slices off the wall's face, where it falls into a column of its own.
   EXPECT_GT(static_cast<double>(map.counts.cells_used), 0.93 * static_cast<double>(map.counts.cells));
   EXPECT_EQ(map.counts.cells, map.counts.cells_used + map.counts.cells_gated);
@@ -186,10 +186,10 @@ TEST(PlaneMap, RejectsWhatOnlyOnePatchSaw) {
   auto patches = make_patches({wall}, state, View{2000.0, pi, {}}, random);
   const PlaneMap left_out = build_plane_map(patches, state, two_lidars, {}, {}, {1, 0});
   EXPECT_TRUE(left_out.features.empty());
-  EXPECT_EQ(patches[0].cells.size(), left_out.counts.cells);
+  EXPECT_EQ(FinestCells(patches[0]).count(), left_out.counts.cells);
   EXPECT_EQ(0U, left_out.counts.cells_used);
   EXPECT_EQ(1U, left_out.counts.leaves_dropped);
-  patches[1].cells.clear();
+  patches[1] = cells_of({}, 0, 1);
   EXPECT_TRUE(map_of(patches, state).features.empty());
 }
 
@@ -262,7 +262,7 @@ TEST_P(PersonBeforeAWall, IsLeftOutWhileTheWallStays) {
       const SE3 T = state.T_G_sensor(1, 0).inverse();
       std::vector<Point> seen;
       for (const Vector3d& p_G : body) seen.push_back(measured(T * p_G, NoiseModel{}, random));
-      cells_of_person = cells_of(seen, 0, 1).cells.size();
+      cells_of_person = FinestCells(cells_of(seen, 0, 1)).count();
       points.insert(points.end(), seen.begin(), seen.end());
     }
     patches.push_back(cells_of(points, 0, j));
