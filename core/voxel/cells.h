@@ -37,8 +37,8 @@ struct PatchCells {
   int stop = 0;
   std::uint64_t points = 0;  ///< Points that went in.
   std::vector<Cell> cells;
-  /// Where two surfaces meet, a cell belongs to neither: such ones are here once more, by octants. Sparse: most cells
-  /// of built surroundings are flat. Ascending by cell.
+  /// Where two surfaces meet, a cell belongs to neither: such ones are here once more, by octants. Ascending by
+  /// cell.
   std::vector<DividedCell> divided;
   std::vector<Cell> parts;
   std::vector<Point> thinned;  ///< One point for each 2 cm, for the fused map; empty unless asked for.

@@ -12,6 +12,7 @@
 #include "apps/bound/bound_experiment.h"
 #include "apps/bound/light_rig_bound.h"
 #include "core/geometry/numeric_derivative.h"
+#include "simdata/random_rig.h"
 #include "simdata/scene_file.h"
 #include "tests/support/schema_check.h"
 
@@ -163,6 +164,26 @@ TEST(BoundOfLightRig, FallsWithTheShotsAndRisesWhereSurfacesAreInPieces) {
   EXPECT_NEAR(trace(4000, 1.3, {}) / whole, 1.69, 0.02) << "but for the millimetres of the wire";
   EXPECT_GT(trace(4000, 1.0, {2.0}), whole);
   EXPECT_GT(trace(4000, 1.0, {0.5}), 1.1 * trace(4000, 1.0, {2.0}));
+}
+
+// With a wrong place in the scene, shots would stand off the surfaces behind them and be left out.
+TEST(BoundOfLightRig, KnowsWhereARandomRigStands) {
+  const auto scene = sim::load_scene("room");
+  ASSERT_TRUE(scene) << scene.error().message();
+  sim::LightRigOptions options;
+  options.turntable.stops = 8;
+  options.shots_per_patch = 4000;
+  sim::RandomMounting mounting;
+  mounting.shares_surfaces = true;
+  const auto light = sim::make_random_rig(*scene, options, mounting);
+  ASSERT_TRUE(light) << light.error().message();
+  const auto bounds = bound_of_light_rig(*scene, *light);
+  ASSERT_EQ(bounds.size(), 4U);
+  for (std::size_t i = 1; i < bounds.size(); ++i) {
+    ASSERT_TRUE(bounds[i]) << i;
+    EXPECT_GT(std::sqrt(bounds[i]->diagonal().tail<3>().sum()), 1e-4) << i;
+    EXPECT_LT(std::sqrt(bounds[i]->diagonal().tail<3>().sum()), 5e-3) << i;
+  }
 }
 
 TEST(BoundFigures, AreRootMeanSquaresOverEachLidarsOwnBound) {

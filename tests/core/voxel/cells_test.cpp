@@ -225,9 +225,13 @@ TEST(Cells, HaveAllTheirPointsInTheirParts) {
     const std::size_t end = k + 1 < patch.divided.size() ? patch.divided[k + 1].first_part : patch.parts.size();
     double N = 0.0;
     Matrix3d scatter = Matrix3d::Zero();
+    std::set<Voxel> octants;
     for (std::size_t i = patch.divided[k].first_part; i < end; ++i) {
       const Cell& part = patch.parts[i];
       const Vector3d d = part.mean - whole.mean;
+      const Eigen::Array3d octant = (part.mean / 0.1).array().floor();
+      EXPECT_TRUE(octants.insert({std::lround(octant[0]), std::lround(octant[1]), std::lround(octant[2])}).second);
+      EXPECT_TRUE(((octant / 2.0).floor() == (whole.mean / 0.2).array().floor()).all()) << "inside the cell";
       N += part.N;
       scatter += part.scatter_matrix() + part.N * d * d.transpose();
     }
