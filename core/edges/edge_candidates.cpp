@@ -22,10 +22,10 @@ struct Leaf {
       reach_m;  // how far beyond its own middle it may be met: leaves know the size of their voxel, not their outline
 };
 
-std::vector<Leaf> unmerged(const std::vector<PlaneFeature>& features) {
+std::vector<Leaf> unmerged(const std::vector<PlaneFeature>& features, double min_size_m) {
   std::vector<Leaf> leaves;
   for (const PlaneFeature& f : features) {
-    if (f.merged) continue;
+    if (f.merged || f.size_m < min_size_m) continue;
     leaves.push_back({f.center_G, {f.normal_G, f.normal_G.dot(f.center_G)}, 0.9 * f.size_m + 0.15});
   }
   return leaves;
@@ -188,7 +188,7 @@ Line3 intersect(const WorldPlane& a, const WorldPlane& b, const Vector3d& near) 
 }
 
 std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features, const LidarEdgeOptions& options) {
-  const std::vector<Leaf> leaves = unmerged(features);
+  const std::vector<Leaf> leaves = unmerged(features, options.min_leaf_m);
   const std::vector<Candidate> candidates = all_candidates(leaves, options);
   std::vector<KeyedIndex> order(candidates.size());
   for (std::uint32_t i = 0; i < candidates.size(); ++i) order[i] = {candidates[i].key, i};

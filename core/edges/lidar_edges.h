@@ -24,6 +24,7 @@ struct LidarEdge {
 
 struct LidarEdgeOptions {
   double min_angle_rad = to_rad(60.0);  ///< Between the faces.
+  double min_leaf_m = 0.25;             ///< Smaller leaves are strips along an edge: their normals are not sure.
   double piece_m = 0.5;                 ///< Length over which the faces are fitted anew.
   double reach_m = 0.4;                 ///< How far from the edge the faces are fitted.
   double footprint_m = 0.06;  ///< The beam's width rounds the edge: points so near to the other face are not used.

@@ -64,7 +64,6 @@ Cell cell_of(const Sums& s) {
 constexpr double rounding_variance = 1e-6 / 12.0;
 // Fewer points tell no corner from noise.
 constexpr double least_points = 8.0;
-constexpr double least_share = 0.05;
 // Of the octants' middles about the cell's plane, over what their own thickness lets expect. Many a flat cell comes out
 // above it, which takes time and no accuracy; with more, corners stay whole (docs/decisions/026).
 constexpr double most_bent = 1.5;
@@ -72,16 +71,16 @@ constexpr double most_bent = 1.5;
 // Whether the octants of a cell lie in one plane as far as their own thickness tells: variance between them over
 // variance within. Any plane goes through three: those few are told apart rather than judged.
 bool is_flat(const Cell& whole, const std::array<const Sums*, octants>& parts) {
-  // A few points beyond an octant's face are the tail of the noise.
-  const auto counts = [&](const Sums* part) { return part != nullptr && part->n >= least_share * whole.N; };
-  const auto groups = static_cast<double>(std::count_if(parts.begin(), parts.end(), counts));
+  const auto groups =
+      static_cast<double>(octants) - static_cast<double>(std::count(parts.begin(), parts.end(), nullptr));
   if (groups < 2.0 || whole.N < least_points) return true;
   if (groups < 4.0) return false;
   const SymmetricEigen eigen = symmetric_eigen_fast(whole.scatter_matrix());
   const Vector3d u = eigen.vectors.col(0);
   double between = 0.0;
   for (const Sums* part : parts) {
-    if (!counts(part)) continue;
+    // An octant of a few points may be the edge of another surface, as of a wall below a ceiling: it counts too.
+    if (part == nullptr) continue;
     const double off = (u.x() * part->vx + u.y() * part->vy + u.z() * part->vz) / part->n - u.dot(whole.mean);
     between += part->n * off * off;
   }

@@ -13,7 +13,7 @@ namespace rigcal {
 /// When the points of a voxel are a plane, and which of them belong to it. Defaults hold from rooms to fields.
 struct PlaneMapOptions {
   double root_size_m = 2.0;
-  double min_size_m = 0.25;
+  double min_size_m = 0.125;
   double min_points = 30.0;
   std::size_t min_patches = 2;    ///< That see it: one alone says nothing about poses, but what it sees is there.
   double min_flatness = 8.0;      ///< Middle over smallest eigenvalue; larger values drop the sparse scenes' planes.

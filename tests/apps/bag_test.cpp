@@ -155,8 +155,9 @@ TEST_F(Bag, IsImportedWithEveryPointOfItsStopsAndItsImages) {
   EXPECT_TRUE(text_of("imported/trajectory.tum") == text_of("exported/trajectory.tum"));
   ASSERT_LE(rigcal("calibrate imported --out from_imported --quiet").code, 1);
   ASSERT_LE(rigcal("calibrate run.bag --rig rig.yaml --out from_bag --quiet").code, 1);
-  // The rotations between the stops have gone through a trajectory's quaternions: equal but for their last bits.
-  EXPECT_THAT(mid40("from_imported/extrinsics.yaml"), SE3Near(mid40("from_bag/extrinsics.yaml"), 1e-6, 1e-4));
+  // The rotations between the stops have gone through a trajectory: the starts are micrometres apart, so that a cell or
+  // two of 300 000 may fall into another voxel. Sigma is 0.6 mm.
+  EXPECT_THAT(mid40("from_imported/extrinsics.yaml"), SE3Near(mid40("from_bag/extrinsics.yaml"), 2e-5, 0.02));
 }
 
 TEST_F(Bag, ADumpIsImportedToTheLastDatagram) {

@@ -136,6 +136,15 @@ TEST(LidarEdges, AreTheSameWithOneThreadAndTwo) {
   }
 }
 
+TEST(LidarEdges, ComeFromNoStrips) {
+  SeenRoom room(1);
+  for (PlaneFeature& leaf : room.map.features) leaf.size_m = 0.125;
+  EXPECT_TRUE(edge_candidates(room.map.features, {}).empty());
+  LidarEdgeOptions options;
+  options.min_leaf_m = 0.125;
+  EXPECT_FALSE(edge_candidates(room.map.features, options).empty());
+}
+
 TEST(LidarEdges, NothingComesFromNothing) { EXPECT_TRUE(find_lidar_edges({}, {}, {}, {}, {}, {}).empty()); }
 
 TEST(Intersect, IsOnBothPlanesNextToThePoint) {
