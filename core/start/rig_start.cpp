@@ -31,6 +31,15 @@ constexpr double min_own_score = 0.1;
 constexpr double turning_agreement = 0.85;
 // By how much more must, to believe so.
 constexpr double clear_gain = 0.02;
+// Times that a drive is gone through again with what all LiDARs saw.
+constexpr int most_drives = 3;
+// What they saw lies better on itself then by this, where the poses are others: the same ones agree to a thousandth.
+constexpr double drive_gain = 0.003;
+// Of what the LiDARs of a table that turned saw, so much lies on what they saw from other stops, unless it did not.
+constexpr double table_agreement = 0.94;
+// A stop that stands elsewhere by this has moved; so much of the squares of the normals must lie along its way.
+constexpr double elsewhere_m = 0.1;
+constexpr double told_share = 0.03;
 // How far off what is aligned may be: as it was placed; where that is doubtful.
 constexpr double near_m = 0.12;
 constexpr double far_m = 0.3;
@@ -283,6 +292,112 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
   }
 }
 
+// All LiDARs, by their guesses or without, and then everything laid on each other. False when it was stopped.
+bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                  const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
+  const auto lidars = static_cast<std::size_t>(input.lidars);
+  start.matches.assign(lidars, {});
+  start.shape_matches.assign(lidars, {});
+  start.lidar_known.assign(lidars, 0);
+  start.lidar_known[static_cast<std::size_t>(input.base)] = 1;
+  start.state.T_base_sensor.assign(lidars, SE3{});
+  for (std::size_t i = 0; i < lidars; ++i) {
+    if (input.guess_T_base_sensor[i]) start.state.T_base_sensor[i] = *input.guess_T_base_sensor[i];
+  }
+  std::vector<PlacedSurfel> map;
+  for (const PatchSurfels& p : base_patches) {
+    const SE3& T = start.state.T_G_base[static_cast<std::size_t>(p.stop)];
+    for (const Surfel& s : p.surfels) map.push_back({T * s.mean, T.R * s.normal, p.stop});
+  }
+  if (map.size() < min_surfels) {
+    // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
+    for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
+    align_all(input, patches, near_m, start);
+    return true;
+  }
+  const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
+  const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
+  const std::optional<Vector3d> axis = axis_of(start);
+  for (int i = 0; i < input.lidars; ++i) {
+    const auto si = static_cast<std::size_t>(i);
+    if (i == input.base || !input.guess_T_base_sensor[si]) continue;
+    context.reporter.progress("start: extrinsics", static_cast<double>(i) / input.lidars);
+    start.matches[si] = place_lidar(input, patches, i, coarse, fine, axis, start);
+    if (start.matches[si].score < min_score) continue;
+    start.lidar_known[si] = 1;
+    start.state.T_base_sensor[si] = start.matches[si].X;
+    if (context.cancelled()) return false;
+  }
+  const Doubts doubts = place_without_guess(input, patches, start);
+  place_by_shapes(input, patches, start);
+  reconsider(
+      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, placed); }, start);
+  align_all(input, patches, near_m, start);
+  return true;
+}
+
+bool drove(const Start& start) {
+  const std::optional<TurnOfPoses> turn = turn_of_poses(start.state.T_G_base, start.stop_known);
+  return turn && turn->drove();
+}
+
+// The surfels of all LiDARs that are known as if the base had seen them, a patch a stop.
+std::vector<PatchSurfels> seen_by_rig(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                                      const Start& start) {
+  std::vector<PatchSurfels> out(static_cast<std::size_t>(input.stops));
+  for (const PatchSurfels& p : patches) {
+    const auto i = static_cast<std::size_t>(p.lidar);
+    if (!start.lidar_known[i] || !start.stop_known[static_cast<std::size_t>(p.stop)]) continue;
+    const SE3& T = start.state.T_base_sensor[i];
+    for (Surfel s : p.surfels) {
+      s.mean = T * s.mean;
+      s.normal = T.R * s.normal;
+      out[static_cast<std::size_t>(p.stop)].surfels.push_back(s);
+    }
+  }
+  for (int j = 0; j < input.stops; ++j) {
+    out[static_cast<std::size_t>(j)].lidar = input.base;
+    out[static_cast<std::size_t>(j)].stop = j;
+  }
+  std::erase_if(out, [](const PatchSurfels& p) { return p.surfels.empty(); });
+  return out;
+}
+
+// Whether surfaces tell of most of the stops that they stand there and not where they were thought to. Along a corridor
+// nothing does, and any places fit.
+bool are_told(const std::vector<PatchSurfels>& rig, const std::vector<SE3>& before, const std::vector<SE3>& after) {
+  std::size_t moved = 0;
+  std::size_t told = 0;
+  for (const PatchSurfels& p : rig) {
+    const auto j = static_cast<std::size_t>(p.stop);
+    const Vector3d way = after[j].t - before[j].t;
+    if (way.norm() < elsewhere_m) continue;
+    double facing = 0.0;
+    for (const Surfel& s : p.surfels) facing += std::pow((after[j].R * s.normal).dot(way.normalized()), 2);
+    ++moved;
+    if (facing >= told_share * static_cast<double>(p.surfels.size())) ++told;
+  }
+  return told > 0 && 2 * told >= moved;
+}
+
+// What one LiDAR saw from a stop may slide along a wall of what it saw before, and all later stops with it; it may even
+// have been taken for a turn in place. Together the LiDARs see more sides: where laying all that they saw on itself
+// gives other poses that fit it better, these are taken. True then.
+bool drive_with_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
+  const std::vector<PatchSurfels> rig = seen_by_rig(input, patches, start);
+  const double before = balanced_agreement(rig, start.state.T_G_base);
+  if (!drove(start) && before >= table_agreement) return false;
+  std::vector<Matrix3d> R_G_base;
+  for (const SE3& T : start.state.T_G_base) R_G_base.push_back(T.R);
+  Start other = start;
+  other.state.T_G_base = poses_of_drive(rig, R_G_base);
+  refine_stops(input, rig, other);
+  const double after = balanced_agreement(rig, other.state.T_G_base);
+  if (after <= before + drive_gain || !are_told(rig, start.state.T_G_base, other.state.T_G_base)) return false;
+  start.state.T_G_base = other.state.T_G_base;
+  return true;
+}
+
 }  // namespace
 
 std::vector<SE3> poses_from_first(const Start& start) {
@@ -300,14 +415,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   const std::vector<PatchSurfels> patches = thinned(all_patches, 24000, 300);
   Start start;
   const auto lidars = static_cast<std::size_t>(input.lidars);
-  start.matches.resize(lidars);
-  start.shape_matches.resize(lidars);
-  start.lidar_known.assign(lidars, 0);
   start.state.T_base_sensor.assign(lidars, SE3{});
-  start.lidar_known[static_cast<std::size_t>(input.base)] = 1;
-  for (std::size_t i = 0; i < lidars; ++i) {
-    if (input.guess_T_base_sensor[i]) start.state.T_base_sensor[i] = *input.guess_T_base_sensor[i];
-  }
   std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
   context.reporter.progress("start: poses", -1.0);
   place_stops(input, base_patches, start);
@@ -319,35 +427,14 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   }
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
 
-  std::vector<PlacedSurfel> map;
-  for (const PatchSurfels& p : base_patches) {
-    const SE3& T = start.state.T_G_base[static_cast<std::size_t>(p.stop)];
-    for (const Surfel& s : p.surfels) map.push_back({T * s.mean, T.R * s.normal, p.stop});
+  if (!place_lidars(input, patches, base_patches, context, start))
+    return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (input.trajectory.empty()) {
+    for (int round = 0; round < most_drives && drive_with_all(input, patches, start); ++round) {
+      if (!place_lidars(input, patches, base_patches, context, start))
+        return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    }
   }
-  if (map.size() < min_surfels) {
-    // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
-    for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
-    align_all(input, patches, near_m, start);
-    return start;
-  }
-  const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
-  const SurfelIndex fine(without_repetitions(map, 0.25), 0.5);
-  const std::optional<Vector3d> axis = axis_of(start);
-  for (int i = 0; i < input.lidars; ++i) {
-    const auto si = static_cast<std::size_t>(i);
-    if (i == input.base || !input.guess_T_base_sensor[si]) continue;
-    context.reporter.progress("start: extrinsics", static_cast<double>(i) / input.lidars);
-    start.matches[si] = place_lidar(input, patches, i, coarse, fine, axis, start);
-    if (start.matches[si].score < min_score) continue;
-    start.lidar_known[si] = 1;
-    start.state.T_base_sensor[si] = start.matches[si].X;
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
-  }
-  const Doubts doubts = place_without_guess(input, patches, start);
-  place_by_shapes(input, patches, start);
-  reconsider(
-      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, placed); }, start);
-  align_all(input, patches, near_m, start);
   return start;
 }
 

@@ -49,6 +49,15 @@ TEST(TryStarts, FindsTheHeightThatAGuessIsFarFrom) {
   EXPECT_EQ(1, row.right) << testing::PrintToString(row.misses);
 }
 
+// What the base alone saw of a drive slid along a wall by half a metre and more (20050), or was taken for a turn in
+// place (20071).
+TEST(TryStarts, FindsTheWayOfADriveByAllLidars) {
+  for (const std::uint64_t seed : {20050U, 20071U}) {
+    const StartRow row = tried("figure8", seed);
+    EXPECT_EQ(1, row.right) << testing::PrintToString(row.misses);
+  }
+}
+
 // A height by table tops instead of the floor (9031, 9091), a turn of the stops that one LiDAR alone leaves loose
 // (9136), its axis the wrong way round (9104), stops that drifted (9167).
 TEST(TryStarts, FindsRigsThatOnlyAllLidarsTogetherTell) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/start/drive.h"
@@ -114,6 +115,27 @@ TEST(FindStart, FindsLidarsWithoutAGuessOnAVehicleThatDrives) {
   for (std::size_t i = 1; i < 4; ++i) {
     EXPECT_TRUE(start->lidar_known[i]) << i;
     EXPECT_THAT(start->state.T_base_sensor[i], SE3Near(run.truth.T_base_sensor[i], 0.5, 60.0)) << "lidar " << i;
+  }
+}
+
+double farthest_off(const std::vector<SE3>& poses, const std::vector<SE3>& truth) {
+  double worst = 0.0;
+  for (std::size_t j = 0; j < truth.size(); ++j) worst = std::max(worst, (poses[j].t - truth[j].t).norm());
+  return worst;
+}
+
+// A base that looks anywhere sees one wall and the ceiling from some stops, and slides along both.
+TEST(FindStart, PlacesTheStopsOfADriveByWhatAllLidarsSaw) {
+  for (const std::uint64_t seed : {3, 4}) {
+    ThrownRig rig = driven("room", seed, 1.2);
+    rig.give_gyro();
+    std::vector<Matrix3d> R;
+    for (const SE3& T : rig.truth.T_G_base) R.push_back(T.R);
+    EXPECT_GT(farthest_off(poses_of_drive(rig.patches_of(0), R), rig.truth.T_G_base), 0.5) << seed;
+    SilentReporter reporter;
+    const auto start = find_start(rig.input, rig.surfels, RunContext{reporter});
+    ASSERT_TRUE(start);
+    EXPECT_LT(farthest_off(start->state.T_G_base, rig.truth.T_G_base), 0.1) << seed;
   }
 }
 
