@@ -42,10 +42,10 @@ struct Start {
 /// Poses of the rig by stop, T_first_base: seen from the first stop that is known.
 [[nodiscard]] std::vector<SE3> poses_from_first(const Start& start);
 
-/// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else from the gyro's rotations and a foot
-/// point found from the scene, else by a search about the axis, which is searched for where it is not known; then each
-/// LiDAR with a guess is laid on the base's map around it, by surfels or, where they are few, by the shapes of all its
-/// cells; one without a guess where its own panorama meets the base's; then all surfels on each other.
+/// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else by the gyro about a foot that the
+/// scene shows, else by a search about the axis; then each LiDAR with a guess is laid on the base's map around it, by
+/// surfels or, where few, by shapes, one without where its own panorama meets the base's; then all surfels on each
+/// other. Stops of a drive are then placed by what all LiDARs saw, and the LiDARs anew, while that fits better.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 
