@@ -29,6 +29,16 @@ void allow_unevenness(double floor_m, PlaneMapOptions& map) {
   map.max_chi2 = 3.0;
 }
 
+// Where ranges show no error of their own, surfaces count as flat as they show themselves to be; `floor_m` is what the
+// pass before saw beyond noise, none before the first.
+constexpr double least_floor_m = 0.0003;
+constexpr double least_trusted_leaf_m = 0.5;
+
+void trust(const std::optional<double>& floor_m, RefinePass& pass) {
+  pass.trust_noise = true;
+  if (floor_m) pass.map.offset_floor_m = std::clamp(*floor_m, least_floor_m, pass.map.offset_floor_m);
+}
+
 // How far the start's poses may be off.
 constexpr double start_prior_m = 0.1;
 constexpr double start_prior_rad = to_rad(1.0);
@@ -228,7 +238,10 @@ class Calibration {
     for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
-      if (!loose) allow_unevenness(floor_m_, pass.map);
+      if (!loose) {
+        if (trust_noise_) trust(floor_at_gates_m_, pass);
+        allow_unevenness(floor_m_, pass.map);
+      }
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
       if (options_.on_pass) options_.on_pass(name, solution_.state);
@@ -238,6 +251,10 @@ class Calibration {
       solution_.refined = std::move(*refined);
       // Before the gates select what agrees.
       if (loose) floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
+      if (!loose) {
+        floor_at_gates_m_ =
+            unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m, least_trusted_leaf_m);
+      }
       solution_.unevenness_m = floor_m_ < uneven_m ? 0.0 : floor_m_;
       if (!loose && solution_.refined.converged) break;
     }
@@ -361,6 +378,7 @@ class Calibration {
     for (int round = 0; round < most_range_rounds; ++round) {
       const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_);
       if (!offsets) break;
+      trust_noise_ = false;
       shorten_ranges(recording_, *offsets, solution_);
       const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,
                                   std::vector<RefinePass>(passes.begin() + 1, passes.end()));
@@ -398,6 +416,8 @@ class Calibration {
   std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
   double floor_m_ = 0.0;  // seen by the last loose pass; stages of tight ones keep it
+  std::optional<double> floor_at_gates_m_;  // seen by the last tight one
+  bool trust_noise_ = true;
   StageClock clock_;
 };
 

@@ -190,15 +190,16 @@ class Merger {
     double total = 0.0;
     double total2 = 0.0;
     double squares = 0.0;
+    double noise2 = 0.0;
     for (const std::size_t i : members) {
       const double w = weight(i);
       total += w;
       total2 += w * w;
       squares += w * std::pow(plane.normal.dot(leaves_[i].center_G - plane.center), 2);
+      noise2 += w / information_[i];
     }
     const double as_many = total * total / total2;
-    const double flatness2 =
-        squares / total * as_many / std::max(1.0, as_many - 3.0) + options_.min_flatness_m * options_.min_flatness_m;
+    const double uneven2 = unevenness2(squares / total * as_many / std::max(1.0, as_many - 3.0), noise2 / total, as_many);
     // Information of each block of the surface, to be brought down to one measurement of that flatness.
     const Vector3d t1 = plane.normal.unitOrthogonal();
     const Vector3d t2 = plane.normal.cross(t1);
@@ -212,11 +213,11 @@ class Merger {
     std::map<std::pair<int, int>, std::vector<Part>> by_patch;
     for (const std::size_t i : members) {
       PlaneFeature& leaf = leaves_[i];
-      leaf.counted_again = 1.0 / (1.0 + block_information[block_of(leaf)] * flatness2);
+      leaf.merged_share = 1.0 / (1.0 + block_information[block_of(leaf)] * uneven2);
       for (std::size_t k = 0; k < leaf.observations.size(); ++k) {
         const PlaneObservation& o = leaf.observations[k];
         const RayMoments* rays = leaf.rays.empty() ? nullptr : &leaf.rays[k];
-        by_patch[{o.stop, o.lidar}].push_back({&o, rays, leaf.counted_again});
+        by_patch[{o.stop, o.lidar}].push_back({&o, rays, leaf.merged_share});
       }
     }
     PlaneFeature out;
@@ -227,7 +228,18 @@ class Merger {
       out.observations.push_back(sum_of(patch, parts));
       if (parts.front().rays != nullptr) out.rays.push_back(rays_of(parts, out.observations.back()));
     }
+    for (const std::size_t i : members) {
+      for (PlaneObservation& o : leaves_[i].observations) o.weight *= 1.0 - leaves_[i].merged_share;
+    }
     return out;
+  }
+
+  // Of the surface, m^2: from the mean square that `as_many` leaves stand off it, and that which their noise lets expect.
+  [[nodiscard]] double unevenness2(double seen2, double noise2, double as_many) const {
+    const double least2 = options_.min_flatness_m * options_.min_flatness_m;
+    if (!options_.trust_noise) return seen2 + least2;
+    // Chance may hide as much as the mean square itself is unsure of.
+    return std::max(0.0, seen2 - noise2) + std::sqrt(2.0 / as_many) * noise2 + least2 / 25.0;
   }
 
   struct Part {

@@ -11,6 +11,10 @@ struct MergeOptions {
   double max_normal_angle_rad = to_rad(3.0);
   double block_m = 2.0;            ///< Unevenness is taken as one over blocks of this size.
   double min_flatness_m = 0.0005;  ///< No wall is flatter.
+  /// Takes what noise explains off what leaves stand off, down to a fifth of `min_flatness_m`; else all that they
+  /// stand off is unevenness, and more. For units whose ranges have shown no error of their own: such an error bends
+  /// all walls alike, and leaves of one wall agree in it.
+  bool trust_noise = false;
   double max_extent_m = 40.0;
 };
 
@@ -18,8 +22,8 @@ struct MergeOptions {
 /// turns in place sees every wall from one side only, so small planes leave its tilt against the axis nearly open (the
 /// world may bend into a cone); that a floor is flat across the whole room closes it. How flat is taken from the leaves
 /// themselves: each block of a merged plane weighs no more than one measurement with the spread of the leaves around
-/// it. Planes of fewer than four leaves are left alone. The leaves are told how much of them counts
-/// twice now (`counted_again`). Deterministic.
+/// it. Planes of fewer than four leaves are left alone. What a merged plane takes over of a leaf (`merged_share`) its
+/// observations weigh less, so that nothing counts twice. Deterministic.
 [[nodiscard]] std::vector<PlaneFeature> merge_coplanar(std::vector<PlaneFeature>& leaves, const MergeOptions& options);
 
 }  // namespace rigcal

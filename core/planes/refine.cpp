@@ -107,6 +107,7 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     if (pass.merge_tolerance_m > 0.0) {
       MergeOptions merge;
       merge.tolerance_m = pass.merge_tolerance_m;
+      merge.trust_noise = pass.trust_noise;
       std::vector<PlaneFeature> merged = merge_coplanar(summary.map.features, merge);
       std::move(merged.begin(), merged.end(), std::back_inserter(summary.map.features));
     }
@@ -130,12 +131,12 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
   return summary;
 }
 
-double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m) {
+double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m, double least_leaf_m) {
   // Squares over their freedom, and what noise alone gives: medians of both.
   std::vector<double> squares;
   std::vector<double> expected;
   for (const PlaneFeature& feature : map.features) {
-    if (feature.merged) continue;
+    if (feature.merged || feature.size_m < least_leaf_m) continue;
     for_each_offset(feature, state, [&](const PlaneObservation& o, double e, double freedom) {
       if (freedom < 0.1) return;
       squares.push_back(e * e / freedom);

@@ -16,6 +16,7 @@ struct RefinePass {
   /// Leaves this near to one plane hold each other; 0: none does. Nearer ones alone would be those that agree with
   /// where everything stands by now, and hold it there.
   double merge_tolerance_m = 0.012;
+  bool trust_noise = false;  ///< See MergeOptions.
   int iterations = 6;
 };
 
@@ -54,9 +55,11 @@ struct RefineInput {
                                              RigState& state);
 
 /// What real surfaces are not, m (1 sigma): by how much the LiDARs' clusters stand off their common planes beyond what
-/// noise explains. From a map with loose gates, where nothing is selected for agreeing; a median, so that false
-/// partners do not count. 0 with fewer than 30 observations.
-[[nodiscard]] double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m);
+/// noise explains; a median, so that false partners do not count. Of unevenness that gates might cut off only a map
+/// with loose ones tells. Smaller leaves than `least_leaf_m` lie where surfaces meet and do not count. 0 with fewer
+/// than 30 observations.
+[[nodiscard]] double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m,
+                                        double least_leaf_m = 0.0);
 
 /// Frame for the grid made from the planes themselves, so that it does not depend on which LiDAR is the base: z along
 /// the strongest normal, x along the strongest across it, origin at the centroid. `normals` and `centers` in G,

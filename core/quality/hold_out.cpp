@@ -81,7 +81,7 @@ std::vector<PlaneFeature> planes_without(const std::vector<PlaneFeature>& featur
     rest.normal_G = whole.normal_G;
     rest.size_m = whole.size_m;
     rest.merged = whole.merged;
-    rest.counted_again = whole.counted_again;
+    rest.merged_share = whole.merged_share;
   }
   return kept;
 }

@@ -32,7 +32,7 @@ struct PlaneFeature {
   Vector3d normal_G = Vector3d::UnitZ();
   double size_m = 0.0;         ///< Edge of the voxel that holds it.
   bool merged = false;         ///< Made of several leaves (core/planes/merge_planes.h), not of points anew.
-  double counted_again = 0.0;  ///< Of a leaf: the share of its weight that a merged plane adds once more.
+  double merged_share = 0.0;   ///< Of a leaf: the share of its weight that a merged plane has taken over.
 };
 
 }  // namespace rigcal

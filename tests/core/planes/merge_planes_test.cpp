@@ -42,7 +42,7 @@ TEST(MergeCoplanar, MakesOneFeatureOfThePiecesOfAFloor) {
   EXPECT_TRUE(merged[0].merged);
   EXPECT_NEAR(std::abs(merged[0].normal_G.z()), 1.0, 1e-9);
   ASSERT_EQ(merged[0].observations.size(), 2U) << "one for each patch";
-  EXPECT_GT(leaves[0].counted_again, 0.5);
+  EXPECT_GT(leaves[0].merged_share, 0.5);
 }
 
 TEST(MergeCoplanar, CountsUnevenPiecesLess) {
@@ -50,7 +50,7 @@ TEST(MergeCoplanar, CountsUnevenPiecesLess) {
   std::vector<PlaneFeature> uneven = large_pieces(0.002);
   ASSERT_EQ(merge_coplanar(flat, {}).size(), 1U);
   ASSERT_EQ(merge_coplanar(uneven, {}).size(), 1U);
-  EXPECT_LT(uneven[0].counted_again, 0.2 * flat[0].counted_again);
+  EXPECT_LT(uneven[0].merged_share, 0.2 * flat[0].counted_again);
 }
 
 // Small pieces stand off by their own noise, however flat the floor is.
@@ -60,7 +60,7 @@ TEST(MergeCoplanar, DoesNotTakeTheNoiseOfSmallPiecesForUnevenness) {
   std::vector<PlaneFeature> all = large_pieces(0.0);
   for (int i = 0; i < 40; ++i) all.push_back(leaf({0.15 * i, 7.5, i % 2 == 0 ? 0.004 : -0.004}, 0.25, 0.004));
   ASSERT_EQ(merge_coplanar(all, {}).size(), 1U);
-  EXPECT_GT(all[0].counted_again, 0.9 * large[0].counted_again);
+  EXPECT_GT(all[0].merged_share, 0.9 * large[0].counted_again);
 }
 
 }  // namespace
