@@ -415,7 +415,7 @@ class Calibration {
   int solving_ = 0;                                // the LiDAR in whose frame it is solved
   std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
-  double floor_m_ = 0.0;  // seen by the last loose pass; stages of tight ones keep it
+  double floor_m_ = 0.0;                    // seen by the last loose pass; stages of tight ones keep it
   std::optional<double> floor_at_gates_m_;  // seen by the last tight one
   bool trust_noise_ = true;
   StageClock clock_;

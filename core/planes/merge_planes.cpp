@@ -117,6 +117,9 @@ class FreeLeaves {
   std::array<std::vector<double>, 3> normal_;
 };
 
+// How much farther out is looked with each step.
+constexpr double growth = 1.6;
+
 class Merger {
  public:
   Merger(std::vector<PlaneFeature>& leaves, const MergeOptions& options)
@@ -147,13 +150,22 @@ class Merger {
   // Farther and farther out, so that the tilt of the first small piece does not decide.
   std::vector<std::size_t> grow(std::size_t seed, Plane& plane) const {
     const Vector3d origin = leaves_[seed].center_G;
-    std::vector<std::size_t> members;
-    for (double radius = 2.0 * leaves_[seed].size_m;; radius *= 1.6) {
-      const bool last = radius >= options_.max_extent_m;
-      members = inliers(plane, origin, radius);
-      if (members.size() < 3 && last) return members;
+    double radius = 2.0 * leaves_[seed].size_m;
+    double farthest = radius;
+    while (farthest < options_.max_extent_m) farthest *= growth;
+    // The plane stays as it is until three are near: those of all radii up to there are among these, and most seeds
+    // have no more.
+    const std::vector<std::size_t> reach = inliers(plane, origin, farthest);
+    if (reach.size() < 3) return reach;
+    while (std::count_if(reach.begin(), reach.end(), [&](std::size_t i) {
+             return (leaves_[i].center_G - origin).squaredNorm() <= radius * radius;
+           }) < 3)
+      radius *= growth;
+    while (true) {
+      const std::vector<std::size_t> members = inliers(plane, origin, radius);
       if (members.size() >= 3) refit(members, plane);
-      if (last) return inliers(plane, origin, radius);
+      if (radius >= farthest) return members.size() < 3 ? members : inliers(plane, origin, radius);
+      radius *= growth;
     }
   }
 
@@ -199,7 +211,8 @@ class Merger {
       noise2 += w / information_[i];
     }
     const double as_many = total * total / total2;
-    const double uneven2 = unevenness2(squares / total * as_many / std::max(1.0, as_many - 3.0), noise2 / total, as_many);
+    const double uneven2 =
+        unevenness2(squares / total * as_many / std::max(1.0, as_many - 3.0), noise2 / total, as_many);
     // Information of each block of the surface, to be brought down to one measurement of that flatness.
     const Vector3d t1 = plane.normal.unitOrthogonal();
     const Vector3d t2 = plane.normal.cross(t1);
@@ -234,7 +247,8 @@ class Merger {
     return out;
   }
 
-  // Of the surface, m^2: from the mean square that `as_many` leaves stand off it, and that which their noise lets expect.
+  // Of the surface, m^2: from the mean square that `as_many` leaves stand off it, and that which their noise lets
+  // expect.
   [[nodiscard]] double unevenness2(double seen2, double noise2, double as_many) const {
     const double least2 = options_.min_flatness_m * options_.min_flatness_m;
     if (!options_.trust_noise) return seen2 + least2;

@@ -15,6 +15,9 @@ namespace {
 // A tenth of what any rig could be calibrated to; below it passes only shuffle cells at the voxels' borders.
 constexpr double settled_m = 1e-4;
 constexpr double settled_rad = 1e-5;
+// Of a step within a pass that is its last, likewise: the next map changes more than is left.
+constexpr double last_step_m = 0.02 * settled_m;
+constexpr double last_step_rad = 0.02 * settled_rad;
 
 // Some directions, looked at together.
 using Lanes = EightLanes;
@@ -114,6 +117,8 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     const RigState before = state;
     AdjustOptions options = input.adjust;
     options.max_iterations = pass.iterations;
+    options.translation_tolerance_m = last_step_m;
+    options.rotation_tolerance_rad = last_step_rad;
     const AdjustSummary adjusted = adjust(summary.map.features, layout, options, state);
     summary.iterations += adjusted.iterations;
     summary.cost_before = adjusted.cost_before;

@@ -30,9 +30,9 @@ struct PlaneFeature {
   std::vector<RayMoments> rays;  ///< One for each observation where the map was asked for them; else empty.
   Vector3d center_G = Vector3d::Zero();
   Vector3d normal_G = Vector3d::UnitZ();
-  double size_m = 0.0;         ///< Edge of the voxel that holds it.
-  bool merged = false;         ///< Made of several leaves (core/planes/merge_planes.h), not of points anew.
-  double merged_share = 0.0;   ///< Of a leaf: the share of its weight that a merged plane has taken over.
+  double size_m = 0.0;        ///< Edge of the voxel that holds it.
+  bool merged = false;        ///< Made of several leaves (core/planes/merge_planes.h), not of points anew.
+  double merged_share = 0.0;  ///< Of a leaf: the share of its weight that a merged plane has taken over.
 };
 
 }  // namespace rigcal

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <span>
 
 #include "core/base/floor_of.h"
@@ -76,24 +75,22 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
   return handles;
 }
 
-std::unique_ptr<WorldCell[]> world_cells(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
-                                         const std::vector<Handle>& handles) {
+// Moves those of one root voxel to the world: all at once they would not fit the caches.
+void to_world(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
+              std::span<const Handle> handles, std::vector<WorldCell>& out) {
   constexpr std::size_t ahead = 12;  // of the cell at hand: they lie all over the memory
-  auto out = std::make_unique_for_overwrite<WorldCell[]>(handles.size());
-  parallel_for(handles.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i + ahead < end) {
-        const Cell* next = &FinestCells(patches[handles[i + ahead].patch])[handles[i + ahead].cell];
-        __builtin_prefetch(next);
-        __builtin_prefetch(next->scatter.data() + 5);
-      }
-      const Handle& handle = handles[i];
-      const Cell& cell = FinestCells(patches[handle.patch])[handle.cell];
-      const SE3& T = T_G_sensor[handle.patch];
-      out[i] = {handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell)};
+  out.clear();
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    if (i + ahead < handles.size()) {
+      const Cell* next = &FinestCells(patches[handles[i + ahead].patch])[handles[i + ahead].cell];
+      __builtin_prefetch(next);
+      __builtin_prefetch(next->scatter.data() + 5);
     }
-  });
-  return out;
+    const Handle& handle = handles[i];
+    const Cell& cell = FinestCells(patches[handle.patch])[handle.cell];
+    const SE3& T = T_G_sensor[handle.patch];
+    out.push_back({handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell)});
+  }
 }
 
 // One root voxel, split from the top.
@@ -166,21 +163,21 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (i == 0 || handles[i].key >> (3 * levels) != handles[i - 1].key >> (3 * levels)) roots.push_back(i);
   }
-  const std::unique_ptr<WorldCell[]> room = world_cells(patches, T_G_sensor, handles);
-  const std::span<const WorldCell> cells(room.get(), handles.size());
-  roots.push_back(cells.size());
+  roots.push_back(handles.size());
   const GateContext context{patches, state, noise, options};
   constexpr std::size_t grain = 8;
   const std::size_t count = roots.size() - 1;
   std::vector<PlaneMap> parts((count + grain - 1) / grain);
   parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
     RootSplitter splitter(context, parts[begin / grain]);
+    thread_local std::vector<WorldCell> cells;
     for (std::size_t r = begin; r < end; ++r) {
-      splitter.split(cells.subspan(roots[r], roots[r + 1] - roots[r]), levels, options.root_size_m);
+      to_world(patches, T_G_sensor, std::span(handles).subspan(roots[r], roots[r + 1] - roots[r]), cells);
+      splitter.split(cells, levels, options.root_size_m);
     }
   });
   PlaneMap map;
-  map.counts.cells = cells.size();
+  map.counts.cells = handles.size();
   for (PlaneMap& part : parts) {
     std::move(part.features.begin(), part.features.end(), std::back_inserter(map.features));
     map.counts.cells_used += part.counts.cells_used;

@@ -50,7 +50,7 @@ TEST(MergeCoplanar, CountsUnevenPiecesLess) {
   std::vector<PlaneFeature> uneven = large_pieces(0.002);
   ASSERT_EQ(merge_coplanar(flat, {}).size(), 1U);
   ASSERT_EQ(merge_coplanar(uneven, {}).size(), 1U);
-  EXPECT_LT(uneven[0].merged_share, 0.2 * flat[0].counted_again);
+  EXPECT_LT(uneven[0].merged_share, 0.2 * flat[0].merged_share);
 }
 
 // Small pieces stand off by their own noise, however flat the floor is.
@@ -60,7 +60,38 @@ TEST(MergeCoplanar, DoesNotTakeTheNoiseOfSmallPiecesForUnevenness) {
   std::vector<PlaneFeature> all = large_pieces(0.0);
   for (int i = 0; i < 40; ++i) all.push_back(leaf({0.15 * i, 7.5, i % 2 == 0 ? 0.004 : -0.004}, 0.25, 0.004));
   ASSERT_EQ(merge_coplanar(all, {}).size(), 1U);
-  EXPECT_GT(all[0].merged_share, 0.9 * large[0].counted_again);
+  EXPECT_GT(all[0].merged_share, 0.9 * large[0].merged_share);
+}
+
+double weight_of(const std::vector<PlaneFeature>& features) {
+  double sum = 0.0;
+  for (const PlaneFeature& feature : features) {
+    for (const PlaneObservation& o : feature.observations) sum += o.N * o.weight;
+  }
+  return sum;
+}
+
+TEST(MergeCoplanar, TakesOverWeightAndCountsNothingTwice) {
+  std::vector<PlaneFeature> leaves = large_pieces(0.001);
+  const double before = weight_of(leaves);
+  const std::vector<PlaneFeature> merged = merge_coplanar(leaves, {});
+  ASSERT_EQ(merged.size(), 1U);
+  EXPECT_GT(weight_of(merged), 0.1 * before);
+  EXPECT_NEAR(weight_of(leaves) + weight_of(merged), before, 1e-9 * before);
+}
+
+// Pieces known to 0.7 mm that stand 0.7 mm off show no unevenness; such that stand 2 mm off do.
+TEST(MergeCoplanar, TakesNoiseForNoiseWhereItIsTrusted) {
+  MergeOptions trusting;
+  trusting.trust_noise = true;
+  std::vector<PlaneFeature> noisy = large_pieces(0.0007);
+  std::vector<PlaneFeature> noisy_trusted = noisy;
+  std::vector<PlaneFeature> uneven = large_pieces(0.002);
+  ASSERT_EQ(merge_coplanar(noisy, {}).size(), 1U);
+  ASSERT_EQ(merge_coplanar(noisy_trusted, trusting).size(), 1U);
+  ASSERT_EQ(merge_coplanar(uneven, trusting).size(), 1U);
+  EXPECT_GT(noisy_trusted[0].merged_share, 1.5 * noisy[0].merged_share);
+  EXPECT_LT(uneven[0].merged_share, 0.15);
 }
 
 }  // namespace
