@@ -87,6 +87,7 @@ class Calibration {
     }
     choose_patches();
     set_priors();
+    trust_noise_ = false;  // errors of ranges are not looked for here
     const std::vector<RefinePass> passes = standard_passes(tight_passes_of_estimate);
     if (const auto done = run_joint({passes.begin() + (warm != nullptr ? 1 : 0), passes.end()}); !done) {
       return done.error();
