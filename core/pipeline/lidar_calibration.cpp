@@ -251,8 +251,9 @@ class Calibration {
       stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());
       solution_.refined = std::move(*refined);
       // Before the gates select what agrees.
-      if (loose) floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
-      if (!loose) {
+      if (loose) {
+        floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
+      } else {
         floor_at_gates_m_ =
             unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m, least_trusted_leaf_m);
       }

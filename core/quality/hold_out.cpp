@@ -81,7 +81,6 @@ std::vector<PlaneFeature> planes_without(const std::vector<PlaneFeature>& featur
     rest.normal_G = whole.normal_G;
     rest.size_m = whole.size_m;
     rest.merged = whole.merged;
-    rest.merged_share = whole.merged_share;
   }
   return kept;
 }
@@ -117,7 +116,9 @@ class OffsetsOfHeldOut {
       const double e = plane_.normal.dot(p - plane_.centroid);
       // The plane's own uncertainty where it is met: its offset and its tilt times the distance from its middle.
       const double m1 = (p - plane_.centroid - e * plane_.normal).squaredNorm();
-      const double plane = 1.0 / plane_.N + m1 / (plane_.N * std::max(plane_.eigenvalues[1], 1e-6));
+      // By all that was seen of it, also what counts in a merged plane.
+      const double N = plane_.N / (1.0 - whole.merged_share);
+      const double plane = 1.0 / N + m1 / (N * std::max(plane_.eigenvalues[1], 1e-6));
       const double by_poses = pose_variance(solved_, C_, state_, o, plane_.normal);
       const Vector3d p0 = at_guess_.T_G_sensor(o.stop, o.lidar) * o.mean;
       out.push_back({static_cast<std::size_t>(o.lidar), e * e, e * e / (o.offset_variance + plane + by_poses),
