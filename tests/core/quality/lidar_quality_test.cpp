@@ -142,6 +142,26 @@ TEST(HoldOutOfStops, IsOneWhereNoiseIsAllThereIs) {
   EXPECT_NEAR(sum / runs, 1.0, 0.2);
 }
 
+// What a merged plane takes over of a leaf is still known of it.
+TEST(HoldOutOfStops, IsTheSameWhateverAMergedPlaneTookOver) {
+  Solved run(33);
+  run.solve();
+  const HoldOut whole = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+  constexpr double share = 0.9;
+  const std::size_t leaves = run.features.size();
+  for (std::size_t k = 0; k < leaves; ++k) {
+    PlaneFeature merged = run.features[k];
+    merged.merged = true;
+    for (PlaneObservation& o : merged.observations) o.weight *= share;
+    run.features[k].merged_share = share;
+    for (PlaneObservation& o : run.features[k].observations) o.weight *= 1.0 - share;
+    run.features.push_back(std::move(merged));
+  }
+  const HoldOut shared = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+  EXPECT_NEAR(shared.normalised[1], whole.normalised[1], 1e-3);
+  EXPECT_NEAR(shared.rms_m[1], whole.rms_m[1], 1e-6);
+}
+
 TEST(HoldOutOfStops, SeesALidarThatWasBumped) {
   Solved run(31);
   for (PlaneFeature& feature : run.features) {
