@@ -69,6 +69,16 @@ struct GateRoom {
   std::vector<PatchRun> runs;
 };
 
+// Of all observations of a plane, about a point of it, the noise's own share taken out.
+struct WeightedSum {
+  double N = 0.0;
+  Vector3d moment = Vector3d::Zero();
+  Upper square = Upper::Zero();
+};
+
+// Of the mean square width of a plane, what must not be noise.
+constexpr double least_true_share = 0.5;
+
 class Gate {
  public:
   Gate(std::span<const WorldCell> cells, const GateContext& context, GateRoom& room)
@@ -77,7 +87,9 @@ class Gate {
   PlaneVerdict run(const CellTotal& total, PlaneFeature& feature, std::size_t& kept_cells) {
     const PlaneMapOptions& o = context_.options;
     q_ = total.mean;
-    u_ = symmetric_eigen_fast(total.scatter).vectors.col(0);
+    const SymmetricEigen eigen = symmetric_eigen_fast(total.scatter);
+    u_ = eigen.vectors.col(0);
+    seen_width2_ = eigen.values[1] / total.N;
     make_columns();
     double kept_share = 0.0;
     double chi2 = 0.0;
@@ -235,12 +247,22 @@ class Gate {
     feature.rays.clear();
     feature.center_G = q_;
     feature.normal_G = u_;
-    for (const PatchRun& run : room_.runs) add_observation(run, feature, kept_cells);
-    return feature.observations.size() >= context_.options.min_patches;
+    WeightedSum sum;
+    for (const PatchRun& run : room_.runs) add_observation(run, feature, sum, kept_cells);
+    return feature.observations.size() >= context_.options.min_patches && is_wide(sum);
+  }
+
+  // Of a strip that is met at a grazing angle the width may be noise along the ray and nothing else: it is then no
+  // plane but a line, which holds no normal.
+  [[nodiscard]] bool is_wide(const WeightedSum& sum) const {
+    const Vector3d off = sum.moment / sum.N;
+    Upper scatter = sum.square;
+    add_square(-sum.N, off, scatter);
+    return symmetric_eigen_fast(full(scatter)).values[1] >= least_true_share * seen_width2_ * sum.N;
   }
 
   // All sums are made in the world's directions, about the sensor: its cells need not be looked up again.
-  void add_observation(const PatchRun& run, PlaneFeature& feature, std::size_t& kept_cells) const {
+  void add_observation(const PatchRun& run, PlaneFeature& feature, WeightedSum& sum, std::size_t& kept_cells) const {
     const NoiseModel& noise = noise_of(run);
     const SE3& T_G_sensor = run.T_G_sensor;
     PlaneObservation o;
@@ -270,6 +292,10 @@ class Gate {
     o.offset_variance = variance / o.N + floor;
     o.weight = 1.0 / (variance + o.N * floor);
     feature.observations.push_back(o);
+    sum.N += o.weight * o.N;
+    sum.moment += o.weight * o.N * (mean - q_);
+    sum.square += o.weight * scatter;
+    add_square(o.weight * o.N, mean - q_, sum.square);
     if (context_.options.with_rays) feature.rays.push_back(rays_of(run, noise, o.N, mean));
   }
 
@@ -338,6 +364,7 @@ class Gate {
   GateRoom& room_;
   Vector3d q_ = Vector3d::Zero();
   Vector3d u_ = Vector3d::UnitZ();
+  double seen_width2_ = 0.0;
   std::vector<Column>& columns_;
 };
 
