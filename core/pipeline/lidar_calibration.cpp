@@ -46,6 +46,9 @@ constexpr double start_prior_rad = to_rad(1.0);
 // Of an estimate while more stops are to come; they end when nothing moves any more.
 constexpr int tight_passes_of_estimate = 5;
 
+// Of the last map of all; more would take more time than they even out.
+constexpr int last_grids = 3;
+
 // Each takes out most of what the one before left.
 constexpr int most_range_rounds = 3;
 
@@ -72,6 +75,7 @@ class Calibration {
     choose_patches();
     if (const auto done = solve(); !done) return done.error();
     if (const auto done = take_out_range_offsets(); !done) return done.error();
+    if (const auto done = even_out(); !done) return done.error();
     return conclude();
   }
 
@@ -389,6 +393,19 @@ class Calibration {
     if (solution_.range_offset_m.empty()) return {};
     context_.reporter.warn(range_offset_words(rig_, recording_, solution_.range_offset_m));
     return {};
+  }
+
+  // Once more, from where the passes came to rest: what is left is where the grid happens to lie.
+  Expected<void> even_out() {
+    if (options_.last_stage != LastStage::joint) return {};
+    RefinePass pass = standard_passes(1).back();
+    pass.grids = last_grids;
+    const bool converged = solution_.refined.converged;
+    const std::vector<ExtrinsicMove> last_moves = solution_.refined.last_moves;
+    const auto done = run_stage("joint over several grids", solution_.layout, solution_.use, {pass});
+    solution_.refined.converged = converged;
+    solution_.refined.last_moves = last_moves;
+    return done;
   }
 
   // Weighed where it was solved, told in the base's frame.

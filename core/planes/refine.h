@@ -18,6 +18,9 @@ struct RefinePass {
   double merge_tolerance_m = 0.012;
   bool trust_noise = false;  ///< See MergeOptions.
   int iterations = 6;
+  /// Which points a leaf's border leaves to its neighbour moves its plane by more than noise. The leaves of as many
+  /// grids, shifted against each other, are adjusted together, each counted by as much less.
+  int grids = 1;
 };
 
 /// Two passes with loose gates for a start that is right to a few centimetres, then `tight` ones, each with a map built
@@ -37,7 +40,7 @@ struct RefineSummary {
   std::vector<std::vector<double>> costs;  ///< Of each pass: before the first iteration and after each.
   bool converged = false;                  ///< The last pass moved no extrinsic by more than is rest.
   std::vector<ExtrinsicMove> last_moves;   ///< Of each LiDAR in the last pass.
-  PlaneMap map;                            ///< Of the last pass.
+  PlaneMap map;                            ///< Of the last pass; of its first grid.
 };
 
 /// What stays the same over all passes.
