@@ -48,6 +48,8 @@ constexpr int tight_passes_of_estimate = 5;
 
 // Of the last map of all; more would take more time than they even out.
 constexpr int last_grids = 3;
+// It moves poses by tenths of a millimetre, over which the cost is a parabola.
+constexpr int last_iterations = 2;
 
 // Each takes out most of what the one before left.
 constexpr int most_range_rounds = 3;
@@ -235,18 +237,25 @@ class Calibration {
     return layout;
   }
 
+  RefineInput input_of(const std::vector<char>& use) const {
+    return {solution_.patches(recording_), solution_.noise, solution_.T_grid_G, use, solution_.adjust};
+  }
+
+  // Of a tight pass, as the surfaces showed themselves so far.
+  void set_gates(RefinePass& pass) const {
+    if (trust_noise_) trust(floor_at_gates_m_, pass);
+    allow_unevenness(floor_m_, pass.map);
+  }
+
   Expected<void> run_stage(const std::string& name, const ParameterLayout& layout, const std::vector<char>& use,
                            const std::vector<RefinePass>& passes) {
     StageReport& stage = clock_.begin(name);
-    const RefineInput input{solution_.patches(recording_), solution_.noise, solution_.T_grid_G, use, solution_.adjust};
+    const RefineInput input = input_of(use);
     double done = 0.0;
     for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
-      if (!loose) {
-        if (trust_noise_) trust(floor_at_gates_m_, pass);
-        allow_unevenness(floor_m_, pass.map);
-      }
+      if (!loose) set_gates(pass);
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
       if (options_.on_pass) options_.on_pass(name, solution_.state);
@@ -395,17 +404,23 @@ class Calibration {
     return {};
   }
 
-  // Once more, from where the passes came to rest: what is left is where the grid happens to lie.
+  // What is left where the passes came to rest is where the grid happens to lie.
   Expected<void> even_out() {
     if (options_.last_stage != LastStage::joint) return {};
+    StageReport& stage = clock_.begin("joint over several grids");
+    context_.reporter.progress(stage.name, -1.0);
     RefinePass pass = standard_passes(1).back();
-    pass.grids = last_grids;
-    const bool converged = solution_.refined.converged;
-    const std::vector<ExtrinsicMove> last_moves = solution_.refined.last_moves;
-    const auto done = run_stage("joint over several grids", solution_.layout, solution_.use, {pass});
-    solution_.refined.converged = converged;
-    solution_.refined.last_moves = last_moves;
-    return done;
+    pass.iterations = last_iterations;
+    set_gates(pass);
+    const Expected<AdjustSummary> done = adjust_over_grids(input_of(solution_.use), solution_.layout, pass, last_grids,
+                                                           solution_.refined.map, context_, solution_.state);
+    if (!done) return done.error();
+    stage.iterations = done->iterations;
+    stage.cost_before = done->cost_before;
+    stage.cost_after = done->cost_after;
+    stage.costs = {done->costs};
+    tell(stage.name);
+    return {};
   }
 
   // Weighed where it was solved, told in the base's frame.

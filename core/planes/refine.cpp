@@ -87,35 +87,22 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
   return sum;
 }
 
-// With the planes that coplanar leaves make together. The grids lie a share of the largest voxel apart along its
-// diagonal, which at three grids is a third or two thirds of each smaller one too.
-PlaneMap map_of(const RefineInput& input, const RefinePass& pass, const RigState& state, int grid) {
-  SE3 T_grid_G = input.T_grid_G;
-  T_grid_G.t += Vector3d::Constant(pass.map.root_size_m * grid / pass.grids);
-  PlaneMapOptions options = pass.map;
-  options.with_rays &= grid == 0;
-  PlaneMap map = build_plane_map(input.patches, state, input.noise, T_grid_G, options, input.use);
-  if (pass.merge_tolerance_m <= 0.0) return map;
+// Adds the planes that coplanar leaves make together.
+void merge_leaves(const RefinePass& pass, PlaneMap& map) {
+  if (pass.merge_tolerance_m <= 0.0) return;
   MergeOptions merge;
   merge.tolerance_m = pass.merge_tolerance_m;
   merge.trust_noise = pass.trust_noise;
   std::vector<PlaneFeature> merged = merge_coplanar(map.features, merge);
   std::move(merged.begin(), merged.end(), std::back_inserter(map.features));
-  return map;
 }
 
-// Of the first grid's map and of the others, weighed as one.
-std::vector<PlaneFeature> features_of_grids(const RefineInput& input, const RefinePass& pass, const RigState& state,
-                                            const PlaneMap& first) {
-  std::vector<PlaneFeature> features = first.features;
-  for (int grid = 1; grid < pass.grids; ++grid) {
-    PlaneMap map = map_of(input, pass, state, grid);
-    std::move(map.features.begin(), map.features.end(), std::back_inserter(features));
-  }
-  for (PlaneFeature& feature : features) {
-    for (PlaneObservation& o : feature.observations) o.weight /= pass.grids;
-  }
-  return features;
+AdjustOptions adjust_options(const RefineInput& input, const RefinePass& pass) {
+  AdjustOptions options = input.adjust;
+  options.max_iterations = pass.iterations;
+  options.translation_tolerance_m = last_step_m;
+  options.rotation_tolerance_rad = last_step_rad;
+  return options;
 }
 
 }  // namespace
@@ -137,16 +124,10 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
   RefineSummary summary;
   for (const RefinePass& pass : passes) {
     if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
-    summary.map = map_of(input, pass, state, 0);
-    std::vector<PlaneFeature> of_all_grids;
-    if (pass.grids > 1) of_all_grids = features_of_grids(input, pass, state, summary.map);
-    const std::vector<PlaneFeature>& features = pass.grids > 1 ? of_all_grids : summary.map.features;
+    summary.map = build_plane_map(input.patches, state, input.noise, input.T_grid_G, pass.map, input.use);
+    merge_leaves(pass, summary.map);
     const RigState before = state;
-    AdjustOptions options = input.adjust;
-    options.max_iterations = pass.iterations;
-    options.translation_tolerance_m = last_step_m;
-    options.rotation_tolerance_rad = last_step_rad;
-    const AdjustSummary adjusted = adjust(features, layout, options, state);
+    const AdjustSummary adjusted = adjust(summary.map.features, layout, adjust_options(input, pass), state);
     summary.iterations += adjusted.iterations;
     summary.cost_before = adjusted.cost_before;
     summary.cost_after = adjusted.cost_after;
@@ -161,6 +142,30 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     return move.rotation_rad < settled_rad && move.translation_m < settled_m;
   });
   return summary;
+}
+
+Expected<AdjustSummary> adjust_over_grids(const RefineInput& input, const ParameterLayout& layout,
+                                          const RefinePass& pass, int grids, const PlaneMap& first,
+                                          const RunContext& context, RigState& state) {
+  PlaneMapOptions options = pass.map;
+  options.with_rays = false;
+  std::vector<PlaneMap> others;
+  for (int grid = 1; grid < grids; ++grid) {
+    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    // At three grids this is a third or two thirds of each smaller voxel too.
+    SE3 T_grid_G = input.T_grid_G;
+    T_grid_G.t += Vector3d::Constant(options.root_size_m * grid / grids);
+    others.push_back(build_plane_map(input.patches, state, input.noise, T_grid_G, options, input.use));
+  }
+  parallel_for(others.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) merge_leaves(pass, others[i]);
+  });
+  std::vector<PlaneFeature> features = first.features;
+  for (PlaneMap& map : others) std::move(map.features.begin(), map.features.end(), std::back_inserter(features));
+  for (PlaneFeature& feature : features) {
+    for (PlaneObservation& o : feature.observations) o.weight /= grids;
+  }
+  return adjust(features, layout, adjust_options(input, pass), state);
 }
 
 double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m, double least_leaf_m) {

@@ -18,9 +18,6 @@ struct RefinePass {
   double merge_tolerance_m = 0.012;
   bool trust_noise = false;  ///< See MergeOptions.
   int iterations = 6;
-  /// Which points a leaf's border leaves to its neighbour moves its plane by more than noise. The leaves of as many
-  /// grids, shifted against each other, are adjusted together, each counted by as much less.
-  int grids = 1;
 };
 
 /// Two passes with loose gates for a start that is right to a few centimetres, then `tight` ones, each with a map built
@@ -40,7 +37,7 @@ struct RefineSummary {
   std::vector<std::vector<double>> costs;  ///< Of each pass: before the first iteration and after each.
   bool converged = false;                  ///< The last pass moved no extrinsic by more than is rest.
   std::vector<ExtrinsicMove> last_moves;   ///< Of each LiDAR in the last pass.
-  PlaneMap map;                            ///< Of the last pass; of its first grid.
+  PlaneMap map;                            ///< Of the last pass.
 };
 
 /// What stays the same over all passes.
@@ -56,6 +53,14 @@ struct RefineInput {
 [[nodiscard]] Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& layout,
                                              const std::vector<RefinePass>& passes, const RunContext& context,
                                              RigState& state);
+
+/// Which points a leaf's border leaves to its neighbour moves its plane by more than noise: another grid gives another
+/// result. From where the passes came to rest the leaves of `first`, the last one's map, are adjusted together with
+/// those of as many grids in all, shifted against each other by equal shares of the largest voxel, each counted by as
+/// much less.
+[[nodiscard]] Expected<AdjustSummary> adjust_over_grids(const RefineInput& input, const ParameterLayout& layout,
+                                                        const RefinePass& pass, int grids, const PlaneMap& first,
+                                                        const RunContext& context, RigState& state);
 
 /// What real surfaces are not, m (1 sigma): by how much the LiDARs' clusters stand off their common planes beyond what
 /// noise explains; a median, so that false partners do not count. Of unevenness that gates might cut off only a map
