@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <stop_token>
 #include <utility>
@@ -101,6 +102,72 @@ TEST(Refine, IsTheSameToTheBitForOneAndTwoThreads) {
   }
   EXPECT_EQ(one.T_base_sensor[1].R, two.T_base_sensor[1].R);
   EXPECT_EQ(one.T_base_sensor[1].t, two.T_base_sensor[1].t);
+}
+
+// From the truth, in the grid of the room and in one that is turned and shifted against it.
+struct InTwoGrids {
+  std::array<RigState, 2> rest;  // where the passes end
+  std::array<RigState, 2> evened;
+};
+
+InTwoGrids in_two_grids(const Room& room) {
+  InTwoGrids out;
+  const std::array<SE3, 2> grids{room.T_grid_G,
+                                 SE3{exp_so3(Vector3d(-0.4, 0.1, 0.3)), Vector3d(0.13, 0.05, 0.31)} * room.T_grid_G};
+  for (std::size_t k = 0; k < 2; ++k) {
+    SilentReporter reporter;
+    const RefineInput input{room.patches, room.noise, grids[k], {}, {}};
+    const std::vector<RefinePass> passes = standard_passes(3);
+    RigState state = room.truth;
+    const auto summary = refine(input, room.layout, passes, RunContext{reporter}, state);
+    EXPECT_TRUE(summary.has_value());
+    out.rest[k] = state;
+    EXPECT_TRUE(
+        adjust_over_grids(input, room.layout, passes.back(), 3, summary->map, RunContext{reporter}, state).has_value());
+    out.evened[k] = state;
+  }
+  return out;
+}
+
+TEST(AdjustOverGrids, TakesAwayMuchOfWhatTheGridDecides) {
+  double rest = 0.0;
+  double evened = 0.0;
+  for (std::uint64_t seed = 41; seed <= 44; ++seed) {
+    const InTwoGrids found = in_two_grids(Room(seed));
+    const auto apart2 = [](const std::array<RigState, 2>& two) {
+      return (two[0].T_base_sensor[1].t - two[1].T_base_sensor[1].t).squaredNorm();
+    };
+    rest += apart2(found.rest);
+    evened += apart2(found.evened);
+  }
+  // A third of the square is what three grids of their own would leave; those of one family share something.
+  EXPECT_LT(evened, 0.6 * rest);
+}
+
+TEST(AdjustOverGrids, WithOneGridMovesNothingThatIsAtRest) {
+  const Room room(45);
+  SilentReporter reporter;
+  const RefineInput input{room.patches, room.noise, room.T_grid_G, {}, {}};
+  const std::vector<RefinePass> passes = standard_passes(3);
+  RigState state = room.truth;
+  const auto summary = refine(input, room.layout, passes, RunContext{reporter}, state);
+  ASSERT_TRUE(summary.has_value());
+  const RigState rest = state;
+  ASSERT_TRUE(
+      adjust_over_grids(input, room.layout, passes.back(), 1, summary->map, RunContext{reporter}, state).has_value());
+  EXPECT_LT((state.T_base_sensor[1].t - rest.T_base_sensor[1].t).norm(), 4e-6);  // twice what ends a pass
+}
+
+TEST(AdjustOverGrids, StopsWhenToldTo) {
+  const Room room(46);
+  SilentReporter reporter;
+  std::stop_source stop;
+  stop.request_stop();
+  RigState state = room.truth;
+  const auto done = adjust_over_grids({room.patches, room.noise, room.T_grid_G, {}, {}}, room.layout,
+                                      standard_passes(1).back(), 3, PlaneMap{}, {reporter, stop.get_token()}, state);
+  ASSERT_FALSE(done.has_value());
+  EXPECT_EQ(ErrorKind::cancelled, done.error().kind);
 }
 
 TEST(Refine, StopsWhenToldTo) {

@@ -225,6 +225,26 @@ TEST(PlaneMap, RejectsALine) {
   EXPECT_FALSE(map_of(patches, state, lines_too).features.empty());
 }
 
+TEST(PlaneMap, RejectsAStripWhoseWidthIsNoise) {
+  Random random(17);
+  RigState state;
+  state.T_G_base = {SE3{}, {Matrix3d::Identity(), Vector3d(0.0, 0.02, 0.0)}};
+  state.T_base_sensor = {SE3{}};
+  // An edge at the height of the sensor, straight across its view: range noise makes a level strip of it.
+  const auto map_of_width = [&](double half_m) {
+    std::vector<PatchCells> patches;
+    for (int j = 0; j < 2; ++j) {
+      std::vector<Vector3d> points =
+          box_of_points(Vector3d(5.06, 0.06, 0.03), Vector3d(half_m, 0.05, 0.0), 0.001, 2000, random);
+      for (Vector3d& p : points) p.x() += two_lidars[0].range_m * random.normal();
+      patches.push_back(patch_of(points, state, j));
+    }
+    return map_of(patches, state);
+  };
+  EXPECT_TRUE(map_of_width(0.0).features.empty());
+  EXPECT_FALSE(map_of_width(0.06).features.empty());
+}
+
 TEST(PlaneMap, RejectsABlob) {
   Random random(16);
   const RigState state = two_stops();
