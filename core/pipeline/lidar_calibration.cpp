@@ -419,6 +419,7 @@ class Calibration {
     stage.cost_before = done->cost_before;
     stage.cost_after = done->cost_after;
     stage.costs = {done->costs};
+    if (options_.on_pass) options_.on_pass(stage.name, solution_.state);
     tell(stage.name);
     return {};
   }
