@@ -59,8 +59,8 @@ TEST(CalibrateLidars, FindsEveryLidarFromTenDegreesAndTwentyCentimetres) {
   expect_right_and_good(run, result);
   std::vector<std::string> stages;
   for (const StageReport& stage : result.stages) stages.push_back(stage.name);
-  EXPECT_THAT(stages,
-              ElementsAre("start", "poses", "extrinsics", "joint", "verdict", "map", "comparison with the guess"));
+  EXPECT_THAT(stages, ElementsAre("start", "poses", "extrinsics", "joint", "joint over several grids", "verdict", "map",
+                                  "comparison with the guess"));
   EXPECT_GT(result.map.size(), 100'000U);
   ASSERT_EQ(result.trajectory.size(), 12U);
   for (std::size_t j = 0; j < 12; ++j) {
