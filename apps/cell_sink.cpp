@@ -60,9 +60,9 @@ void CellSink::stop_done(const StopRecord& record) {
 
 void CellSink::begin(int stop) {
   stop_ = stop;
-  builders_.clear();
+  builders_.resize(pending_.size());
   for (std::size_t i = 0; i < pending_.size(); ++i) {
-    builders_.emplace_back(static_cast<int>(i), stop, options_);
+    builders_[i].begin(static_cast<int>(i), stop, options_);
     pending_[i].clear();
   }
   waiting_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <set>
 
 #include "apps/bag_batches.h"
@@ -11,6 +12,7 @@
 #include "apps/still_images.h"
 #include "apps/stream_recording.h"
 #include "core/base/parallel.h"
+#include "core/base/spare_pool.h"
 #include "core/io/pcd_file.h"
 #include "core/io/session_folder.h"
 
@@ -34,11 +36,11 @@ struct PatchOutcome {
   std::optional<Error> error;
 };
 
-PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double keep_within_m) {
+PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double keep_within_m, CellBuilder& builder) {
   PatchOutcome out;
   CellOptions cells = options;
   cells.max_range_m = std::min(cells.max_range_m, job.max_range_m);
-  CellBuilder builder(job.lidar, job.stop, cells);
+  builder.begin(job.lidar, job.stop, cells);
   std::vector<Point> kept;
   const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
   const auto take = [&](std::span<const Point> points) {
@@ -155,9 +157,12 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   // Stop by stop, as packets give them: the same patches in the same order give the same result.
   std::stable_sort(jobs.begin(), jobs.end(), [](const PatchJob& a, const PatchJob& b) { return a.stop < b.stop; });
   std::vector<PatchOutcome> outcomes(jobs.size());
+  SparePool<CellBuilder> builders;
   parallel_for(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<CellBuilder> builder = builders.take();
     for (std::size_t k = begin; k < end && !context.cancelled(); ++k)
-      outcomes[k] = read_patch(jobs[k], options, keep_within_m);
+      outcomes[k] = read_patch(jobs[k], options, keep_within_m, *builder);
+    builders.give_back(std::move(builder));
   });
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped while reading, nothing was written", {}, {}};
   for (const PatchOutcome& o : outcomes) {

@@ -16,6 +16,10 @@ std::vector<MapPoint> fuse_map(const std::vector<PatchCells>& patches, const Rig
                                const std::vector<char>& use, const std::vector<int>& sensor_of, double size_m,
                                std::size_t every) {
   std::vector<MapPoint> map;
+  // At most; what is not used of it is never touched, and growing would touch everything twice.
+  std::size_t most = 0;
+  for (std::size_t k = 0; k < patches.size(); ++k) most += use[k] ? (patches[k].thinned.size() + every - 1) / every : 0;
+  map.reserve(most);
   CubeIndex cubes(size_m);
   std::vector<Eigen::Vector3f> world;
   std::vector<char> keep;

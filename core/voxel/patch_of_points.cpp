@@ -1,6 +1,7 @@
 #include "core/voxel/patch_of_points.h"
 
 #include "core/base/parallel.h"
+#include "core/base/spare_pool.h"
 
 namespace rigcal {
 
@@ -20,12 +21,15 @@ PatchCells patch_of_points(std::span<const Vector3d> points, int lidar, int stop
 
 std::vector<PatchCells> cells_of_patches(std::span<const Patch> patches, const CellOptions& options) {
   std::vector<PatchCells> cells(patches.size());
+  SparePool<CellBuilder> builders;
   parallel_for(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<CellBuilder> builder = builders.take();
     for (std::size_t k = begin; k < end; ++k) {
-      CellBuilder builder(patches[k].sensor, patches[k].stop, options);
-      builder.add(patches[k].points);
-      cells[k] = builder.finish();
+      builder->begin(patches[k].sensor, patches[k].stop, options);
+      builder->add(patches[k].points);
+      cells[k] = builder->finish();
     }
+    builders.give_back(std::move(builder));
   });
   return cells;
 }
