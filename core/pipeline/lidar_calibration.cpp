@@ -12,7 +12,6 @@
 #include "core/pipeline/solving_base.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/pipeline/surface_cuts.h"
-#include "core/planes/damped_passes.h"
 #include "core/quality/shared_surfaces.h"
 #include "core/start/noise_estimate.h"
 
@@ -253,15 +252,12 @@ class Calibration {
     StageReport& stage = clock_.begin(name);
     const RefineInput input = input_of(use);
     double done = 0.0;
-    DampedPasses damped;
     for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
       if (!loose) set_gates(pass);
-      const RigState before = solution_.state;
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
-      if (!loose) damped.take(before, solution_.state);
       if (options_.on_pass) options_.on_pass(name, solution_.state);
       done += 1.0;
       stage.iterations += refined->iterations;

@@ -23,9 +23,6 @@ std::uint64_t voxel_of(const Vector3d& p, double size) {
 
 enum class Shape { surfel, too_few, not_flat };
 
-// What the wire's whole millimetres alone are off by, m^2: nothing is thinner than that, and a single point no shape.
-constexpr double rounding_variance = 1e-6 / 12.0;
-
 Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle* last, const SurfelOptions& o,
                Surfel& out) {
   out = {};
@@ -44,8 +41,7 @@ Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle
   const Vector3d& l = eigen.values;
   // A line of points (one ring of a spinning LiDAR) may become a surface with its neighbours.
   if (l[2] > o.max_elongation * l[1]) return Shape::too_few;
-  if (l[1] < o.min_flatness * std::max(l[0], rounding_variance) || l[0] > o.max_thickness_m * o.max_thickness_m)
-    return Shape::not_flat;
+  if (l[1] < o.min_flatness * l[0] || l[0] > o.max_thickness_m * o.max_thickness_m) return Shape::not_flat;
   out.normal = eigen.vectors.col(0);
   if (out.normal.dot(out.mean) > 0.0) out.normal = -out.normal;
   out.variance = l[0] * out.N / (out.N - 3.0);
@@ -56,16 +52,13 @@ Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle
 
 PatchSurfels extract_surfels(const PatchCells& patch, const SurfelOptions& options) {
   PatchSurfels out{patch.lidar, patch.stop, {}};
-  std::vector<Cell> cells;
-  const FinestCells finest(patch);
-  finest.for_each([&](std::uint32_t number) { cells.push_back(finest[number]); });
-  std::vector<std::uint32_t> left(cells.size());
+  std::vector<std::uint32_t> left(patch.cells.size());
   for (std::uint32_t i = 0; i < left.size(); ++i) left[i] = i;
   std::vector<Handle> handles;
   double size = options.size_m;
   for (int level = 0; level < 3; ++level, size *= 2.0) {
     handles.clear();
-    for (const std::uint32_t i : left) handles.push_back({voxel_of(cells[i].mean, size), i});
+    for (const std::uint32_t i : left) handles.push_back({voxel_of(patch.cells[i].mean, size), i});
     radix_sort(handles);
     left.clear();
     const Handle* begin = handles.data();
@@ -74,7 +67,7 @@ PatchSurfels extract_surfels(const PatchCells& patch, const SurfelOptions& optio
       const Handle* end = begin;
       while (end != stop && end->key == begin->key) ++end;
       Surfel surfel;
-      const Shape shape = shape_of(cells, begin, end, options, surfel);
+      const Shape shape = shape_of(patch.cells, begin, end, options, surfel);
       if (shape == Shape::surfel) out.surfels.push_back(surfel);
       if (shape == Shape::too_few) {
         for (const Handle* h = begin; h != end; ++h) left.push_back(h->cell);

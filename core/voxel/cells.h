@@ -10,9 +10,8 @@
 
 namespace rigcal {
 
-/// The points of one patch in one small cell of the sensor's own grid, which lies along its rays: count, mean and
-/// scatter sum (p - mean)(p - mean)^T, in metres in the sensor's frame. Points are read once; from here on only cells
-/// are moved and added.
+/// The points of one patch in one small cube of the sensor's own grid: count, mean and scatter sum (p - mean)(p -
+/// mean)^T, in metres in the sensor's frame. Points are read once; from here on only cells are moved and added.
 struct Cell {
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();
@@ -25,8 +24,8 @@ struct Cell {
   }
 };
 
-/// A cell whose points are no flat piece, and where its parts begin among those of its patch; they end where those of
-/// the next divided cell begin.
+/// A cell whose points are no flat piece, and where its octants begin among the parts of its patch; they end where
+/// those of the next divided cell begin.
 struct DividedCell {
   std::uint32_t cell = 0;
   std::uint32_t first_part = 0;
@@ -38,8 +37,8 @@ struct PatchCells {
   int stop = 0;
   std::uint64_t points = 0;  ///< Points that went in.
   std::vector<Cell> cells;
-  /// Where two surfaces meet, a cell belongs to neither: such ones are here once more, by quarters and sixteenths of
-  /// what the sensor sees of them. Ascending by cell.
+  /// Where two surfaces meet, a cell belongs to neither: such ones are here once more, by octants. Ascending by
+  /// cell.
   std::vector<DividedCell> divided;
   std::vector<Cell> parts;
   std::vector<Point> thinned;  ///< One point for each 2 cm, for the fused map; empty unless asked for.
@@ -74,7 +73,7 @@ class FinestCells {
 };
 
 struct CellOptions {
-  double size_m = 0.2;        ///< A cell's depth, and about its width; larger ones fail in rooms.
+  double size_m = 0.2;        ///< Edge of a cell; larger ones fail in rooms.
   double max_range_m = 60.0;  ///< Farther points carry angle noise of several centimetres.
   bool keep_thinned = false;  ///< Keep one point for each 2 cm for the fused map.
 };
@@ -89,7 +88,7 @@ class CellBuilder {
   CellBuilder& operator=(CellBuilder&&) noexcept;
 
   void add(std::span<const Point> points);
-  /// The cells, by direction and then by depth; the builder is empty afterwards and keeps its memory.
+  /// The cells in the order in which they were first hit; the builder is empty afterwards and keeps its memory.
   [[nodiscard]] PatchCells finish();
   /// What is added from now on is of this patch; forgets what was added and not finished.
   void begin(int lidar, int stop, const CellOptions& options);
