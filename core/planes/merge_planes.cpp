@@ -59,8 +59,28 @@ RIGCAL_WIDE bool mark(const Columns& at, std::size_t count, const Bounds& o, std
   return any != 0;
 }
 
+// Holds the middles of some leaves that follow each other.
+struct Box {
+  std::array<double, 3> middle{};
+  std::array<double, 3> half{};
+
+  // Whether none of them can lie within; a micrometre is more than rounding ever is.
+  [[nodiscard]] bool is_beyond(const Bounds& o) const {
+    double off = -o.offset;
+    double reach = o.tolerance_m + 1e-6;
+    double apart2 = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      off += middle[k] * o.normal[k];
+      reach += half[k] * std::abs(o.normal[k]);
+      const double gap = std::max(0.0, std::abs(middle[k] - o.origin[k]) - half[k] - 1e-6);
+      apart2 += gap * gap;
+    }
+    return std::abs(off) > reach || apart2 > o.radius2;
+  }
+};
+
 // Middles and normals of the leaves that belong to no plane yet, each coordinate by itself: they are gone through for
-// every seed and radius.
+// every seed and radius. Leaves come voxel by voxel, so that a block of them lies together and can be passed over.
 class FreeLeaves {
  public:
   explicit FreeLeaves(const std::vector<PlaneFeature>& leaves) : number_(leaves.size()) {
@@ -71,6 +91,7 @@ class FreeLeaves {
         normal_[k].push_back(leaf.normal_G[static_cast<Eigen::Index>(k)]);
       }
     }
+    set_boxes();
   }
 
   void leave_out(const std::vector<char>& taken) {
@@ -85,6 +106,7 @@ class FreeLeaves {
       ++kept;
     }
     number_.resize(kept);
+    set_boxes();
   }
 
   // Those on a plane within `radius` of `origin`, in the order of their numbers.
@@ -99,6 +121,7 @@ class FreeLeaves {
                         tolerance_m,
                         radius * radius};
     for (std::size_t begin = 0; begin < number_.size(); begin += block) {
+      if (boxes_[begin / block].is_beyond(bounds)) continue;
       const std::size_t count = std::min(block, number_.size() - begin);
       const Columns at{{&center_[0][begin], &center_[1][begin], &center_[2][begin]},
                        {&normal_[0][begin], &normal_[1][begin], &normal_[2][begin]}};
@@ -111,10 +134,26 @@ class FreeLeaves {
   }
 
  private:
-  static constexpr std::size_t block = 64;
+  static constexpr std::size_t block = 32;
+
+  void set_boxes() {
+    boxes_.clear();
+    for (std::size_t begin = 0; begin < number_.size(); begin += block) {
+      const auto end = static_cast<std::ptrdiff_t>(std::min(begin + block, number_.size()));
+      Box& box = boxes_.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [low, high] =
+            std::minmax_element(center_[k].begin() + static_cast<std::ptrdiff_t>(begin), center_[k].begin() + end);
+        box.middle[k] = 0.5 * (*low + *high);
+        box.half[k] = 0.5 * (*high - *low);
+      }
+    }
+  }
+
   std::vector<std::size_t> number_;
   std::array<std::vector<double>, 3> center_;
   std::array<std::vector<double>, 3> normal_;
+  std::vector<Box> boxes_;
 };
 
 // How much farther out is looked with each step.

@@ -63,6 +63,24 @@ TEST(MergeCoplanar, DoesNotTakeTheNoiseOfSmallPiecesForUnevenness) {
   EXPECT_GT(all[0].merged_share, 0.9 * large[0].merged_share);
 }
 
+// Floors a metre apart, their pieces in no order, so that pieces that follow each other lie far apart or near. What is
+// gone through for a floor must not depend on that.
+TEST(MergeCoplanar, FindsAllPiecesOfManyFloorsInWhateverOrderTheyCome) {
+  std::vector<PlaneFeature> in_order;
+  for (int floor = 0; floor < 5; ++floor) {
+    for (int i = 0; i < 12; ++i) {
+      for (int k = 0; k < 12; ++k) in_order.push_back(leaf({1.0 * i, 1.0 * k, 1.0 * floor}, 1.0, 0.001));
+    }
+  }
+  std::vector<PlaneFeature> dealt_out;
+  for (std::size_t i = 0; i < in_order.size(); ++i) dealt_out.push_back(in_order[i * 301 % in_order.size()]);
+  for (std::vector<PlaneFeature>* leaves : {&in_order, &dealt_out}) {
+    const std::vector<PlaneFeature> merged = merge_coplanar(*leaves, {});
+    EXPECT_EQ(5U, merged.size());
+    for (const PlaneFeature& piece : *leaves) EXPECT_GT(piece.merged_share, 0.0);
+  }
+}
+
 double weight_of(const std::vector<PlaneFeature>& features) {
   double sum = 0.0;
   for (const PlaneFeature& feature : features) {
