@@ -263,6 +263,7 @@ class Calibration {
       stage.iterations += refined->iterations;
       stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());
       solution_.refined = std::move(*refined);
+      tell_moves(name);
       // Before the gates select what agrees.
       if (loose) {
         floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
@@ -292,6 +293,20 @@ class Calibration {
     return {};
   }
 
+  // How far the last pass moved the LiDARs, for --log-level debug.
+  void tell_moves(const std::string& stage) const {
+    double m = 0.0;
+    double rad = 0.0;
+    for (const ExtrinsicMove& move : solution_.refined.last_moves) {
+      m = std::max(m, move.translation_m);
+      rad = std::max(rad, move.rotation_rad);
+    }
+    char text[120];
+    std::snprintf(text, sizeof text, "%s: a pass moved LiDARs by at most %.3f mm, %.5f deg", stage.c_str(), 1e3 * m,
+                  to_deg(rad));
+    context_.reporter.debug(text);
+  }
+
   // Where every LiDAR stands after a stage, for --log-level debug.
   void tell(const std::string& stage) const {
     for (int i = 0; i < lidars(); ++i) {
@@ -316,7 +331,11 @@ class Calibration {
     const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
     RefinePass loose = passes.front();
     // Where it is the last, its map is what sigma is told from.
-    loose.map.with_rays = options_.last_stage != LastStage::joint;
+    if (options_.last_stage != LastStage::joint) {
+      loose.map.with_rays = true;
+      loose.map.whole_cells = false;
+      loose.map.min_size_m = PlaneMapOptions{}.min_size_m;
+    }
     std::vector<char> base_only = solution_.use;
     bool has_base = false;
     for (std::size_t k = 0; k < base_only.size(); ++k) {

@@ -12,12 +12,12 @@
 namespace rigcal {
 namespace {
 
-// A tenth of what any rig could be calibrated to; below it passes only shuffle cells at the voxels' borders.
-constexpr double settled_m = 1e-4;
-constexpr double settled_rad = 1e-5;
-// Of a step within a pass that is its last, likewise: the next map changes more than is left.
-constexpr double last_step_m = 0.02 * settled_m;
-constexpr double last_step_rad = 0.02 * settled_rad;
+// Below it passes only shuffle cells at the voxels' borders: another grid moves more (adjust_over_grids).
+constexpr double settled_m = 2.5e-4;
+constexpr double settled_rad = 4e-5;
+// Of a step within a pass that is its last: the next map changes more than is left.
+constexpr double last_step_m = 2e-6;
+constexpr double last_step_rad = 2e-7;
 
 // Some directions, looked at together.
 using Lanes = EightLanes;
@@ -114,6 +114,8 @@ std::vector<RefinePass> standard_passes(int tight) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;
     passes[i].map.max_chi2 = 3.0;
+    passes[i].map.whole_cells = true;
+    passes[i].map.min_size_m = 0.25;
     if (i == 0) passes[i].merge_tolerance_m = 0.02;
   }
   return passes;

@@ -10,8 +10,9 @@
 
 namespace rigcal {
 
-/// The points of one patch in one small cube of the sensor's own grid: count, mean and scatter sum (p - mean)(p -
-/// mean)^T, in metres in the sensor's frame. Points are read once; from here on only cells are moved and added.
+/// The points of one patch in one small cube of the sensor's own grid: count, mean and
+/// scatter sum (p - mean)(p - mean)^T, in metres in the sensor's frame. Points are read once; from here on only cells
+/// are moved and added.
 struct Cell {
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();

@@ -52,13 +52,14 @@ Eigen::Matrix<double, 6, 1> turned(const Matrix3d& R, const Cell& cell) {
 
 // The cells that take part by voxel, within a voxel by patch and cell.
 std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
-                                   const SE3& T_grid_G, double size, const std::vector<char>& use) {
+                                   const SE3& T_grid_G, const PlaneMapOptions& options, const std::vector<char>& use) {
   std::vector<std::size_t> start(patches.size() + 1, 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    start[i + 1] = start[i] + (use.empty() || use[i] ? FinestCells(patches[i]).count() : 0);
+    const std::size_t count = options.whole_cells ? patches[i].cells.size() : FinestCells(patches[i]).count();
+    start[i + 1] = start[i] + (use.empty() || use[i] ? count : 0);
   }
   std::vector<Handle> handles(start.back());
-  const double per_m = 1.0 / size;
+  const double per_m = 1.0 / options.min_size_m;
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const SE3 T_grid_sensor = T_grid_G * T_G_sensor[i];
@@ -66,9 +67,14 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
       if (start[i] == start[i + 1]) continue;
       Handle* next = &handles[start[i]];
       const FinestCells cells(patches[i]);
-      cells.for_each([&](std::uint32_t number) {
+      const auto take = [&](std::uint32_t number) {
         *next++ = {morton(T_grid_sensor * cells[number].mean, per_m), patch, number};
-      });
+      };
+      if (!options.whole_cells) {
+        cells.for_each(take);
+        continue;
+      }
+      for (std::uint32_t number = 0; number < patches[i].cells.size(); ++number) take(number);
     }
   });
   radix_sort(handles);
@@ -158,7 +164,7 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
   const int levels = std::max(0, static_cast<int>(std::lround(std::log2(options.root_size_m / options.min_size_m))));
   std::vector<SE3> T_G_sensor;
   for (const PatchCells& patch : patches) T_G_sensor.push_back(state.T_G_sensor(patch.stop, patch.lidar));
-  const std::vector<Handle> handles = sorted_handles(patches, T_G_sensor, T_grid_G, options.min_size_m, use);
+  const std::vector<Handle> handles = sorted_handles(patches, T_G_sensor, T_grid_G, options, use);
   std::vector<std::size_t> roots;
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (i == 0 || handles[i].key >> (3 * levels) != handles[i - 1].key >> (3 * levels)) roots.push_back(i);

@@ -179,6 +179,22 @@ TEST(PlaneMap, TakesTheNoiseOutOfTheScatterThatWouldTurnAnObliquePlane) {
   }
 }
 
+// A wall and the floor that it stands on, seen from two stops: cells in the corner are divided.
+TEST(PlaneMap, OfWholeCellsHasTheirPointsToo) {
+  Random random(8);
+  const RigState state = two_stops();
+  std::vector<Vector3d> points = box_of_points({3.1, 0.0, 0.2}, {0.0, 1.5, 1.5}, 0.005, 20000, random);
+  const auto floor = box_of_points({2.2, 0.0, -1.3}, {0.9, 1.5, 0.0}, 0.005, 20000, random);
+  points.insert(points.end(), floor.begin(), floor.end());
+  const std::vector<PatchCells> patches{patch_of(points, state, 0), patch_of(points, state, 1)};
+  PlaneMapOptions whole;
+  whole.whole_cells = true;
+  const PlaneMap map = map_of(patches, state, whole);
+  EXPECT_EQ(patches[0].cells.size() + patches[1].cells.size(), map.counts.cells);
+  EXPECT_LT(map.counts.cells, map_of(patches, state).counts.cells);
+  EXPECT_GT(points_in(map), 0.6 * 2.0 * static_cast<double>(points.size()));
+}
+
 TEST(PlaneMap, RejectsWhatOnlyOnePatchSaw) {
   Random random(14);
   const RigState state = two_stops();
