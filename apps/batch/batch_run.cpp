@@ -264,9 +264,12 @@ class Batch {
     SessionRow& row = outcome_.rows[one.row];
     remove_parts(options_.out, row.session.name);
     const bool has_new_result = identity_of(fs::path(row.result) / "extrinsics.yaml") != one.before;
-    const bool solved = (end.code == 0 || end.code == 1) && has_new_result;
+    int code = end.code;
+    // It may have been told to end when all was written, since a result comes into its place whole.
+    if (stop_.stop_requested() && has_new_result) code = code_of_result(row.result).value_or(code);
+    const bool solved = (code == 0 || code == 1) && has_new_result;
     if (!solved && stop_.stop_requested()) return {};  // As it was told; nothing is known of the session.
-    row.record = {row.session.input, options_.settings, version(), one.input_state, end.code, {}, 0.0, 0.0, 0.0, host_};
+    row.record = {row.session.input, options_.settings, version(), one.input_state, code, {}, 0.0, 0.0, 0.0, host_};
     if (!solved) row.record.error = failure_text(end, own_file(one.row, ".log"));
     row.record.wall_s = seconds_since(one.begun);
     row.record.cpu_s = end.cpu_s;

@@ -96,6 +96,12 @@ InputState input_state(const std::vector<std::string>& paths) {
   return state;
 }
 
+std::optional<int> code_of_result(const std::string& folder) {
+  const std::optional<Json> report = read_json(fs::path(folder) / "report.json");
+  if (!report || !report->contains("status") || !report->at("status").is_string()) return std::nullopt;
+  return report->at("status") == "good" ? good_code : weak_code;
+}
+
 std::optional<SessionRecord> read_record(const std::string& path) {
   const std::optional<Json> json = read_json(path);
   if (!json || json->value("rigcal", 0) != format_version) return std::nullopt;
@@ -158,7 +164,7 @@ Judgement judge_session(const SessionWork& work, const InputState& state, bool r
     if (solved) found = *record;
     found.input_state = state.digest;
     if (!solved) {
-      found.code = report->value("status", std::string()) == "good" ? good_code : weak_code;
+      found.code = code_of_result(work.result).value_or(weak_code);
       found.wall_s = report->value("wall_s", 0.0);
       found.peak_memory_mb = report->value("peak_memory_mb", 0.0);
     }

@@ -35,6 +35,10 @@ struct InputState {
 };
 [[nodiscard]] InputState input_state(const std::vector<std::string>& paths);
 
+/// The exit code of the calibration that ended with this result, good or not; nothing where there is no report. For a
+/// result whose calibration was ended after it had written all.
+[[nodiscard]] std::optional<int> code_of_result(const std::string& folder);
+
 /// Nothing where there is none that can be read.
 [[nodiscard]] std::optional<SessionRecord> read_record(const std::string& path);
 Expected<void> write_record(const SessionRecord& record, const std::string& path);

@@ -191,6 +191,18 @@ TEST_F(Judge, DoesNotTrustARecordThatIsNone) {
   EXPECT_FALSE(judge().keep);
 }
 
+TEST_F(Judge, AResultSaysWithWhichCodeItsCalibrationEnded) {
+  EXPECT_EQ(code_of_result(work.result), std::nullopt) << "nothing was written yet";
+  write("result/report.json", R"({"status": "good"})");
+  EXPECT_EQ(code_of_result(work.result), 0);
+  write("result/report.json", R"({"status": "weak"})");
+  EXPECT_EQ(code_of_result(work.result), 1);
+  write("result/report.json", R"({"status": 7})");
+  EXPECT_EQ(code_of_result(work.result), std::nullopt);
+  write("result/report.json", R"({"status": "good")");
+  EXPECT_EQ(code_of_result(work.result), std::nullopt) << "cut off";
+}
+
 TEST(BatchTable, QuotesWhatACsvMustQuote) {
   BatchOutcome outcome;
   SessionRow& row = outcome.rows.emplace_back();
