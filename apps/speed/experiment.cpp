@@ -60,7 +60,7 @@ Expected<ManyScans> time_scans(const ExperimentOptions& options, const RunContex
   out.table.points = set->points;
   out.table.lidars = 1;
   out.table.stops = set_options.stops;
-  for (const PatchCells& patch : cells) out.table.cells += patch.cells.size() + patch.parts.size();
+  for (const PatchCells& patch : cells) out.table.cells += patch.cells.size() + patch.pieces.size();
   out.table.planes = map.features.size();
   for (const PlaneFeature& feature : map.features) out.table.observations += feature.observations.size();
   return out;

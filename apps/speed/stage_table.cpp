@@ -184,7 +184,7 @@ Expected<StageTable> time_stages(const SpeedSet& set, const RunContext& context)
   const MemoryWatch memory;
   std::vector<PatchCells> cells;
   const Took cells_took = middle_of(repetitions, [&] { cells = set.cells(false); });
-  for (const PatchCells& patch : cells) out.cells += patch.cells.size() + patch.parts.size();
+  for (const PatchCells& patch : cells) out.cells += patch.cells.size() + patch.pieces.size();
   out.stages.push_back({"points to cells", cells_took.wall_s, cells_took.cpu_s,
                         static_cast<double>(out.points * sizeof(Point) + out.cells * sizeof(Cell))});
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};

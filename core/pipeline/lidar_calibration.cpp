@@ -333,7 +333,7 @@ class Calibration {
     // Where it is the last, its map is what sigma is told from.
     if (options_.last_stage != LastStage::joint) {
       loose.map.with_rays = true;
-      loose.map.whole_cells = false;
+      loose.map.by_cubes = false;
       loose.map.min_size_m = PlaneMapOptions{}.min_size_m;
     }
     std::vector<char> base_only = solution_.use;

@@ -114,7 +114,7 @@ std::vector<RefinePass> standard_passes(int tight) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;
     passes[i].map.max_chi2 = 3.0;
-    passes[i].map.whole_cells = true;
+    passes[i].map.by_cubes = true;
     passes[i].map.min_size_m = 0.25;
     if (i == 0) passes[i].merge_tolerance_m = 0.02;
   }

@@ -10,9 +10,8 @@
 
 namespace rigcal {
 
-/// The points of one patch in one small cube of the sensor's own grid: count, mean and
-/// scatter sum (p - mean)(p - mean)^T, in metres in the sensor's frame. Points are read once; from here on only cells
-/// are moved and added.
+/// Some points of one patch that lie close together: count, mean and scatter sum (p - mean)(p - mean)^T, in metres in
+/// the sensor's frame. Points are read once; from here on only cells are moved and added.
 struct Cell {
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();
@@ -25,56 +24,20 @@ struct Cell {
   }
 };
 
-/// A cell whose points are no flat piece, and where its octants begin among the parts of its patch; they end where
-/// those of the next divided cell begin.
-struct DividedCell {
-  std::uint32_t cell = 0;
-  std::uint32_t first_part = 0;
-};
-
-/// All cells of what one LiDAR saw in one stop.
+/// All cells of what one LiDAR saw in one stop, by two ways to divide it: each point is once in either.
 struct PatchCells {
   int lidar = 0;
   int stop = 0;
   std::uint64_t points = 0;  ///< Points that went in.
+  /// Cubes of the sensor's grid: what finds the rig goes by them.
   std::vector<Cell> cells;
-  /// Where two surfaces meet, a cell belongs to neither: such ones are here once more, by octants. Ascending by
-  /// cell.
-  std::vector<DividedCell> divided;
-  std::vector<Cell> parts;
+  /// Pieces of surface by direction as the sensor sees them, flat as far as their points tell: what planes are made of.
+  std::vector<Cell> pieces;
   std::vector<Point> thinned;  ///< One point for each 2 cm, for the fused map; empty unless asked for.
 };
 
-/// The finest cells of a patch, each point in one: those that are not divided, and the parts of the others.
-class FinestCells {
- public:
-  explicit FinestCells(const PatchCells& patch) : patch_(patch) {}
-
-  [[nodiscard]] std::size_t count() const { return patch_.cells.size() - patch_.divided.size() + patch_.parts.size(); }
-  /// Cells have the numbers below `cells.size()`, parts those from there on.
-  [[nodiscard]] const Cell& operator[](std::uint32_t number) const {
-    return number < patch_.cells.size() ? patch_.cells[number] : patch_.parts[number - patch_.cells.size()];
-  }
-  /// Calls f(number) for each, the parts of a cell in its place.
-  template <class F>
-  void for_each(const F& f) const {
-    const auto cells = static_cast<std::uint32_t>(patch_.cells.size());
-    std::uint32_t next = 0;
-    for (std::size_t k = 0; k < patch_.divided.size(); ++k) {
-      for (; next < patch_.divided[k].cell; ++next) f(next);
-      const std::size_t end = k + 1 < patch_.divided.size() ? patch_.divided[k + 1].first_part : patch_.parts.size();
-      for (std::uint32_t part = patch_.divided[k].first_part; part < end; ++part) f(cells + part);
-      ++next;
-    }
-    for (; next < cells; ++next) f(next);
-  }
-
- private:
-  const PatchCells& patch_;
-};
-
 struct CellOptions {
-  double size_m = 0.2;        ///< Edge of a cell; larger ones fail in rooms.
+  double size_m = 0.2;        ///< Edge of a cube, and depth of a piece; larger ones fail in rooms.
   double max_range_m = 60.0;  ///< Farther points carry angle noise of several centimetres.
   bool keep_thinned = false;  ///< Keep one point for each 2 cm for the fused map.
 };
@@ -89,14 +52,15 @@ class CellBuilder {
   CellBuilder& operator=(CellBuilder&&) noexcept;
 
   void add(std::span<const Point> points);
-  /// The cells in the order in which they were first hit; the builder is empty afterwards and keeps its memory.
+  /// The cubes in the order in which they were first hit, the pieces by direction and then by depth; the builder is
+  /// empty afterwards and keeps its memory.
   [[nodiscard]] PatchCells finish();
   /// What is added from now on is of this patch; forgets what was added and not finished.
   void begin(int lidar, int stop, const CellOptions& options);
 
  private:
-  struct Table;
-  std::unique_ptr<Table> table_;
+  struct Tables;
+  std::unique_ptr<Tables> tables_;
 };
 
 }  // namespace rigcal

@@ -19,37 +19,6 @@ Eigen::Vector3d cube_corner(std::uint64_t key) {
   return {part(0), part(1), part(2)};
 }
 
-std::size_t KeyNumbers::slot(std::uint64_t key) const {
-  const std::size_t mask = slots_.size() - 1;
-  std::size_t at = first_slot(key);
-  while (slots_[at].key != none && slots_[at].key != key) at = (at + 1) & mask;
-  return at;
-}
-
-KeyNumbers::Met KeyNumbers::meet(std::uint64_t key) {
-  std::size_t at = slot(key);
-  if (slots_[at].key == key) return {slots_[at].number, false};
-  if (2 * (std::size_t{used_} + 1) > slots_.size()) {
-    grow();
-    at = slot(key);
-  }
-  slots_[at] = {key, used_};
-  return {used_++, true};
-}
-
-std::uint32_t KeyNumbers::find(std::uint64_t key) const {
-  const Slot& at = slots_[slot(key)];
-  return at.key == key ? at.number : unknown;
-}
-
-void KeyNumbers::grow() {
-  std::vector<Slot> slots(2 * slots_.size());
-  slots.swap(slots_);
-  for (const Slot& each : slots) {
-    if (each.key != none) slots_[slot(each.key)] = each;
-  }
-}
-
 void CubeIndex::deal_out(std::span<const Eigen::Vector3f> points) {
   keys_.resize(points.size());
   order_.resize(points.size());

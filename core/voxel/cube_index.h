@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/voxel/key_numbers.h"
 
 namespace rigcal {
 
@@ -15,45 +16,6 @@ namespace rigcal {
 
 /// The corner of a key's cube at which all coordinates are least, in edges.
 [[nodiscard]] Eigen::Vector3d cube_corner(std::uint64_t key);
-
-/// Numbers keys 0, 1, 2 .. in the order in which they are first met: open addressing.
-class KeyNumbers {
- public:
-  struct Met {
-    std::uint32_t number = 0;
-    bool first = false;
-  };
-  static constexpr std::uint32_t unknown = ~std::uint32_t{0};
-
-  Met meet(std::uint64_t key);
-  /// The number of a key, `unknown` where it was never met.
-  [[nodiscard]] std::uint32_t find(std::uint64_t key) const;
-  [[nodiscard]] std::uint32_t size() const { return used_; }
-  /// Which of 64 shards a key belongs to, by other bits than its place in a table.
-  static std::size_t shard(std::uint64_t key) { return static_cast<std::size_t>(mixed(key) >> 58); }
-  /// Says that a key will be asked for soon: tables are larger than caches.
-  void fetch(std::uint64_t key) const { __builtin_prefetch(&slots_[first_slot(key)]); }
-
- private:
-  /// Where a key is looked for first.
-  [[nodiscard]] std::size_t first_slot(std::uint64_t key) const {
-    return static_cast<std::size_t>(mixed(key) >> 8) & (slots_.size() - 1);
-  }
-  static std::uint64_t mixed(std::uint64_t key) {
-    key *= 0x9E3779B97F4A7C15ULL;
-    return key ^ key >> 29;
-  }
-  [[nodiscard]] std::size_t slot(std::uint64_t key) const;
-  void grow();
-
-  static constexpr std::uint64_t none = ~std::uint64_t{0};
-  struct Slot {
-    std::uint64_t key = none;
-    std::uint32_t number = 0;
-  };
-  std::vector<Slot> slots_ = std::vector<Slot>(1 << 10);
-  std::uint32_t used_ = 0;
-};
 
 /// Tells points by the cube of the world that they lie in. The cubes are dealt out to shards, and a thread takes a
 /// shard at a time, so that the answer is the same with any number of them.

@@ -41,6 +41,10 @@ struct Handle {
   std::uint32_t cell = 0;
 };
 
+const std::vector<Cell>& cells_of(const PatchCells& patch, const PlaneMapOptions& options) {
+  return options.by_cubes ? patch.cells : patch.pieces;
+}
+
 // R S R^T, both by their upper triangles.
 Eigen::Matrix<double, 6, 1> turned(const Matrix3d& R, const Cell& cell) {
   const Matrix3d RS = R * cell.scatter_matrix();
@@ -55,8 +59,7 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
                                    const SE3& T_grid_G, const PlaneMapOptions& options, const std::vector<char>& use) {
   std::vector<std::size_t> start(patches.size() + 1, 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    const std::size_t count = options.whole_cells ? patches[i].cells.size() : FinestCells(patches[i]).count();
-    start[i + 1] = start[i] + (use.empty() || use[i] ? count : 0);
+    start[i + 1] = start[i] + (use.empty() || use[i] ? cells_of(patches[i], options).size() : 0);
   }
   std::vector<Handle> handles(start.back());
   const double per_m = 1.0 / options.min_size_m;
@@ -66,15 +69,9 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
       const auto patch = static_cast<std::uint32_t>(i);
       if (start[i] == start[i + 1]) continue;
       Handle* next = &handles[start[i]];
-      const FinestCells cells(patches[i]);
-      const auto take = [&](std::uint32_t number) {
+      const std::vector<Cell>& cells = cells_of(patches[i], options);
+      for (std::uint32_t number = 0; number < cells.size(); ++number)
         *next++ = {morton(T_grid_sensor * cells[number].mean, per_m), patch, number};
-      };
-      if (!options.whole_cells) {
-        cells.for_each(take);
-        continue;
-      }
-      for (std::uint32_t number = 0; number < patches[i].cells.size(); ++number) take(number);
     }
   });
   radix_sort(handles);
@@ -83,17 +80,17 @@ std::vector<Handle> sorted_handles(const std::vector<PatchCells>& patches, const
 
 // Moves those of one root voxel to the world: all at once they would not fit the caches.
 void to_world(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_G_sensor,
-              std::span<const Handle> handles, std::vector<WorldCell>& out) {
+              const PlaneMapOptions& options, std::span<const Handle> handles, std::vector<WorldCell>& out) {
   constexpr std::size_t ahead = 12;  // of the cell at hand: they lie all over the memory
   out.clear();
   for (std::size_t i = 0; i < handles.size(); ++i) {
     if (i + ahead < handles.size()) {
-      const Cell* next = &FinestCells(patches[handles[i + ahead].patch])[handles[i + ahead].cell];
+      const Cell* next = &cells_of(patches[handles[i + ahead].patch], options)[handles[i + ahead].cell];
       __builtin_prefetch(next);
       __builtin_prefetch(next->scatter.data() + 5);
     }
     const Handle& handle = handles[i];
-    const Cell& cell = FinestCells(patches[handle.patch])[handle.cell];
+    const Cell& cell = cells_of(patches[handle.patch], options)[handle.cell];
     const SE3& T = T_G_sensor[handle.patch];
     out.push_back({handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell)});
   }
@@ -178,7 +175,7 @@ PlaneMap build_plane_map(const std::vector<PatchCells>& patches, const RigState&
     RootSplitter splitter(context, parts[begin / grain]);
     thread_local std::vector<WorldCell> cells;
     for (std::size_t r = begin; r < end; ++r) {
-      to_world(patches, T_G_sensor, std::span(handles).subspan(roots[r], roots[r + 1] - roots[r]), cells);
+      to_world(patches, T_G_sensor, options, std::span(handles).subspan(roots[r], roots[r + 1] - roots[r]), cells);
       splitter.split(cells, levels, options.root_size_m);
     }
   });

@@ -26,7 +26,7 @@ struct PlaneMapOptions {
   double min_kept = 0.7;          ///< Below this share of points kept, a voxel is split.
   double max_chi2 = 1.3;          ///< Likewise above this mean square of distance over noise.
   bool with_rays = false;         ///< See PlaneFeature::rays.
-  bool whole_cells = false;  ///< Not by the parts of divided cells: half the time, and blunter where surfaces meet.
+  bool by_cubes = false;          ///< Not by pieces: half the time, and blunter where surfaces meet.
 };
 
 /// What became of the cells.

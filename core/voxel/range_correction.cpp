@@ -22,7 +22,7 @@ void shorten(Cell& cell, double offset_m) {
 
 void shorten_ranges(PatchCells& patch, double offset_m) {
   for (Cell& cell : patch.cells) shorten(cell, offset_m);
-  for (Cell& part : patch.parts) shorten(part, offset_m);
+  for (Cell& piece : patch.pieces) shorten(piece, offset_m);
   for (Point& p : patch.thinned) {
     const Vector3d at(p.x, p.y, p.z);
     const Vector3d moved = at - offset_m / std::max(nearest_m, at.norm()) * at;

@@ -139,7 +139,7 @@ TEST_F(RealMid100Cameras, LookWhereTheBarsOfTheFacadeSayAndAreWeak) {
       EXPECT_LT(to_deg(turned.back().norm()), 0.45);
       EXPECT_LT(to_deg(std::abs(turned.back().z())), 0.15) << "about the optical axis, which upright bars hold";
     }
-    EXPECT_LT(to_deg((turned[0] - turned[1]).norm()), 0.25) << "what is left is common to both cameras";
+    EXPECT_LT(to_deg((turned[0] - turned[1]).norm()), 0.3) << "what is left is common to both cameras";
   }
 }
 

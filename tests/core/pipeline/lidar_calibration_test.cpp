@@ -158,7 +158,7 @@ TEST(CalibrateLidars, TwoGroupsOfStopsDoNotSlideApart) {
 TEST(CalibrateLidars, ALidarWithoutPointsFailsAndTheOthersAreSolved) {
   LightRecording run = make_light_recording(make_courtyard(6));
   for (PatchCells& patch : run.recording.patches) {
-    if (patch.lidar == 2) patch = PatchCells{2, patch.stop, 0, {}, {}, {}, {}};
+    if (patch.lidar == 2) patch = PatchCells{2, patch.stop, 0, {}, {}, {}};
   }
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.status, Status::failed);
@@ -202,7 +202,7 @@ TEST(CalibrateLidars, ALidarThatCannotBeFoundWithoutAGuessFailsAndSaysSo) {
   run.guess[3].reset();
   // It looked away but once: nothing shows how it was carried round.
   for (PatchCells& patch : run.recording.patches) {
-    if (patch.lidar == 3 && patch.stop > 0) patch = PatchCells{3, patch.stop, 0, {}, {}, {}, {}};
+    if (patch.lidar == 3 && patch.stop > 0) patch = PatchCells{3, patch.stop, 0, {}, {}, {}};
   }
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.sensors[3].status, Status::failed);

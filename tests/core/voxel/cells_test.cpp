@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -61,6 +60,8 @@ void expect_same_bits(const PatchCells& a, const PatchCells& b) {
   EXPECT_EQ(a.points, b.points);
   ASSERT_EQ(a.cells.size(), b.cells.size());
   EXPECT_EQ(0, std::memcmp(a.cells.data(), b.cells.data(), a.cells.size() * sizeof(Cell)));
+  ASSERT_EQ(a.pieces.size(), b.pieces.size());
+  EXPECT_EQ(0, std::memcmp(a.pieces.data(), b.pieces.data(), a.pieces.size() * sizeof(Cell)));
   ASSERT_EQ(a.thinned.size(), b.thinned.size());
   EXPECT_EQ(0, std::memcmp(a.thinned.data(), b.thinned.data(), a.thinned.size() * sizeof(Point)));
 }
@@ -141,6 +142,7 @@ TEST(Cells, BuilderIsEmptyAfterFinishAndFitForMore) {
   const PatchCells nothing = builder.finish();
   EXPECT_EQ(0U, nothing.points);
   EXPECT_TRUE(nothing.cells.empty());
+  EXPECT_TRUE(nothing.pieces.empty());
   EXPECT_TRUE(nothing.thinned.empty());
   builder.add(points);
   expect_same_bits(first, builder.finish());
@@ -173,6 +175,7 @@ TEST(Cells, LeaveOutWhatIsTooFarAndWhatIsNoNumber) {
   const PatchCells patch = cells_of(points, 0, 0, CellOptions{0.2, 5.0, true});
   EXPECT_EQ(1U, patch.points);
   ASSERT_EQ(1U, patch.cells.size());
+  EXPECT_EQ(1U, patch.pieces.size());
   EXPECT_FLOAT_EQ(4.999F, static_cast<float>(patch.cells[0].mean.z()));
   EXPECT_EQ(1U, patch.thinned.size());
 }
@@ -195,85 +198,6 @@ TEST_P(ThinnedCells, KeepTheFirstPointOfEveryTwoCentimetreCube) {
 
 // Multiples of 2 cm, whose small cubes are those of the whole space.
 INSTANTIATE_TEST_SUITE_P(Sizes, ThinnedCells, ::testing::Values(0.2, 0.1));
-
-// Points of a floor, and where asked for of a wall that stands on it, with noise of a centimetre across each. The cell
-// from (0, 0, 0) on has the corner in its middle. The floor alone lies in the middle of its octants: a tail of its
-// noise in the next ones would divide cells, too, which costs time and nothing else.
-std::vector<Point> floor_and_wall(bool with_wall, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<Point> points;
-  for (int i = 0; i < 20000; ++i) {
-    const double y = random.uniform(-1.0, 1.0);
-    if (with_wall && i % 2 == 1)
-      points.push_back(point(0.1 + 0.01 * random.normal(), y, random.uniform(0.1, 1.0)));
-    else
-      points.push_back(
-          point(random.uniform(with_wall ? 0.1 : -1.0, 1.0), y, (with_wall ? 0.13 : 0.15) + 0.01 * random.normal()));
-  }
-  return points;
-}
-
-double share_divided(const PatchCells& patch, const std::function<bool(const Vector3d&)>& is_asked_for) {
-  double asked = 0.0;
-  double divided = 0.0;
-  std::set<std::uint32_t> numbers;
-  for (const DividedCell& d : patch.divided) numbers.insert(d.cell);
-  for (std::uint32_t i = 0; i < patch.cells.size(); ++i) {
-    if (patch.cells[i].N < 20.0 || !is_asked_for(patch.cells[i].mean)) continue;
-    asked += 1.0;
-    divided += numbers.count(i) > 0 ? 1.0 : 0.0;
-  }
-  EXPECT_GT(asked, 9.0);
-  return divided / asked;
-}
-
-TEST(Cells, AreDividedWhereTwoSurfacesMeet) {
-  const auto in_corner = [](const Vector3d& p) { return std::abs(p.x() - 0.1) < 0.1 && p.z() < 0.2; };
-  const auto on_floor = [](const Vector3d&) { return true; };
-  EXPECT_GT(share_divided(cells_of(floor_and_wall(true, 8), 0, 0), in_corner), 0.8);
-  EXPECT_LT(share_divided(cells_of(floor_and_wall(false, 9), 0, 0), on_floor), 0.5) << "most flat ones stay whole";
-}
-
-TEST(Cells, HaveAllTheirPointsInTheirParts) {
-  const PatchCells patch = cells_of(floor_and_wall(true, 10), 0, 0);
-  ASSERT_FALSE(patch.divided.empty());
-  for (std::size_t k = 0; k < patch.divided.size(); ++k) {
-    const Cell& whole = patch.cells[patch.divided[k].cell];
-    const std::size_t end = k + 1 < patch.divided.size() ? patch.divided[k + 1].first_part : patch.parts.size();
-    double N = 0.0;
-    Matrix3d scatter = Matrix3d::Zero();
-    std::set<Voxel> octants;
-    for (std::size_t i = patch.divided[k].first_part; i < end; ++i) {
-      const Cell& part = patch.parts[i];
-      const Vector3d d = part.mean - whole.mean;
-      const Eigen::Array3d octant = (part.mean / 0.1).array().floor();
-      EXPECT_TRUE(octants.insert({std::lround(octant[0]), std::lround(octant[1]), std::lround(octant[2])}).second);
-      EXPECT_TRUE(((octant / 2.0).floor() == (whole.mean / 0.2).array().floor()).all()) << "inside the cell";
-      N += part.N;
-      scatter += part.scatter_matrix() + part.N * d * d.transpose();
-    }
-    EXPECT_EQ(whole.N, N);
-    EXPECT_LT((scatter - whole.scatter_matrix()).norm(), 1e-12);
-  }
-  // Each number once, the parts in the place of their cell.
-  const FinestCells finest(patch);
-  std::set<std::uint32_t> numbers;
-  double points = 0.0;
-  finest.for_each([&](std::uint32_t number) {
-    EXPECT_TRUE(numbers.insert(number).second);
-    points += finest[number].N;
-  });
-  EXPECT_EQ(finest.count(), numbers.size());
-  EXPECT_EQ(static_cast<double>(patch.points), points);
-}
-
-TEST(Cells, OfFewPointsStayWhole) {
-  const PatchCells patch = cells_of({point(0.01, 0.01, 0.01), point(0.19, 0.19, 0.01), point(0.01, 0.19, 0.19),
-                                     point(0.19, 0.01, 0.19), point(0.01, 0.01, 0.19)},
-                                    0, 0);
-  EXPECT_EQ(1U, patch.cells.size());
-  EXPECT_TRUE(patch.divided.empty());
-}
 
 TEST(Cells, OfHalfAMetreAreThinnedToATenthOfTheirEdge) {
   const std::vector<Point> points = random_points(20000, 0.5, 7);

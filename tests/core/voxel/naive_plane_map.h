@@ -21,8 +21,7 @@ class NaivePlaneMap {
     std::vector<WorldCell> all;
     for (std::uint32_t k = 0; k < patches.size(); ++k) {
       const SE3 T = state.T_G_sensor(patches[k].stop, patches[k].lidar);
-      const FinestCells cells(patches[k]);
-      cells.for_each([&](std::uint32_t i) { all.push_back(moved(cells[i], T, k, i)); });
+      for (std::uint32_t i = 0; i < patches[k].pieces.size(); ++i) all.push_back(moved(patches[k].pieces[i], T, k, i));
     }
     deal(all, options.root_size_m);
   }

@@ -111,7 +111,7 @@ TEST(PlaneMap, FindsThePlaneThatTwoPatchesSaw) {
   const double sigma = 0.02 / std::sqrt(points_in(map));
   EXPECT_NEAR(0.0, wall.normal().dot(f.center_G - wall.center), 5.0 * sigma);
   EXPECT_LT(f.normal_G.cross(wall.normal()).norm(), 5.0 * sigma / 0.35);
-  EXPECT_EQ(map.counts.cells, FinestCells(patches[0]).count() + FinestCells(patches[1]).count());
+  EXPECT_EQ(map.counts.cells, patches[0].pieces.size() + patches[1].pieces.size());
   // Left out may be what the sensor's grid slices off the wall's face, where it falls into a column of its own.
   EXPECT_GT(static_cast<double>(map.counts.cells_used), 0.93 * static_cast<double>(map.counts.cells));
   EXPECT_EQ(map.counts.cells, map.counts.cells_used + map.counts.cells_gated);
@@ -179,8 +179,8 @@ TEST(PlaneMap, TakesTheNoiseOutOfTheScatterThatWouldTurnAnObliquePlane) {
   }
 }
 
-// A wall and the floor that it stands on, seen from two stops: cells in the corner are divided.
-TEST(PlaneMap, OfWholeCellsHasTheirPointsToo) {
+// A wall and the floor that it stands on, seen from two stops.
+TEST(PlaneMap, OfCubesHasTheirPointsToo) {
   Random random(8);
   const RigState state = two_stops();
   std::vector<Vector3d> points = box_of_points({3.1, 0.0, 0.2}, {0.0, 1.5, 1.5}, 0.005, 20000, random);
@@ -188,7 +188,7 @@ TEST(PlaneMap, OfWholeCellsHasTheirPointsToo) {
   points.insert(points.end(), floor.begin(), floor.end());
   const std::vector<PatchCells> patches{patch_of(points, state, 0), patch_of(points, state, 1)};
   PlaneMapOptions whole;
-  whole.whole_cells = true;
+  whole.by_cubes = true;
   const PlaneMap map = map_of(patches, state, whole);
   EXPECT_EQ(patches[0].cells.size() + patches[1].cells.size(), map.counts.cells);
   EXPECT_LT(map.counts.cells, map_of(patches, state).counts.cells);
@@ -202,7 +202,7 @@ TEST(PlaneMap, RejectsWhatOnlyOnePatchSaw) {
   auto patches = make_patches({wall}, state, View{2000.0, pi, {}}, random);
   const PlaneMap left_out = build_plane_map(patches, state, two_lidars, {}, {}, {1, 0});
   EXPECT_TRUE(left_out.features.empty());
-  EXPECT_EQ(FinestCells(patches[0]).count(), left_out.counts.cells);
+  EXPECT_EQ(patches[0].pieces.size(), left_out.counts.cells);
   EXPECT_EQ(0U, left_out.counts.cells_used);
   EXPECT_EQ(1U, left_out.counts.leaves_dropped);
   patches[1] = cells_of({}, 0, 1);
@@ -300,7 +300,7 @@ TEST_P(PersonBeforeAWall, IsLeftOutWhileTheWallStays) {
       const SE3 T = state.T_G_sensor(1, 0).inverse();
       std::vector<Point> seen;
       for (const Vector3d& p_G : body) seen.push_back(measured(T * p_G, NoiseModel{}, random));
-      cells_of_person = FinestCells(cells_of(seen, 0, 1)).count();
+      cells_of_person = cells_of(seen, 0, 1).pieces.size();
       points.insert(points.end(), seen.begin(), seen.end());
     }
     patches.push_back(cells_of(points, 0, j));
