@@ -63,7 +63,7 @@ function(rigcal_add_test name)
   list(TRANSFORM ARG_DEPS PREPEND "rigcal::")
   target_link_libraries(${name}_test PRIVATE rigcal_rules rigcal_test_support ${ARG_DEPS} ${ARG_PRIVATE_DEPS}
                         GTest::gmock GTest::gtest_main)
-  # What is tested is optimised as it is shipped; the tests themselves are a third of the build.
+  # What is tested is optimised as it is shipped; the tests themselves are half of the build.
   target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_PROGRAM)
     target_compile_definitions(${name}_test PRIVATE RIGCAL_PROGRAM="$<TARGET_FILE:rigcal>")

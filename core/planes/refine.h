@@ -20,8 +20,8 @@ struct RefinePass {
   int iterations = 6;
 };
 
-/// Two passes with loose gates for a start that is right to a few centimetres, by whole cells, then `tight` ones by the
-/// finest, each with a map built anew; the tight ones' maps have rays.
+/// Two passes with loose gates for a start that is right to a few centimetres, by cubes, then `tight` ones by pieces,
+/// each with a map built anew; the tight ones' maps have rays.
 [[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
 
 /// How far one pass moved the extrinsic of a LiDAR.

@@ -47,7 +47,7 @@ void CubeTable::begin(const CellOptions& options) {
   places_.clear();
   sums_.clear();
   thin_bits_.clear();
-  thinned_ = {};
+  thinned_.clear();
 }
 
 // That of the i-th point of the block.
@@ -63,9 +63,13 @@ void CubeTable::add(const PointBlock& block) {
   if (options_.keep_thinned) place_in_cube(options_.size_m, placed_);
   for (std::size_t i = 0; i < block.count; ++i) numbers_.fetch(placed_.key[i]);
   for (std::size_t i = 0; i < block.count; ++i) {
-    const KeyNumbers::Met met = numbers_.meet(placed_.key[i]);
-    if (met.first) add_cube(i);
-    number[i] = met.number;
+    if (i > 0 && placed_.key[i] == placed_.key[i - 1]) {
+      number[i] = number[i - 1];
+    } else {
+      const KeyNumbers::Met met = numbers_.meet(placed_.key[i]);
+      if (met.first) add_cube(i);
+      number[i] = met.number;
+    }
     __builtin_prefetch(&sums_[number[i]], 1);
     __builtin_prefetch(&sums_[number[i]].zz, 1);
     if (options_.keep_thinned) __builtin_prefetch(&thin_word(number[i], placed_.thin_cube[i]), 1);
@@ -88,7 +92,8 @@ void CubeTable::finish(PatchCells& out) {
   out.cells.reserve(sums_.size());
   for (std::size_t i = 0; i < sums_.size(); ++i)
     out.cells.push_back(sums_[i].about({middle(places_[i].x), middle(places_[i].y), middle(places_[i].z)}));
-  out.thinned = std::move(thinned_);
+  // Copied, so that what is given away has its size, and what it grew in is used again.
+  out.thinned = thinned_;
   begin(options_);
 }
 

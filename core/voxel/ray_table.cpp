@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include "core/base/radix_sort.h"
 #include "core/base/wide.h"
@@ -59,8 +60,9 @@ constexpr double most_apart_m = 0.1;
 // where the surface itself goes from one to the other, in few.
 constexpr double least_common = 0.6;
 
-// Whether what lies behind is the same surface, which a border between both cuts by its noise.
-bool is_cut_by_noise(Parts near, Parts behind) {
+// Whether what lies behind is the same surface, which a border between both cuts by its noise. Each about its own
+// middle; that of the farther one is `depth_m` deeper.
+bool is_cut_by_noise(Parts near, Parts behind, double depth_m) {
   double n_near = 0.0;
   double n_behind = 0.0;
   double common_near = 0.0;
@@ -75,7 +77,7 @@ bool is_cut_by_noise(Parts near, Parts behind) {
     common_behind += behind[k].n;
     const double weight = std::min(near[k].n, behind[k].n);
     common += weight;
-    apart += weight * (behind[k].vx / behind[k].n - near[k].vx / near[k].n);
+    apart += weight * (depth_m + behind[k].vx / behind[k].n - near[k].vx / near[k].n);
   }
   const bool same_directions =
       n_near < n_behind ? common_near >= least_common * n_near : common_behind >= least_common * n_behind;
@@ -208,6 +210,7 @@ void RayTable::begin(const CellOptions& options) {
   keys_.clear();
   sums_of_.clear();
   sums_.clear();
+  pieces_.clear();
 }
 
 void RayTable::add(const PointBlock& block) {
@@ -218,12 +221,16 @@ void RayTable::add(const PointBlock& block) {
   place_in_cells(options_.size_m, placed_);
   for (std::size_t i = 0; i < block.count; ++i) numbers_.fetch(placed_.key[i]);
   for (std::size_t i = 0; i < block.count; ++i) {
-    const KeyNumbers::Met met = numbers_.meet(placed_.key[i]);
-    if (met.first) {
-      keys_.push_back(placed_.key[i]);
-      sums_of_.emplace_back().fill(no_sums);
+    if (i > 0 && placed_.key[i] == placed_.key[i - 1]) {
+      cell[i] = cell[i - 1];
+    } else {
+      const KeyNumbers::Met met = numbers_.meet(placed_.key[i]);
+      if (met.first) {
+        keys_.push_back(placed_.key[i]);
+        sums_of_.emplace_back().fill(no_sums);
+      }
+      cell[i] = met.number;
     }
-    cell[i] = met.number;
     __builtin_prefetch(&sums_of_[cell[i]][static_cast<std::size_t>(placed_.sixteenth[i])], 1);
   }
   for (std::size_t i = 0; i < block.count; ++i) {
@@ -259,10 +266,10 @@ void RayTable::load(std::uint32_t cell, CellParts& out) const {
 }
 
 // One cell, or its quarters that are flat and the sixteenths of the others.
-void RayTable::append_pieces(std::uint64_t key, const CellParts& parts, std::vector<Cell>& out) const {
+void RayTable::append_pieces(std::uint64_t key, const CellParts& parts) {
   const int face = face_of(key);
   const Vector3d middle = in_sensor(middle_ahead(key, options_.size_m, across_), face);
-  const auto append = [&](const CellSums& sums) { out.push_back(in_sensor(sums, face).about(middle)); };
+  const auto append = [&](const CellSums& sums) { pieces_.push_back(in_sensor(sums, face).about(middle)); };
   const CellSums all = total_of(parts);
   if (is_flat(all, parts)) {
     append(all);
@@ -290,23 +297,29 @@ void RayTable::finish(PatchCells& out) {
   constexpr std::size_t later = 12;
   CellParts near;
   CellParts behind;
+  bool is_loaded = false;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i + later < order.size()) __builtin_prefetch(&sums_of_[order[i + later].number]);
     if (i + soon < order.size()) prefetch(order[i + soon].number);
     const std::uint64_t key = order[i].key;
-    load(order[i].number, near);
-    if (i + 1 < order.size() && order[i + 1].key == key + 1) {
-      load(order[i + 1].number, behind);
+    if (!is_loaded) load(order[i].number, near);
+    is_loaded = i + 1 < order.size() && order[i + 1].key == key + 1;
+    if (is_loaded) load(order[i + 1].number, behind);
+    if (is_loaded && is_cut_by_noise(near, behind, options_.size_m)) {
       const Vector3d off =
           middle_ahead(key + 1, options_.size_m, across_) - middle_ahead(key, options_.size_m, across_);
-      for (CellSums& part : behind) part.move(off.x(), off.y(), off.z());
-      if (is_cut_by_noise(near, behind)) {
-        for (std::size_t k = 0; k < cell_sixteenths; ++k) near[k] += behind[k];
-        ++i;
+      for (std::size_t k = 0; k < cell_sixteenths; ++k) {
+        behind[k].move(off.x(), off.y(), off.z());
+        near[k] += behind[k];
       }
+      is_loaded = false;
+      ++i;
     }
-    append_pieces(key, near, out.pieces);
+    append_pieces(key, near);
+    if (is_loaded) std::swap(near, behind);
   }
+  // Copied, so that what is given away has its size, and what it grew in is used again.
+  out.pieces = pieces_;
   begin(options_);
 }
 

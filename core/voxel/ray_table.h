@@ -44,7 +44,7 @@ class RayTable {
   using CellParts = std::array<CellSums, cell_sixteenths>;
 
   void load(std::uint32_t cell, CellParts& out) const;
-  void append_pieces(std::uint64_t key, const CellParts& parts, std::vector<Cell>& out) const;
+  void append_pieces(std::uint64_t key, const CellParts& parts);
   void prefetch(std::uint32_t cell) const;
 
   CellOptions options_;
@@ -53,6 +53,7 @@ class RayTable {
   std::vector<std::uint64_t> keys_;                                  // of each cell
   std::vector<std::array<std::uint32_t, cell_sixteenths>> sums_of_;  // likewise; most are hit in a few only
   std::vector<CellSums> sums_;
+  std::vector<Cell> pieces_;
   PlacedOnRays placed_{};
 };
 
