@@ -10,34 +10,13 @@
 #include <set>
 
 #include "core/base/random.h"
+#include "tests/core/voxel/random_points.h"
 #include "tests/support/make_cells.h"
 
 namespace rigcal {
 namespace {
 
 using Voxel = std::array<long, 3>;
-
-Point point(double x, double y, double z) {
-  Point p;
-  p.x = static_cast<float>(x);
-  p.y = static_cast<float>(y);
-  p.z = static_cast<float>(z);
-  return p;
-}
-
-Vector3d vector_of(const Point& p) { return {p.x, p.y, p.z}; }
-
-std::vector<Point> random_points(std::size_t count, double reach, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<Point> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = random.uniform(-reach, reach);
-    const double y = random.uniform(-reach, reach);
-    const double z = random.uniform(-reach, reach);
-    points.push_back(point(x, y, z));
-  }
-  return points;
-}
 
 Voxel voxel_of(const Point& p, double size) {
   return {std::lround(std::floor(p.x / size)), std::lround(std::floor(p.y / size)),

@@ -11,32 +11,11 @@
 #include "core/base/random.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/voxel/cells.h"
+#include "tests/core/voxel/random_points.h"
 #include "tests/support/make_cells.h"
 
 namespace rigcal {
 namespace {
-
-Point point(double x, double y, double z) {
-  Point p;
-  p.x = static_cast<float>(x);
-  p.y = static_cast<float>(y);
-  p.z = static_cast<float>(z);
-  return p;
-}
-
-Vector3d vector_of(const Point& p) { return {p.x, p.y, p.z}; }
-
-std::vector<Point> random_points(std::size_t count, double reach, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<Point> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = random.uniform(-reach, reach);
-    const double y = random.uniform(-reach, reach);
-    const double z = random.uniform(-reach, reach);
-    points.push_back(point(x, y, z));
-  }
-  return points;
-}
 
 // A cell as the sensor sees it: which way it looks, how far left and up, how deep.
 using Direction = std::array<long, 4>;
