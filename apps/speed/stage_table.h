@@ -24,7 +24,8 @@ struct StageTable {
   std::uint64_t points = 0;
   int lidars = 0;
   int stops = 0;
-  std::size_t cells = 0;
+  std::size_t cells = 0;         ///< Cubes and pieces.
+  std::size_t pieces = 0;        ///< Of these.
   std::size_t planes = 0;        ///< Leaves of the map and merged ones.
   std::size_t observations = 0;  ///< Pairs of a plane and a patch that sees it.
   std::vector<StageSpeed> stages;
