@@ -70,7 +70,8 @@ constexpr std::size_t cell_block = 128;
 template <class Value>
 using EachOfBlock = std::array<Value, cell_block>;
 
-/// Coordinate by coordinate. Those behind `count` are zero: what is done with all of a block needs numbers that fit.
+/// Coordinate by coordinate, in metres in the sensor's frame. Those behind `count` are zero: what is done with all of a
+/// block needs numbers that fit.
 struct PointBlock {
   std::size_t count = 0;
   std::array<EachOfBlock<float>, 3> at;

@@ -20,7 +20,9 @@ struct PlacedInCubes {
 /// Sums the points of one patch by the cubes of the sensor's grid.
 class CubeTable {
  public:
+  /// Forgets what was added and not finished; the memory stays.
   void begin(const CellOptions& options);
+  /// Points in metres, all within the options' range.
   void add(const PointBlock& block);
   /// The cells in the order in which they were first hit, and the points that are kept. The table is empty afterwards.
   void finish(PatchCells& out);

@@ -11,7 +11,6 @@
 #include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
-
 namespace {
 
 constexpr std::uint32_t no_sums = ~std::uint32_t{0};
@@ -48,8 +47,8 @@ bool is_flat(const CellSums& all, Parts parts) {
     between += part.n * off * off;
   }
   const double within = std::max(0.0, eigen.values[0] - between) / std::max(1.0, all.n - hit);
-  // Many a flat cell comes out above it, which takes time and no accuracy; with more, corners stay whole
-  // (docs/decisions/026).
+  // Of a flat cell this is one, give or take a share that falls with the parts. Many a flat one comes out above 1.3
+  // times that share, which takes time and no accuracy; with more, corners stay whole (docs/decisions/026).
   const double most_bent = 1.0 + 1.3 * std::sqrt(2.0 / (hit - 3.0));
   return between / (hit - 3.0) <= most_bent * (within + rounding_variance);
 }

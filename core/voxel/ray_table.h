@@ -13,8 +13,8 @@ constexpr std::size_t cell_sixteenths = 16;
 
 /// Of the points of a block: how they lie before the sensor, and where in their cells.
 struct PlacedOnRays {
-  EachOfBlock<double> depth, left, up;
-  EachOfBlock<std::int32_t> face, deep;
+  EachOfBlock<double> depth, left, up;              ///< m.
+  EachOfBlock<std::int32_t> face, deep;             ///< Which of the six, and how many cells deep.
   EachOfBlock<double> across;                       ///< How many cells side by side fill 45 degrees at that depth.
   EachOfBlock<double> off_ahead, off_left, off_up;  ///< From the cell's middle, m.
   EachOfBlock<std::uint64_t> key;
@@ -28,7 +28,9 @@ struct PlacedOnRays {
 /// steps of 20 cm (CellOptions::size_m); within a cell four by four directions.
 class RayTable {
  public:
+  /// Forgets what was added and not finished; the memory stays.
   void begin(const CellOptions& options);
+  /// Points in metres, all within the options' range.
   void add(const PointBlock& block);
   /// Flat pieces of surface, by direction and then by depth: cells, with the next behind where a border between both
   /// cuts a surface by its noise, divided into quarters and sixteenths where they are not flat. The table is empty
