@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/packed_cube.h"
 #include "core/geometry/se3.h"
 
 namespace rigcal {
@@ -15,10 +16,7 @@ struct CubePlace {
 };
 
 /// One number for a place up to 2^20 cubes from the origin; in the order of x, then y, then z.
-[[nodiscard]] inline std::uint64_t cube_number(const CubePlace& at) {
-  const auto part = [](std::int64_t v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1FFFFF; };
-  return part(at.x) << 42 | part(at.y) << 21 | part(at.z);
-}
+[[nodiscard]] inline std::uint64_t cube_number(const CubePlace& at) { return packed_cube(at.x, at.y, at.z); }
 
 /// The cube of edge 1 / `per_m` that holds p.
 [[nodiscard]] inline CubePlace cube_place(const Vector3d& p, double per_m) {
