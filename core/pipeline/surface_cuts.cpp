@@ -163,6 +163,7 @@ std::vector<SurfaceCut> cut_surfaces(const std::vector<PlaneFeature>& features, 
   const std::vector<Dots> dots_after = all_dots(patches, after, use, sensor_of, windows);
   std::vector<SurfaceCut> cuts;
   for (std::size_t w = 0; w < windows.size(); ++w) {
+    if (dots_before[w].empty() || dots_after[w].empty()) continue;  // nothing to compare
     cuts.push_back({windows[w].center, windows[w].normal, half_length_m, windows[w].half_depth_m,
                     thinned(dots_before[w], max_dots), thinned(dots_after[w], max_dots)});
   }

@@ -11,7 +11,8 @@ namespace rigcal {
 
 /// Up to three surfaces that most LiDARs see, each facing another way, cut open at `before` and at `after`: the thinned
 /// points of all patches with `use` within 15 cm of a line across it, at most `max_dots` of each. The cuts are as deep
-/// as the points stood off at `before` (at most 0.75 m). `sensor_of[lidar]` is the sensor's index in the rig.
+/// as the points stood off at `before` (at most 0.75 m); one in which nothing lies then is left out. `sensor_of[lidar]`
+/// is the sensor's index in the rig.
 [[nodiscard]] std::vector<SurfaceCut> cut_surfaces(const std::vector<PlaneFeature>& features,
                                                    const std::vector<PatchCells>& patches, const RigState& before,
                                                    const RigState& after, const std::vector<char>& use,

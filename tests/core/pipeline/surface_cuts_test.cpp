@@ -76,5 +76,14 @@ TEST(SurfaceCuts, KeepToTheirNumberOfDotsAndToWhatIsUsed) {
   EXPECT_TRUE(std::all_of(cuts[0].before.begin(), cuts[0].before.end(), [](const auto& d) { return d.sensor == 3; }));
 }
 
+TEST(SurfaceCuts, AreNotDrawnWhereNothingOfASurfaceIsNearEnoughBefore) {
+  const Scene scene;
+  RigState low = scene.truth;
+  for (SE3& T : low.T_base_sensor) T.t.z() = -0.9;
+  const auto cuts = cut_surfaces(scene.features, scene.patches, low, scene.truth, {1, 1}, {3, 7});
+  ASSERT_EQ(cuts.size(), 1U);
+  EXPECT_GT(std::abs(cuts[0].normal_G.x()), 0.9) << "the wall, not the floor";
+}
+
 }  // namespace
 }  // namespace rigcal
