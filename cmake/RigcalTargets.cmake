@@ -51,9 +51,12 @@ endfunction()
 
 # What is tested is optimised as it is shipped; the tests themselves are half of the build.
 function(rigcal_set_test_options target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(RIGCAL_PRECOMPILE)
     # So that ccache sees which precompiled headers were used; and with these GCC 12 warns of what is not so.
-    "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow>")
+    target_compile_options(${target} PRIVATE
+      "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow>")
+  endif()
 endfunction()
 
 # rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])
