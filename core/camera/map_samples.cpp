@@ -7,7 +7,8 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/sample_blocks.h"
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_key.h"
+#include "core/voxel/key_numbers.h"
 #include "core/voxel/world_points.h"
 
 namespace rigcal {

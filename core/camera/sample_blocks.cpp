@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_key.h"
 
 namespace rigcal {
 namespace {

@@ -9,7 +9,8 @@
 #include "core/base/parallel.h"
 #include "core/base/radix_sort.h"
 #include "core/edges/cube_grid.h"
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_key.h"
+#include "core/voxel/key_numbers.h"
 
 namespace rigcal {
 namespace {

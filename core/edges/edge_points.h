@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "core/edges/edge_candidates.h"
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_key.h"
+#include "core/voxel/key_numbers.h"
 
 namespace rigcal {
 

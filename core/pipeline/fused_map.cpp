@@ -1,13 +1,13 @@
 #include "core/pipeline/fused_map.h"
 
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_set.h"
 #include "core/voxel/world_points.h"
 
 namespace rigcal {
 namespace {
 
-// Points whose cubes are looked up together. The cubes of a shard are then in the processor's cache for a while; the
-// memory still grows with the surface and not with the points.
+// Points whose cubes are looked up together: enough for all threads, and the memory still grows with the surface and
+// not with the points.
 constexpr std::size_t batch_points = 1 << 20;
 
 }  // namespace
@@ -20,7 +20,7 @@ std::vector<MapPoint> fuse_map(const std::vector<PatchCells>& patches, const Rig
   std::size_t most = 0;
   for (std::size_t k = 0; k < patches.size(); ++k) most += use[k] ? (patches[k].thinned.size() + every - 1) / every : 0;
   map.reserve(most);
-  CubeIndex cubes(size_m);
+  CubeSet cubes(size_m);
   std::vector<Eigen::Vector3f> world;
   std::vector<char> keep;
   for (std::size_t begin = 0, end = 0; begin < patches.size(); begin = end) {
@@ -29,9 +29,7 @@ std::vector<MapPoint> fuse_map(const std::vector<PatchCells>& patches, const Rig
       if (use[end]) append_world_points(patches[end], state, every, world);
     }
     keep.assign(world.size(), 1);
-    if (size_m > 0.0) {
-      cubes.add(world, [&](std::size_t, std::uint32_t, std::uint32_t i, bool first) { keep[i] = first ? 1 : 0; });
-    }
+    if (size_m > 0.0) cubes.add(world, keep);
     std::size_t at = 0;
     for (std::size_t k = begin; k < end; ++k) {
       if (!use[k]) continue;

@@ -10,7 +10,8 @@
 #include "core/camera/sample_blocks.h"
 #include "core/edges/grey_image.h"
 #include "core/records/pixel_format.h"
-#include "core/voxel/cube_index.h"
+#include "core/voxel/cube_key.h"
+#include "core/voxel/key_numbers.h"
 
 namespace rigcal {
 namespace {
