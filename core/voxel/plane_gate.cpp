@@ -38,6 +38,7 @@ struct GateCell {
   double N;
   Vector3d mean;
   Upper scatter;
+  bool kept;
 };
 
 // Cells of one patch in one tangential bin, judged together.
@@ -79,6 +80,13 @@ struct WeightedSum {
 // Of the mean square width of a plane, what must not be noise.
 constexpr double least_true_share = 0.5;
 
+// A cell alone is judged more loosely than its column, and as if it had no more than so many points: half of a wall
+// that a border cuts by its noise stands off by nearly as much as the noise itself.
+constexpr double cell_sigmas = 4.0;
+constexpr double most_points_judged = 4.0;
+// Above the noise's own variance, in sigmas of what that comes out as.
+constexpr double cell_thickness_sigmas = 3.0;
+
 class Gate {
  public:
   Gate(std::span<const WorldCell> cells, const GateContext& context, GateRoom& room)
@@ -108,7 +116,7 @@ class Gate {
     room_.cells.clear();
     for (const std::uint64_t each : room_.order) {
       const WorldCell& cell = cells_[each & 0xFFFFFFFFU];
-      room_.cells.push_back({cell.N, cell.mean, cell.scatter});
+      room_.cells.push_back({cell.N, cell.mean, cell.scatter, true});
     }
     columns_.clear();
     room_.runs.clear();
@@ -127,17 +135,24 @@ class Gate {
       room_.next[patch] = 0;
       begin = end;
     }
-    for (Column& column : columns_) {
-      for (const GateCell& cell : cells_of(column)) {
-        column.N += cell.N;
-        column.mean += cell.N * cell.mean;
-      }
-      column.mean /= column.N;
-      for (const GateCell& cell : cells_of(column)) {
-        column.scatter += cell.scatter;
-        add_square(cell.N, cell.mean - column.mean, column.scatter);
-      }
-    }
+    for (Column& column : columns_) sum_up(column);
+  }
+
+  // Of the cells that are kept; where none is, the mean stays.
+  void sum_up(Column& column) const {
+    column.N = 0.0;
+    column.scatter.setZero();
+    Vector3d sum = Vector3d::Zero();
+    for_each_kept(column, [&](const GateCell& cell) {
+      column.N += cell.N;
+      sum += cell.N * cell.mean;
+    });
+    if (column.N == 0.0) return;
+    column.mean = sum / column.N;
+    for_each_kept(column, [&](const GateCell& cell) {
+      column.scatter += cell.scatter;
+      add_square(cell.N, cell.mean - column.mean, column.scatter);
+    });
   }
 
   // Leaves in `next` where the cells of each patch end.
@@ -173,7 +188,7 @@ class Gate {
     }
   }
 
-  [[nodiscard]] std::span<const GateCell> cells_of(const Column& column) const {
+  [[nodiscard]] std::span<GateCell> cells_of(const Column& column) const {
     return std::span(room_.cells).subspan(column.first, column.count);
   }
 
@@ -183,6 +198,28 @@ class Gate {
 
   [[nodiscard]] const NoiseModel& noise_of(const PatchRun& run) const {
     return context_.noise[static_cast<std::size_t>(context_.patches[run.patch].lidar)];
+  }
+
+  // Leaves out cells of another surface that the column's mean and thickness hide: one of a few points, or one that
+  // holds an edge. True when any changed its mind.
+  bool judge_cells(Column& column) {
+    const PlaneMapOptions& o = context_.options;
+    bool changed = false;
+    for (GateCell& cell : cells_of(column)) {
+      const double offset = u_.dot(cell.mean - q_);
+      const double variance =
+          column.variance / std::min(cell.N, most_points_judged) + o.offset_floor_m * o.offset_floor_m;
+      bool keep = std::abs(offset) <= cell_sigmas * std::sqrt(variance) + o.gate_slack_m;
+      if (keep && cell.N >= 3.0) {
+        const double freedom = cell.N - 1.0;
+        keep = along(cell.scatter, u_) / freedom <= (column.variance + o.gate_slack_m * o.gate_slack_m) *
+                                                        (1.0 + cell_thickness_sigmas * std::sqrt(2.0 / freedom));
+      }
+      changed |= keep != cell.kept;
+      cell.kept = keep;
+    }
+    if (changed) sum_up(column);
+    return changed;
   }
 
   // Decides for every column whether it lies on the plane (q_, u_); true when any changed its mind.
@@ -195,11 +232,12 @@ class Gate {
       for (Column& column : columns_of(run)) {
         // Seen from the sensor, in the directions of the world: it depends on lengths and angles only.
         column.variance = noise.variance_along(column.mean - run.T_G_sensor.t, u_);
+        changed |= judge_cells(column);
         const double offset = u_.dot(column.mean - q_);
         const double allowed =
             o.gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) +
             o.gate_slack_m;
-        bool keep = std::abs(offset) <= allowed;
+        bool keep = column.N > 0.0 && std::abs(offset) <= allowed;
         if (keep && column.N >= 3.0) {
           const double thickness2 = along(column.scatter, u_) / column.N;
           // 1.69: thirty per cent thicker than the noise says is still the same surface.
@@ -275,7 +313,7 @@ class Gate {
       variance += column.N * column.variance;
       o.N += column.N;
       mean += column.N * column.mean;
-      kept_cells += column.count;
+      for_each_kept(column, [&](const GateCell&) { ++kept_cells; });
     }
     if (o.N < 1.0) return;
     mean /= o.N;
@@ -355,7 +393,14 @@ class Gate {
   void for_each_kept(const PatchRun& run, const F& f) const {
     for (const Column& column : columns_of(run)) {
       if (!column.kept) continue;
-      for (const GateCell& cell : cells_of(column)) f(cell);
+      for_each_kept(column, f);
+    }
+  }
+
+  template <class F>
+  void for_each_kept(const Column& column, const F& f) const {
+    for (const GateCell& cell : cells_of(column)) {
+      if (cell.kept) f(cell);
     }
   }
 

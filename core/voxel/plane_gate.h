@@ -39,7 +39,8 @@ enum class PlaneVerdict { plane, split };
 
 /// Fits a plane to the cells of one voxel and gates them by columns: cells of one patch that stand in one tangential
 /// bin are judged together, since a grid that slices a wall along its normal leaves cells that are half a wall each.
-/// Columns off the plane by more than noise allows, or too thick, are left out; the plane is refitted up to four times.
+/// Columns off the plane by more than noise allows, or too thick, are left out, and before them single cells, more
+/// loosely; the plane is refitted up to four times.
 /// On `plane`, `feature` holds the observations and `kept` counts the cells used.
 [[nodiscard]] PlaneVerdict gate_plane(std::span<const WorldCell> cells, const CellTotal& total,
                                       const GateContext& context, PlaneFeature& feature, std::size_t& kept);

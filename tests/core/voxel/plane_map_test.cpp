@@ -327,6 +327,52 @@ INSTANTIATE_TEST_SUITE_P(Walkers, PersonBeforeAWall,
                                            Walker{"passing", 0.8, 0.8, false}),
                          [](const auto& param) { return param.param.name; });
 
+// A tenth of a metre wide, before a sensor that looks along x: `off_m` behind the wall at 5.1 m, so many times as thick
+// as noise of 2 cm makes it.
+Cell piece_of_wall(double y, double z, double N, double off_m, double thick) {
+  constexpr double noise_m = 0.02;
+  Cell piece;
+  piece.N = N;
+  piece.mean = {5.1 + off_m, y, z};
+  piece.scatter << (N - 1.0) * thick * noise_m * noise_m, 0.0, 0.0, N * 0.01 / 12.0, 0.0, N * 0.01 / 12.0;
+  return piece;
+}
+
+// Of a few points, or thick: what a column of a hundred points hides.
+TEST(PlaneMap, LeavesOutSinglePiecesOfOtherSurfaces) {
+  const RigState state{{SE3{}, SE3{}}, {SE3{}}};
+  std::vector<PatchCells> patches(2);
+  for (int stop = 0; stop < 2; ++stop) {
+    PatchCells& patch = patches[static_cast<std::size_t>(stop)];
+    patch.stop = stop;
+    for (int y = 0; y < 10; ++y) {
+      for (int z = 0; z < 10; ++z)
+        patch.pieces.push_back(piece_of_wall(0.05 + 0.1 * y, 0.05 + 0.1 * z, 20.0, 0.0, 1.0));
+    }
+  }
+  const PlaneMap alone = map_of(patches, state);
+  ASSERT_EQ(1U, alone.features.size());
+  ASSERT_EQ(2U, alone.features[0].observations.size());
+  EXPECT_EQ(2000.0, alone.features[0].observations[0].N);
+  EXPECT_EQ(0U, alone.counts.cells_gated);
+
+  // Within what noise does to four points (1 cm) and to twenty.
+  patches[0].pieces.push_back(piece_of_wall(0.33, 0.33, 4.0, 0.035, 1.0));
+  patches[0].pieces.push_back(piece_of_wall(0.63, 0.33, 20.0, 0.0, 1.5));
+  const PlaneMap with_noise = map_of(patches, state);
+  ASSERT_EQ(1U, with_noise.features.size());
+  EXPECT_EQ(2024.0, with_noise.features[0].observations[0].N);
+
+  patches[1].pieces.push_back(piece_of_wall(0.33, 0.63, 4.0, 0.048, 1.0));
+  patches[1].pieces.push_back(piece_of_wall(0.63, 0.63, 20.0, 0.0, 3.0));
+  const PlaneMap with_others = map_of(patches, state);
+  ASSERT_EQ(1U, with_others.features.size());
+  EXPECT_EQ(2024.0, with_others.features[0].observations[0].N);
+  EXPECT_EQ(2000.0, with_others.features[0].observations[1].N);
+  EXPECT_NEAR(5.1, with_others.features[0].observations[1].mean.x(), 1e-9);
+  EXPECT_EQ(2U, with_others.counts.cells_gated);
+}
+
 TEST(PlaneMap, UsesAsMuchWhereverTheGridStands) {
   Random random(18);
   const RigState state = turning_rig(4, Vector3d(0.2, 0.1, 0.0));
