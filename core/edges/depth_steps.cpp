@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "core/base/wide.h"
 
@@ -16,7 +18,17 @@ struct Ray {
 };
 
 // Rays that are looked at together.
-constexpr std::uint32_t at_a_time = 16;
+constexpr std::int32_t at_a_time = 16;
+
+// Rays of some rows of cells, each of which is one stretch of these arrays: u, v and range, to be read up to a whole
+// number of looks. A row goes from where one of `begins` says to where one of `ends` says.
+struct Rows {
+  std::array<const float*, 3> rays;
+  const std::uint32_t* begins;
+  const std::uint32_t* ends;
+  std::size_t apart;  // in `begins` and `ends`
+  std::int32_t count;
+};
 
 // From a ray to one that is farther.
 struct Steepness {
@@ -27,36 +39,110 @@ struct Steepness {
   float slope2;  // in metres for each unit of u and v
 };
 
-// Whether any of some rays is within reach and so steep, but for rounding. `rays`: u, v and range, to
-// be read up to a whole number of looks.
-RIGCAL_WIDE bool any_steep(const std::array<const float*, 3>& rays, std::uint32_t count, const Steepness& wanted) {
-  for (std::uint32_t begin = 0; begin < count; begin += at_a_time) {
-    const float* u = rays[0] + begin;
-    const float* v = rays[1] + begin;
-    const float* range_m = rays[2] + begin;
-    const auto left = static_cast<std::int32_t>(count - begin);
-    std::int32_t any = 0;
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(at_a_time); ++i) {
-      const float du = u[i] - wanted.u;
-      const float dv = v[i] - wanted.v;
-      const float d2 = du * du + dv * dv;
-      const float rise = range_m[i] - wanted.range_m;
-      any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
-             static_cast<std::int32_t>(rise > 0.0F) &
-             static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
+// Whether any of the rays is within reach and so steep, but for rounding.
+RIGCAL_WIDE bool any_steep(const Rows& rows, const Steepness& wanted) {
+  for (std::int32_t row = 0; row < rows.count; ++row) {
+    const std::uint32_t end = rows.ends[static_cast<std::size_t>(row) * rows.apart];
+    for (std::uint32_t at = rows.begins[static_cast<std::size_t>(row) * rows.apart]; at < end; at += at_a_time) {
+      const float* u = rows.rays[0] + at;
+      const float* v = rows.rays[1] + at;
+      const float* range_m = rows.rays[2] + at;
+      const auto left = static_cast<std::int32_t>(end - at);
+      std::int32_t any = 0;
+      for (std::int32_t i = 0; i < at_a_time; ++i) {
+        const float du = u[i] - wanted.u;
+        const float dv = v[i] - wanted.v;
+        const float d2 = du * du + dv * dv;
+        const float rise = range_m[i] - wanted.range_m;
+        any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
+               static_cast<std::int32_t>(rise > 0.0F) &
+               static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
+      }
+      if (any != 0) return true;
     }
-    if (any != 0) return true;
   }
   return false;
 }
 
-// The squared distances of some rays from a place.
-RIGCAL_WIDE void squared_distances(const float* u, const float* v, std::uint32_t count, float from_u, float from_v,
-                                   float* __restrict out) {
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const float du = u[i] - from_u;
-    const float dv = v[i] - from_v;
-    out[i] = du * du + dv * dv;
+constexpr std::size_t sides = 4;  // right, left, up, down: one and its opposite differ in the last bit
+
+// Around a ray.
+struct Vicinity {
+  float u;
+  float v;
+  float range_m;
+  float reach2;
+  float same_m;  // Rays on its surface differ in range by less.
+};
+
+struct Neighbours {
+  std::array<float, sides> distance2;       // of the nearest ray to each side; reach2 where there is none
+  std::array<std::int32_t, sides> nearest;  // the first of those as near
+  std::int32_t support = 0;                 // how many lie on the same surface
+};
+
+// Of the rays of a look.
+using Floats = std::array<float, at_a_time>;
+using Ints = std::array<std::int32_t, at_a_time>;
+
+RIGCAL_WIDE void find_neighbours(const Rows& rows, const Vicinity& around, Neighbours& out) {
+  std::array<Floats, sides> least;
+  for (Floats& each : least) each.fill(around.reach2);
+  std::array<Ints, sides> nearest{};
+  Ints support{};
+  for (std::int32_t row = 0; row < rows.count; ++row) {
+    const std::uint32_t end = rows.ends[static_cast<std::size_t>(row) * rows.apart];
+    for (std::uint32_t at = rows.begins[static_cast<std::size_t>(row) * rows.apart]; at < end; at += at_a_time) {
+      const float* u = rows.rays[0] + at;
+      const float* v = rows.rays[1] + at;
+      const float* range_m = rows.rays[2] + at;
+      const auto left = static_cast<std::int32_t>(end - at);
+      const auto first = static_cast<std::int32_t>(at);
+      Floats distance2;
+      Ints on_side;
+      for (std::size_t i = 0; i < at_a_time; ++i) {
+        const float du = u[i] - around.u;
+        const float dv = v[i] - around.v;
+        const float d2 = du * du + dv * dv;
+        const float rise = std::abs(range_m[i] - around.range_m);
+        const float au = std::abs(du);
+        const float av = std::abs(dv);
+        // Without branches, or it is not done with all of them at once.
+        const auto side_u = static_cast<std::int32_t>(du <= 0.0F);
+        const std::int32_t side_v = 2 + static_cast<std::int32_t>(dv <= 0.0F);
+        const std::int32_t side = side_v + static_cast<std::int32_t>(au > av) * (side_u - side_v);
+        // The ray itself is no neighbour.
+        const std::int32_t near = static_cast<std::int32_t>(static_cast<std::int32_t>(i) < left) &
+                                  static_cast<std::int32_t>(d2 > 0.0F) & static_cast<std::int32_t>(d2 < around.reach2);
+        support[i] += near & static_cast<std::int32_t>(rise < around.same_m);
+        on_side[i] = side | (1 - near) * 4;
+        distance2[i] = d2;
+      }
+      for (std::size_t side = 0; side < sides; ++side) {
+        Floats& best = least[side];
+        Ints& which = nearest[side];
+        for (std::size_t i = 0; i < at_a_time; ++i) {
+          const bool nearer =
+              static_cast<bool>(static_cast<std::int32_t>(on_side[i] == static_cast<std::int32_t>(side)) &
+                                static_cast<std::int32_t>(distance2[i] < best[i]));
+          best[i] = nearer ? distance2[i] : best[i];
+          which[i] = nearer ? first + static_cast<std::int32_t>(i) : which[i];
+        }
+      }
+    }
+  }
+  out.support = 0;
+  for (std::size_t i = 0; i < at_a_time; ++i) out.support += support[i];
+  for (std::size_t side = 0; side < sides; ++side) {
+    Ints bits;
+    std::memcpy(bits.data(), least[side].data(), sizeof bits);
+    // Numbers that are not negative are in the order of their bits.
+    std::int32_t best = std::numeric_limits<std::int32_t>::max();
+    for (std::size_t i = 0; i < at_a_time; ++i) best = std::min(best, bits[i]);
+    std::int32_t which = std::numeric_limits<std::int32_t>::max();
+    for (std::size_t i = 0; i < at_a_time; ++i) which = std::min(which, bits[i] == best ? nearest[side][i] : which);
+    std::memcpy(&out.distance2[side], &best, sizeof best);
+    out.nearest[side] = which;
   }
 }
 
@@ -96,55 +182,13 @@ class FaceGrid {
 
   // Whether any ray within `reach` of one lies so much farther that what lies between may be as steep as `slope`.
   [[nodiscard]] bool may_end(const Ray& ray, float reach, float slope) const {
-    const Steepness wanted{ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m};
-    const int x0 = column(ray.u - reach);
-    const int x1 = column(ray.u + reach);
-    const int y1 = column(ray.v + reach);
-    for (int y = column(ray.v - reach); y <= y1; ++y) {
-      const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_);
-      const std::uint32_t begin = starts_[row + static_cast<std::size_t>(x0)];
-      const std::uint32_t end = starts_[row + static_cast<std::size_t>(x1) + 1];
-      if (begin < end &&
-          any_steep({&columns_of_rays_[0][begin], &columns_of_rays_[1][begin], &columns_of_rays_[2][begin]},
-                    end - begin, wanted)) {
-        return true;
-      }
-    }
-    return false;
+    return any_steep(rows_around(ray, reach),
+                     {ray.u, ray.v, ray.range_m, reach * reach, slope * slope * ray.range_m * ray.range_m});
   }
 
-  struct Near {
-    std::vector<float> d2;
-    std::vector<std::uint32_t> index;
-  };
-
-  // Calls `visit(ray, d2)` for the rays nearer than `reach`, their squared distance being d2. `room` is for use in
-  // here.
-  template <class Visit>
-  void around(float u, float v, float reach, Near& room, const Visit& visit) const {
-    const int x0 = column(u - reach);
-    const int x1 = column(u + reach);
-    const int y0 = column(v - reach);
-    const int y1 = column(v + reach);
-    for (int y = y0; y <= y1; ++y) {
-      const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_);
-      const std::uint32_t begin = starts_[row + static_cast<std::size_t>(x0)];
-      const std::uint32_t end = starts_[row + static_cast<std::size_t>(x1) + 1];
-      if (begin == end) continue;
-      const std::uint32_t count = end - begin;
-      if (room.d2.size() < count) {
-        room.d2.resize(count);
-        room.index.resize(count);
-      }
-      squared_distances(&columns_of_rays_[0][begin], &columns_of_rays_[1][begin], count, u, v, room.d2.data());
-      // Hardly to be foretold, so without a branch.
-      std::uint32_t found = 0;
-      for (std::uint32_t i = 0; i < count; ++i) {
-        room.index[found] = i;
-        found += room.d2[i] < reach * reach ? 1U : 0U;
-      }
-      for (std::uint32_t k = 0; k < found; ++k) visit(rays_[begin + room.index[k]], room.d2[room.index[k]]);
-    }
+  /// The rays nearer to one than `reach`: their numbers are places in `rays()`.
+  void neighbours(const Ray& ray, float reach, float same_m, Neighbours& out) const {
+    find_neighbours(rows_around(ray, reach), {ray.u, ray.v, ray.range_m, reach * reach, same_m}, out);
   }
 
  private:
@@ -219,6 +263,17 @@ class FaceGrid {
     }
   }
 
+  // Of the cells that hold all within `reach`.
+  [[nodiscard]] Rows rows_around(const Ray& ray, float reach) const {
+    const int y0 = column(ray.v - reach);
+    const auto row = static_cast<std::size_t>(y0) * static_cast<std::size_t>(columns_);
+    return {{columns_of_rays_[0].data(), columns_of_rays_[1].data(), columns_of_rays_[2].data()},
+            &starts_[row + static_cast<std::size_t>(column(ray.u - reach))],
+            &starts_[row + static_cast<std::size_t>(column(ray.u + reach)) + 1],
+            static_cast<std::size_t>(columns_),
+            column(ray.v + reach) - y0 + 1};
+  }
+
   [[nodiscard]] int column(float x) const {
     return std::clamp(static_cast<int>((x + 1.0F) * 0.5F * static_cast<float>(columns_)), 0, columns_ - 1);
   }
@@ -245,28 +300,19 @@ class StepFinder {
     const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
     if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
     if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope))) return;
-    // The nearest ray to each side: right, left, up, down.
-    std::array<const Ray*, 4> nearest{};
-    std::array<float, 4> distance;
-    distance.fill(reach * reach);
-    int support = 0;
     const auto same = static_cast<float>(options_.same_surface_m + options_.same_surface_per_m * ray.range_m);
-    grid_.around(ray.u, ray.v, reach, room_, [&](const Ray& other, float d2) {
-      if (d2 == 0.0F) return;
-      const float du = other.u - ray.u;
-      const float dv = other.v - ray.v;
-      if (std::abs(other.range_m - ray.range_m) < same) ++support;
-      const std::size_t side = std::abs(du) > std::abs(dv) ? (du > 0.0F ? 0 : 1) : (dv > 0.0F ? 2 : 3);
-      if (d2 >= distance[side]) return;
-      distance[side] = d2;
-      nearest[side] = &other;
-    });
-    if (support < options_.min_support) return;
-    for (std::size_t side = 0; side < nearest.size(); ++side) {
-      if (nearest[side] == nullptr) continue;
-      const Ray& far = *nearest[side];
-      const float apart = std::sqrt(distance[side]);
-      const float rise = rise_beyond(ray, far, apart, nearest[side ^ 1U], distance[side ^ 1U]);
+    Neighbours near;
+    grid_.neighbours(ray, reach, same, near);
+    if (near.support < options_.min_support) return;
+    const auto to = [&](std::size_t side) {
+      const bool any = near.distance2[side] < reach * reach;
+      return any ? &grid_.rays()[static_cast<std::size_t>(near.nearest[side])] : nullptr;
+    };
+    for (std::size_t side = 0; side < sides; ++side) {
+      if (to(side) == nullptr) continue;
+      const Ray& far = *to(side);
+      const float apart = std::sqrt(near.distance2[side]);
+      const float rise = rise_beyond(ray, far, apart, to(side ^ 1U), near.distance2[side ^ 1U]);
       if (rise < options_.min_step_m || rise < options_.min_step_per_m * ray.range_m) continue;
       steps.push_back({0.5F * (ray.u + far.u), 0.5F * (ray.v + far.v), ray.inverse_depth, (far.u - ray.u) / apart,
                        (far.v - ray.v) / apart, rise, spacing});
@@ -291,7 +337,6 @@ class StepFinder {
 
   const FaceGrid& grid_;
   const DepthStepOptions& options_;
-  FaceGrid::Near room_;
 };
 
 }  // namespace
