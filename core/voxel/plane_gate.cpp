@@ -84,8 +84,9 @@ constexpr double least_true_share = 0.5;
 // that a border cuts by its noise stands off by nearly as much as the noise itself.
 constexpr double cell_sigmas = 4.0;
 constexpr double most_points_judged = 4.0;
-// Above the noise's own variance, in sigmas of what that comes out as.
+// Above the noise's own variance: in sigmas of what that comes out as, and what the noise's law may be off by.
 constexpr double cell_thickness_sigmas = 3.0;
+constexpr double law_share = 0.3;
 
 class Gate {
  public:
@@ -212,8 +213,9 @@ class Gate {
       bool keep = std::abs(offset) <= cell_sigmas * std::sqrt(variance) + o.gate_slack_m;
       if (keep && cell.N >= 3.0) {
         const double freedom = cell.N - 1.0;
-        keep = along(cell.scatter, u_) / freedom <= (column.variance + o.gate_slack_m * o.gate_slack_m) *
-                                                        (1.0 + cell_thickness_sigmas * std::sqrt(2.0 / freedom));
+        keep = along(cell.scatter, u_) / freedom <=
+               (column.variance + o.gate_slack_m * o.gate_slack_m) *
+                   (1.0 + law_share + cell_thickness_sigmas * std::sqrt(2.0 / freedom));
       }
       changed |= keep != cell.kept;
       cell.kept = keep;
