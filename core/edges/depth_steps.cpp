@@ -27,7 +27,7 @@ struct Rows {
   const std::uint32_t* begins;
   const std::uint32_t* ends;
   std::size_t apart;  // in `begins` and `ends`
-  std::int32_t count;
+  std::size_t count;
 };
 
 // From a ray to one that is farther.
@@ -39,29 +39,48 @@ struct Steepness {
   float slope2;  // in metres for each unit of u and v
 };
 
-// Whether any of the rays is within reach and so steep, but for rounding.
-RIGCAL_WIDE bool any_steep(const Rows& rows, const Steepness& wanted) {
-  for (std::int32_t row = 0; row < rows.count; ++row) {
-    const std::uint32_t end = rows.ends[static_cast<std::size_t>(row) * rows.apart];
-    for (std::uint32_t at = rows.begins[static_cast<std::size_t>(row) * rows.apart]; at < end; at += at_a_time) {
-      const float* u = rows.rays[0] + at;
-      const float* v = rows.rays[1] + at;
-      const float* range_m = rows.rays[2] + at;
-      const auto left = static_cast<std::int32_t>(end - at);
-      std::int32_t any = 0;
-      for (std::int32_t i = 0; i < at_a_time; ++i) {
-        const float du = u[i] - wanted.u;
-        const float dv = v[i] - wanted.v;
-        const float d2 = du * du + dv * dv;
-        const float rise = range_m[i] - wanted.range_m;
-        any |= static_cast<std::int32_t>(i < left) & static_cast<std::int32_t>(d2 < wanted.reach2) &
-               static_cast<std::int32_t>(rise > 0.0F) &
-               static_cast<std::int32_t>(rise * rise > 0.999F * wanted.slope2 * d2);
+// Some rays of a row, looked at together; those from `left` on are none of it.
+struct Look {
+  const float* u;
+  const float* v;
+  const float* range_m;
+  std::int32_t first;  // the place of the first of them
+  std::int32_t left;
+};
+
+// Calls `visit(look)` until it says that this is enough; true then. Part of the functions for wide vectors that call
+// it.
+template <class Visit>
+[[gnu::always_inline]] inline bool look_through(const Rows& rows, const Visit& visit) {
+  for (std::size_t row = 0; row < rows.count; ++row) {
+    const std::uint32_t end = rows.ends[row * rows.apart];
+    for (std::uint32_t at = rows.begins[row * rows.apart]; at < end; at += at_a_time) {
+      if (visit(Look{rows.rays[0] + at, rows.rays[1] + at, rows.rays[2] + at, static_cast<std::int32_t>(at),
+                     static_cast<std::int32_t>(end - at)})) {
+        return true;
       }
-      if (any != 0) return true;
     }
   }
   return false;
+}
+
+// Yes and no are reckoned with as numbers below: with branches a loop is not done with all of a look at once.
+constexpr std::int32_t number_of(bool yes) { return static_cast<std::int32_t>(yes); }
+
+// Whether any of the rays is within reach and so steep, but for rounding.
+RIGCAL_WIDE bool any_steep(const Rows& rows, const Steepness& wanted) {
+  return look_through(rows, [&](const Look& look) {
+    std::int32_t any = 0;
+    for (std::int32_t i = 0; i < at_a_time; ++i) {
+      const float du = look.u[i] - wanted.u;
+      const float dv = look.v[i] - wanted.v;
+      const float d2 = du * du + dv * dv;
+      const float rise = look.range_m[i] - wanted.range_m;
+      any |= number_of(i < look.left) & number_of(d2 < wanted.reach2) & number_of(rise > 0.0F) &
+             number_of(rise * rise > 0.999F * wanted.slope2 * d2);
+    }
+    return any != 0;
+  });
 }
 
 constexpr std::size_t sides = 4;  // right, left, up, down: one and its opposite differ in the last bit
@@ -85,52 +104,42 @@ struct Neighbours {
 using Floats = std::array<float, at_a_time>;
 using Ints = std::array<std::int32_t, at_a_time>;
 
+// Lane by lane first: each has its own nearest rays, of which the nearest are told at the end.
 RIGCAL_WIDE void find_neighbours(const Rows& rows, const Vicinity& around, Neighbours& out) {
   std::array<Floats, sides> least;
   for (Floats& each : least) each.fill(around.reach2);
   std::array<Ints, sides> nearest{};
   Ints support{};
-  for (std::int32_t row = 0; row < rows.count; ++row) {
-    const std::uint32_t end = rows.ends[static_cast<std::size_t>(row) * rows.apart];
-    for (std::uint32_t at = rows.begins[static_cast<std::size_t>(row) * rows.apart]; at < end; at += at_a_time) {
-      const float* u = rows.rays[0] + at;
-      const float* v = rows.rays[1] + at;
-      const float* range_m = rows.rays[2] + at;
-      const auto left = static_cast<std::int32_t>(end - at);
-      const auto first = static_cast<std::int32_t>(at);
-      Floats distance2;
-      Ints on_side;
+  look_through(rows, [&](const Look& look) {
+    Floats distance2;
+    Ints on_side;
+    for (std::int32_t i = 0; i < at_a_time; ++i) {
+      const auto lane = static_cast<std::size_t>(i);
+      const float du = look.u[i] - around.u;
+      const float dv = look.v[i] - around.v;
+      const float d2 = du * du + dv * dv;
+      const float rise = std::abs(look.range_m[i] - around.range_m);
+      const std::int32_t side_u = number_of(du <= 0.0F);
+      const std::int32_t side_v = 2 + number_of(dv <= 0.0F);
+      const std::int32_t side = side_v + number_of(std::abs(du) > std::abs(dv)) * (side_u - side_v);
+      // The ray itself is no neighbour.
+      const std::int32_t near = number_of(i < look.left) & number_of(d2 > 0.0F) & number_of(d2 < around.reach2);
+      support[lane] += near & number_of(rise < around.same_m);
+      on_side[lane] = side | (1 - near) * 4;
+      distance2[lane] = d2;
+    }
+    for (std::size_t side = 0; side < sides; ++side) {
+      Floats& best = least[side];
+      Ints& which = nearest[side];
       for (std::size_t i = 0; i < at_a_time; ++i) {
-        const float du = u[i] - around.u;
-        const float dv = v[i] - around.v;
-        const float d2 = du * du + dv * dv;
-        const float rise = std::abs(range_m[i] - around.range_m);
-        const float au = std::abs(du);
-        const float av = std::abs(dv);
-        // Without branches, or it is not done with all of them at once.
-        const auto side_u = static_cast<std::int32_t>(du <= 0.0F);
-        const std::int32_t side_v = 2 + static_cast<std::int32_t>(dv <= 0.0F);
-        const std::int32_t side = side_v + static_cast<std::int32_t>(au > av) * (side_u - side_v);
-        // The ray itself is no neighbour.
-        const std::int32_t near = static_cast<std::int32_t>(static_cast<std::int32_t>(i) < left) &
-                                  static_cast<std::int32_t>(d2 > 0.0F) & static_cast<std::int32_t>(d2 < around.reach2);
-        support[i] += near & static_cast<std::int32_t>(rise < around.same_m);
-        on_side[i] = side | (1 - near) * 4;
-        distance2[i] = d2;
-      }
-      for (std::size_t side = 0; side < sides; ++side) {
-        Floats& best = least[side];
-        Ints& which = nearest[side];
-        for (std::size_t i = 0; i < at_a_time; ++i) {
-          const bool nearer =
-              static_cast<bool>(static_cast<std::int32_t>(on_side[i] == static_cast<std::int32_t>(side)) &
-                                static_cast<std::int32_t>(distance2[i] < best[i]));
-          best[i] = nearer ? distance2[i] : best[i];
-          which[i] = nearer ? first + static_cast<std::int32_t>(i) : which[i];
-        }
+        const bool nearer = static_cast<bool>(number_of(on_side[i] == static_cast<std::int32_t>(side)) &
+                                              number_of(distance2[i] < best[i]));
+        best[i] = nearer ? distance2[i] : best[i];
+        which[i] = nearer ? look.first + static_cast<std::int32_t>(i) : which[i];
       }
     }
-  }
+    return false;
+  });
   out.support = 0;
   for (std::size_t i = 0; i < at_a_time; ++i) out.support += support[i];
   for (std::size_t side = 0; side < sides; ++side) {
@@ -271,7 +280,7 @@ class FaceGrid {
             &starts_[row + static_cast<std::size_t>(column(ray.u - reach))],
             &starts_[row + static_cast<std::size_t>(column(ray.u + reach)) + 1],
             static_cast<std::size_t>(columns_),
-            column(ray.v + reach) - y0 + 1};
+            static_cast<std::size_t>(column(ray.v + reach) - y0 + 1)};
   }
 
   [[nodiscard]] int column(float x) const {
