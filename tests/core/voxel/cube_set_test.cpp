@@ -9,35 +9,9 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/voxel/cube_key.h"
 
 namespace rigcal {
 namespace {
-
-TEST(CubeKey, TellsCubesApartAlsoAcrossZero) {
-  const auto key = [](float x, float y, float z) { return cube_key({x, y, z}, 20.0); };
-  EXPECT_EQ(key(0.01F, 0.01F, 0.01F), key(0.04F, 0.04F, 0.04F));
-  EXPECT_NE(key(0.01F, 0.0F, 0.0F), key(-0.01F, 0.0F, 0.0F));
-  EXPECT_NE(key(0.0F, 0.06F, 0.0F), key(0.06F, 0.0F, 0.0F));
-  EXPECT_NE(key(0.0F, 0.0F, -0.01F), key(0.0F, -0.01F, 0.0F));
-}
-
-TEST(KeyNumbers, GoOnCountingWhileTheTableGrows) {
-  KeyNumbers numbers;
-  for (std::uint64_t i = 0; i < 5000; ++i) {
-    const auto met = numbers.meet(i * i * 977);
-    ASSERT_TRUE(met.first);
-    ASSERT_EQ(met.number, i);
-  }
-  for (std::uint64_t i = 0; i < 5000; ++i) {
-    const auto met = numbers.meet(i * i * 977);
-    ASSERT_FALSE(met.first);
-    ASSERT_EQ(met.number, i);
-    ASSERT_EQ(numbers.find(i * i * 977), i);
-  }
-  EXPECT_EQ(numbers.find(5), KeyNumbers::unknown);
-  EXPECT_EQ(numbers.size(), 5000U);
-}
 
 // Against a plain set of cubes, over calls of several chunks.
 TEST(CubeSet, TellsTheFirstPointOfEachCube) {
