@@ -47,8 +47,8 @@ Expected<RigTrials> try_rig(std::uint64_t seed, int points, const RunContext& co
     }
     const Vector6d xi = (light->T_base_sensor[i].inverse() * *sensor.T_base_sensor).log();
     out.trials.push_back({scene_name, seed, sensor.name, sensor.status,
-                          sensor.T_base_sensor->t - light->T_base_sensor[i].t, xi.tail<3>().squaredNorm(),
-                          xi.head<3>().squaredNorm(), bound->diagonal().tail<3>().sum(),
+                          sensor.T_base_sensor->t - light->T_base_sensor[i].t, light->T_base_sensor[i].R * xi.head<3>(),
+                          xi.tail<3>().squaredNorm(), xi.head<3>().squaredNorm(), bound->diagonal().tail<3>().sum(),
                           bound->diagonal().head<3>().sum(), in_pieces->diagonal().tail<3>().sum(),
                           in_pieces->diagonal().head<3>().sum(), sensor.covariance.diagonal().tail<3>().sum(),
                           sensor.covariance.diagonal().head<3>().sum(), xi.dot(bound->ldlt().solve(xi))});
@@ -166,20 +166,22 @@ std::string bound_experiment_json(const BoundExperiment& experiment) {
                               {"median_bound_deg", f.bound_deg}});
   }
   for (const BoundTrial& trial : experiment.trials) {
-    json["trials"].push_back({{"scene", trial.scene},
-                              {"seed", trial.seed},
-                              {"lidar", trial.lidar},
-                              {"status", to_string(trial.status)},
-                              {"shift_mm", {1e3 * trial.shift_m.x(), 1e3 * trial.shift_m.y(), 1e3 * trial.shift_m.z()}},
-                              {"error_mm", 1e3 * std::sqrt(trial.error_m2)},
-                              {"error_deg", to_deg(std::sqrt(trial.error_rad2))},
-                              {"bound_mm", 1e3 * std::sqrt(trial.bound_m2)},
-                              {"bound_deg", to_deg(std::sqrt(trial.bound_rad2))},
-                              {"pieces_bound_mm", 1e3 * std::sqrt(trial.pieces_m2)},
-                              {"pieces_bound_deg", to_deg(std::sqrt(trial.pieces_rad2))},
-                              {"sigma_mm", 1e3 * std::sqrt(trial.sigma_m2)},
-                              {"sigma_deg", to_deg(std::sqrt(trial.sigma_rad2))},
-                              {"whitened", trial.whitened}});
+    json["trials"].push_back(
+        {{"scene", trial.scene},
+         {"seed", trial.seed},
+         {"lidar", trial.lidar},
+         {"status", to_string(trial.status)},
+         {"shift_mm", {1e3 * trial.shift_m.x(), 1e3 * trial.shift_m.y(), 1e3 * trial.shift_m.z()}},
+         {"turn_deg", {to_deg(trial.turn_rad.x()), to_deg(trial.turn_rad.y()), to_deg(trial.turn_rad.z())}},
+         {"error_mm", 1e3 * std::sqrt(trial.error_m2)},
+         {"error_deg", to_deg(std::sqrt(trial.error_rad2))},
+         {"bound_mm", 1e3 * std::sqrt(trial.bound_m2)},
+         {"bound_deg", to_deg(std::sqrt(trial.bound_rad2))},
+         {"pieces_bound_mm", 1e3 * std::sqrt(trial.pieces_m2)},
+         {"pieces_bound_deg", to_deg(std::sqrt(trial.pieces_rad2))},
+         {"sigma_mm", 1e3 * std::sqrt(trial.sigma_m2)},
+         {"sigma_deg", to_deg(std::sqrt(trial.sigma_rad2))},
+         {"whitened", trial.whitened}});
   }
   return json.dump(2) + "\n";
 }

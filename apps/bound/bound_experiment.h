@@ -17,7 +17,8 @@ struct BoundTrial {
   std::uint64_t seed = 0;
   std::string lidar;
   Status status = Status::good;
-  Vector3d shift_m = Vector3d::Zero();  ///< Estimated less true place, in the base's frame.
+  Vector3d shift_m = Vector3d::Zero();   ///< Estimated less true place, in the base's frame.
+  Vector3d turn_rad = Vector3d::Zero();  ///< Rotation vector of R_est R_true^-1, in the base's frame.
   double error_m2 = 0.0;
   double error_rad2 = 0.0;
   double bound_m2 = 0.0;  ///< Trace of the bound.

@@ -47,8 +47,8 @@ class PieceFitter {
     work_.points.take(piece, points, std::hypot(0.5 * options.piece_m, options.reach_m), options.footprint_m);
     const double range2 = std::pow(work_.points.largest_range_m(), 2);
     for (const NoiseModel& n : noise) {
-      const double along = n.range_m * n.range_m + n.range_per_m * n.range_per_m * range2;
-      largest_variance_ = std::max({largest_variance_, along, n.angle_rad * n.angle_rad * range2});
+      largest_variance_ =
+          std::max({largest_variance_, n.range_variance(range2, 0.0), n.angle_rad * n.angle_rad * range2});
     }
   }
 
@@ -105,7 +105,7 @@ class PieceFitter {
       const Vector3d d = point.p_G.cast<double>() - q;
       // The noise along the ray would turn the plane; its share goes out.
       const Matrix3d S =
-          noise_[point.lidar].point_covariance(static_cast<double>(point.range_m) * point.ray_G.cast<double>());
+          noise_[point.lidar].point_covariance(static_cast<double>(point.range_m) * point.ray_G.cast<double>(), n);
       scatter += (d * d.transpose() - S) / variances[i] + Matrix3d::Identity();
     }
     const SymmetricEigen eigen = symmetric_eigen(scatter);

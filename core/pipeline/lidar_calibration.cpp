@@ -317,11 +317,11 @@ class Calibration {
       std::snprintf(
           text, sizeof text,
           "%s: LiDAR %d t [%.4f %.4f %.4f] m, rotation vector [%.4f %.4f %.4f] deg, match %.2f (next %.2f), noise "
-          "%.1f mm + %.2f mm/m, %.3f deg",
+          "%.1f mm + %.2f mm/m, %.3f deg, %.2f at a slant",
           stage.c_str(), i, T.t.x(), T.t.y(), T.t.z(), to_deg(phi.x()), to_deg(phi.y()), to_deg(phi.z()),
           solution_.start.matches[si].score, solution_.start.matches[si].runner_up_score,
           1e3 * solution_.noise[si].range_m, 1e3 * solution_.noise[si].range_per_m,
-          to_deg(solution_.noise[si].angle_rad));
+          to_deg(solution_.noise[si].angle_rad), solution_.noise[si].slant_growth);
       context_.reporter.debug(text);
     }
   }

@@ -7,9 +7,9 @@
 
 namespace rigcal {
 
-/// The noise law of one LiDAR from the thickness of its own surfels at many ranges and incidences. The lower third of
-/// each bin stands for it, so that rough surfaces do not count; `fallback` where fewer than 60 surfels or three bins
-/// were seen.
+/// The noise law of one LiDAR from the thickness of its own surfels at many ranges and incidences: a mixture of noise
+/// and of what is rough, curved or two surfaces, fitted by expectation maximisation from the lower third of each bin on
+/// (docs/decisions/033). `fallback` where fewer than 60 surfels or three bins were seen.
 [[nodiscard]] NoiseModel estimate_noise(const std::vector<PatchSurfels>& patches, int lidar,
                                         const NoiseModel& fallback);
 

@@ -4,18 +4,22 @@
 
 namespace rigcal {
 
-/// Measurement noise of one LiDAR: along the ray sigma_r(r)^2 = range_m^2 + (range_per_m r)^2, across it r angle_rad.
-/// The variance of a point's distance to a plane met at incidence i is sigma_r^2 cos^2 i + r^2 angle^2 sin^2 i
-/// (architecture 3.3).
+/// Measurement noise of one LiDAR: across the ray r angle_rad, along it
+/// sigma_r(r, i)^2 = (range_m^2 + (range_per_m r)^2) (1 + slant_growth (1 - cos i))^2 where it meets a surface at the
+/// incidence i: a spot that is drawn out by a slant gives a longer echo. The variance of a point's distance to that
+/// plane is sigma_r^2 cos^2 i + r^2 angle^2 sin^2 i (architecture 3.3).
 struct NoiseModel {
   double range_m = 0.02;  ///< The data sheets' 2 cm, until the data say better.
   double range_per_m = 0.0;
   double angle_rad = 0.0005;
+  double slant_growth = 0.0;
 
-  /// Covariance of a single point at p (sensor frame).
-  [[nodiscard]] Matrix3d point_covariance(const Vector3d& p_sensor) const;
-  /// Its variance along the unit vector u (sensor frame).
-  [[nodiscard]] double variance_along(const Vector3d& p_sensor, const Vector3d& u) const;
+  /// Of a range, for a point of squared range r2 on a surface met at this incidence.
+  [[nodiscard]] double range_variance(double r2, double cos_incidence) const;
+  /// Covariance of a single point at p on a surface with the unit normal n (both in the sensor's frame).
+  [[nodiscard]] Matrix3d point_covariance(const Vector3d& p_sensor, const Vector3d& n) const;
+  /// Its variance along n: that of its distance to the surface.
+  [[nodiscard]] double variance_along(const Vector3d& p_sensor, const Vector3d& n) const;
 };
 
 }  // namespace rigcal

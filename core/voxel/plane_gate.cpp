@@ -202,9 +202,9 @@ class Gate {
 
   // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and
   // across a ray turns with the ray.
-  static UpperTriangle without_noise(const GateCell& cell, const Vector3d& p, const NoiseModel& noise) {
+  [[nodiscard]] UpperTriangle without_noise(const GateCell& cell, const Vector3d& p, const NoiseModel& noise) const {
     const double r2 = p.squaredNorm();
-    const double along = noise.range_m * noise.range_m + noise.range_per_m * noise.range_per_m * r2;
+    const double along = noise.range_variance(r2, std::abs(u_.dot(p)) / std::sqrt(std::max(r2, 1e-12)));
     const double aside = noise.angle_rad * noise.angle_rad * r2;
     UpperTriangle out = cell.scatter;
     add_square(-cell.N * (along - aside) / std::max(r2, 1e-12), p, out);

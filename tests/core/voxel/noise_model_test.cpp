@@ -19,10 +19,11 @@ Vector3d random_vector(Random& random, double scale) {
 TEST(NoiseModel, VarianceAlongADirectionIsThatOfTheCovariance) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
-    const NoiseModel noise{random.uniform(0.0, 0.05), random.uniform(0.0, 0.01), random.uniform(0.0, 0.01)};
+    const NoiseModel noise{random.uniform(0.0, 0.05), random.uniform(0.0, 0.01), random.uniform(0.0, 0.01),
+                           random.uniform(0.0, 1.0)};
     const Vector3d p = random_vector(random, 20.0);
     const Vector3d u = random_vector(random, 1.0).normalized();
-    const double expected = u.dot(noise.point_covariance(p) * u);
+    const double expected = u.dot(noise.point_covariance(p, u) * u);
     EXPECT_NEAR(expected, noise.variance_along(p, u), 1e-12 * (1e-3 + expected));
   }
 }
@@ -35,7 +36,20 @@ TEST(NoiseModel, HasTheRangeNoiseAlongTheRayAndTheAngleNoiseAcross) {
   EXPECT_NEAR(0.0004 + 0.0025, noise.variance_along(p, ray), 1e-15);
   EXPECT_NEAR(0.025 * 0.025, noise.variance_along(p, Vector3d::UnitY()), 1e-15);
   EXPECT_NEAR(0.025 * 0.025, noise.variance_along(p, Vector3d(0.8, 0.0, -0.6)), 1e-15);
-  EXPECT_NEAR(0.0, ray.dot(noise.point_covariance(p) * Vector3d::UnitY()), 1e-15);
+  EXPECT_NEAR(0.0, ray.dot(noise.point_covariance(p, ray) * Vector3d::UnitY()), 1e-15);
+}
+
+TEST(NoiseModel, GrowsWhereASurfaceIsMetAtASlant) {
+  const NoiseModel noise{0.02, 0.001, 0.0, 0.4};
+  const Vector3d p(10.0, 0.0, 0.0);
+  const double straight = 0.0004 + 0.0001;
+  EXPECT_NEAR(straight, noise.variance_along(p, Vector3d::UnitX()), 1e-15);
+  EXPECT_NEAR(straight, noise.variance_along(p, -Vector3d::UnitX()), 1e-15);
+  // At 60 degrees its sigma is 1.2 times as large, and half of it stands across the surface.
+  const Vector3d n(0.5, std::sqrt(0.75), 0.0);
+  EXPECT_NEAR(1.44 * straight, noise.range_variance(100.0, 0.5), 1e-15);
+  EXPECT_NEAR(0.25 * 1.44 * straight, noise.variance_along(p, n), 1e-15);
+  EXPECT_NEAR(1.44 * straight, noise.point_covariance(p, n)(0, 0), 1e-15);
 }
 
 TEST(NoiseModel, IsTheCovarianceOfPointsDrawnFromIt) {
@@ -49,7 +63,7 @@ TEST(NoiseModel, IsTheCovarianceOfPointsDrawnFromIt) {
     const Vector3d d = Vector3d(m.x, m.y, m.z) - p;
     sum += d * d.transpose() / draws;
   }
-  const Matrix3d S = noise.point_covariance(p);
+  const Matrix3d S = noise.point_covariance(p, p.normalized());
   // An element of a covariance of n draws scatters by sqrt((S_ii S_jj + S_ij^2) / n).
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)

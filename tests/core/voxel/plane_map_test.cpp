@@ -140,7 +140,7 @@ TEST(PlaneMap, ObservationsAreTheSumsOfTheirPoints) {
   for (const Point& p : points) {
     const Vector3d d = Vector3d(p.x, p.y, p.z) - mean;
     scatter += d * d.transpose();
-    share += NoiseModel{}.point_covariance(Vector3d(p.x, p.y, p.z));
+    share += NoiseModel{}.point_covariance(Vector3d(p.x, p.y, p.z), Vector3d::UnitX());
   }
   EXPECT_LT((o.mean - mean).norm(), 1e-12);
   // The share is taken at the middle of each cell of 0.2 m, which 5 m away is right to a few per mille.
