@@ -21,14 +21,15 @@ constexpr double growth_step = 0.05;
 constexpr double usual_growth = 0.3;
 // Real surfaces are flat to a fifth of noise: more points than these say no more.
 constexpr double most_freedom = 50.0;
+// Of expectation maximisation.
 constexpr int rounds = 8;
 
 // A surfel as the law sees it.
 struct Thickness {
-  double variance = 0.0;
-  double freedom = 0.0;
-  double cos = 0.0;
-  double r2 = 0.0;
+  double variance = 0.0;  // m^2
+  double freedom = 0.0;   // its points less the three that its plane takes
+  double cos = 0.0;       // of the incidence
+  double r2 = 0.0;        // m^2
 };
 
 // Surfels that are seen from a like distance at a like angle.
@@ -95,7 +96,8 @@ void take_lower_thirds(std::vector<Bin>& bins) {
 void take_noise(const NoiseModel& law, std::vector<Bin>& bins) {
   constexpr double anything = 1.0 / (2.0 * std::numbers::ln10);  // density over the logarithm
   const auto law_at = [&](double cos, double r2) {
-    return law.range_variance(r2, cos) * cos * cos + law.angle_rad * law.angle_rad * r2 * (1.0 - cos * cos);
+    const Vector3d normal(cos, std::sqrt(std::max(0.0, 1.0 - cos * cos)), 0.0);
+    return law.variance_along(std::sqrt(r2) * Vector3d::UnitX(), normal);
   };
   for (Bin& bin : bins) {
     double shares = 0.0;

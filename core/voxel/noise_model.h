@@ -12,13 +12,13 @@ struct NoiseModel {
   double range_m = 0.02;  ///< The data sheets' 2 cm, until the data say better.
   double range_per_m = 0.0;
   double angle_rad = 0.0005;
-  double slant_growth = 0.0;
+  double slant_growth = 0.0;  ///< Of the range's sigma; 0: the same at any incidence.
 
-  /// Of a range, for a point of squared range r2 on a surface met at this incidence.
+  /// Of a range, m^2, for a point of squared range r2 (m^2) on a surface met at this incidence.
   [[nodiscard]] double range_variance(double r2, double cos_incidence) const;
-  /// Covariance of a single point at p on a surface with the unit normal n (both in the sensor's frame).
+  /// Covariance, m^2, of a single point at p on a surface with the unit normal n (sensor frame both).
   [[nodiscard]] Matrix3d point_covariance(const Vector3d& p_sensor, const Vector3d& n) const;
-  /// Its variance along n: that of its distance to the surface.
+  /// Its variance along n, m^2: that of its distance to the surface.
   [[nodiscard]] double variance_along(const Vector3d& p_sensor, const Vector3d& n) const;
 };
 

@@ -111,7 +111,7 @@ class SpoiledRuns : public testing::Test {
       ASSERT_TRUE(seen.value("done", false)) << seen.dump();
       EXPECT_EQ(seen["screen"], nlohmann::json({width, height}));
       EXPECT_LE(seen["wide_px"].get<int>(), 0);
-      // A slice along a shared surface may show no more than some dozens of points.
+      // What has one colour only gives 0; a slice along a shared surface may show no more than some dozens of points.
       for (const nlohmann::json& picture : seen["pictures"]) EXPECT_GT(picture.get<double>(), 0.001);
       EXPECT_THAT(seen.value("first_screen", ""), content) << session << " on " << seen["screen"].dump();
     }
