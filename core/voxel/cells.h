@@ -16,6 +16,11 @@ struct Cell {
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();
   Eigen::Matrix<double, 6, 1> scatter = Eigen::Matrix<double, 6, 1>::Zero();  ///< xx xy xz yy yz zz
+  /// Where a surface goes on beyond a border across the rays, points are sorted there by the noise of their ranges.
+  /// Between the noise and the place on the surface so much of the covariance is left (1: all of it),
+  double noise_share = 1.0;
+  /// and the mean is moved along the ray, by this times the variance of ranges, m^2.
+  double noise_shift_per_m = 0.0;
 
   [[nodiscard]] Matrix3d scatter_matrix() const {
     Matrix3d S;

@@ -13,7 +13,7 @@ void GateColumns::make(std::span<const WorldCell> cells, const GateContext& cont
   cells_.clear();
   for (const std::uint64_t each : order_) {
     const WorldCell& cell = cells[each & 0xFFFFFFFFU];
-    cells_.push_back({cell.N, cell.mean, cell.scatter, true});
+    cells_.push_back({cell.N, cell.mean, cell.scatter, cell.noise_share, cell.noise_shift_per_m, true});
   }
   columns_.clear();
   patches_.clear();

@@ -15,6 +15,8 @@ struct GateCell {
   double N;
   Vector3d mean;
   UpperTriangle scatter;
+  double noise_share;  ///< These two as in Cell.
+  double noise_shift_per_m;
   bool kept;
 };
 
@@ -59,7 +61,7 @@ class GateColumns {
   /// Calls `f` for each cell of a column that is kept,
   template <class F>
   void for_each_kept(const GateColumn& column, const F& f) {
-    for (const GateCell& cell : cells_of(column)) {
+    for (GateCell& cell : cells_of(column)) {
       if (cell.kept) f(cell);
     }
   }

@@ -137,7 +137,7 @@ class Gate {
     return true;
   }
 
-  bool collect(PlaneFeature& feature, std::size_t& kept_cells) const {
+  bool collect(PlaneFeature& feature, std::size_t& kept_cells) {
     feature.observations.clear();
     feature.rays.clear();
     feature.center_G = q_;
@@ -157,10 +157,10 @@ class Gate {
   }
 
   // All sums are made in the world's directions, about the sensor: its cells need not be looked up again.
-  void add_observation(const PatchColumns& patch, PlaneFeature& feature, WeightedSum& sum,
-                       std::size_t& kept_cells) const {
+  void add_observation(const PatchColumns& patch, PlaneFeature& feature, WeightedSum& sum, std::size_t& kept_cells) {
     const NoiseModel& noise = noise_of(patch);
     const SE3& T_G_sensor = patch.T_G_sensor;
+    undo_shifts(patch, noise);
     PlaneObservation o;
     o.stop = context_.patches[patch.number].stop;
     o.lidar = context_.patches[patch.number].lidar;
@@ -170,8 +170,10 @@ class Gate {
       if (!column.kept) continue;
       variance += column.N * column.variance;
       o.N += column.N;
-      mean += column.N * column.mean;
-      columns_.for_each_kept(column, [&](const GateCell&) { ++kept_cells; });
+      columns_.for_each_kept(column, [&](const GateCell& cell) {
+        mean += cell.N * cell.mean;
+        ++kept_cells;
+      });
     }
     if (o.N < 1.0) return;
     mean /= o.N;
@@ -200,14 +202,28 @@ class Gate {
     return T_G_sensor.R.transpose() * M * T_G_sensor.R;
   }
 
+  // Puts means back along their rays, as far as borders that sort points by their noise have moved them.
+  void undo_shifts(const PatchColumns& patch, const NoiseModel& noise) {
+    columns_.for_each_kept(patch, [&](GateCell& cell) {
+      if (cell.noise_shift_per_m == 0.0) return;
+      const Vector3d p = cell.mean - patch.T_G_sensor.t;
+      const double range = std::max(1e-3, p.norm());
+      const double variance = noise.range_variance(range * range, std::abs(u_.dot(p)) / range);
+      cell.mean -= cell.noise_shift_per_m * variance / range * p;
+    });
+  }
+
   // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and
-  // across a ray turns with the ray.
+  // across a ray turns with the ray. Where borders sort points by their noise, less than that has to do with their
+  // places on the plane; across the plane all of it is there.
   [[nodiscard]] UpperTriangle without_noise(const GateCell& cell, const Vector3d& p, const NoiseModel& noise) const {
-    const double r2 = p.squaredNorm();
-    const double along = noise.range_variance(r2, std::abs(u_.dot(p)) / std::sqrt(std::max(r2, 1e-12)));
+    const double r2 = std::max(p.squaredNorm(), 1e-12);
+    const double cos = std::abs(u_.dot(p)) / std::sqrt(r2);
+    const double along = noise.range_variance(r2, cos);
     const double aside = noise.angle_rad * noise.angle_rad * r2;
     UpperTriangle out = cell.scatter;
-    add_square(-cell.N * (along - aside) / std::max(r2, 1e-12), p, out);
+    add_square(-cell.N * (cell.noise_share * along - aside) / r2, p, out);
+    add_square(-cell.N * (1.0 - cell.noise_share) * along * cos * cos, u_, out);
     out[0] -= cell.N * aside;
     out[3] -= cell.N * aside;
     out[5] -= cell.N * aside;

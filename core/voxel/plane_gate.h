@@ -16,6 +16,8 @@ struct WorldCell {
   double N;
   Vector3d mean;  ///< World frame G.
   Eigen::Matrix<double, 6, 1> scatter;
+  double noise_share;  ///< These two as in Cell.
+  double noise_shift_per_m;
 };
 
 /// All that fitting needs to know besides the cells of one voxel.

@@ -20,27 +20,32 @@ constexpr double rounding_variance = 1e-6 / 12.0;
 // Fewer points tell no corner from noise.
 constexpr double least_points = 8.0;
 
-// Parts of one cell, all about its middle; without points where nothing was hit.
-using Parts = std::span<const CellSums>;
+// Of a cell's depth: how near to a border points count as at it. It is less than noise is wide, 2 cm, so that what lies
+// there is what noise moves to and fro.
+constexpr double border_share = 1.0 / 16.0;
 
-CellSums total_of(Parts parts) {
-  CellSums all;
-  for (const CellSums& part : parts) all += part;
+// Parts of one cell, all about its middle; without points where nothing was hit.
+using Parts = std::span<const PartSums>;
+
+PartSums total_of(Parts parts) {
+  PartSums all;
+  for (const PartSums& part : parts) all += part;
   return all;
 }
 
 // Whether the parts lie in one plane as far as their own thickness tells: variance between them over variance within.
 // Any plane goes through three: those few are told apart rather than judged.
 bool is_flat(const CellSums& all, Parts parts) {
-  const auto hit =
-      static_cast<double>(std::count_if(parts.begin(), parts.end(), [](const CellSums& part) { return part.n > 0.0; }));
+  const auto hit = static_cast<double>(
+      std::count_if(parts.begin(), parts.end(), [](const PartSums& part) { return part.sums.n > 0.0; }));
   if (hit < 2.0 || all.n < least_points) return true;
   if (hit < 4.0) return false;
   const Cell whole = all.about(Vector3d::Zero());
   const SymmetricEigen eigen = symmetric_eigen_fast(whole.scatter_matrix());
   const Vector3d u = eigen.vectors.col(0);
   double between = 0.0;
-  for (const CellSums& part : parts) {
+  for (const PartSums& each : parts) {
+    const CellSums& part = each.sums;
     // One of a few points may be the edge of another surface, as of a wall below a ceiling: it counts too.
     if (part.n == 0.0) continue;
     const double off = u.dot(Vector3d(part.vx, part.vy, part.vz)) / part.n - u.dot(whole.mean);
@@ -61,22 +66,24 @@ constexpr double least_common = 0.6;
 
 // Whether what lies behind is the same surface, which a border between both cuts by its noise. Each about its own
 // middle; that of the farther one is `depth_m` deeper.
-bool is_cut_by_noise(Parts near, Parts behind, double depth_m) {
+bool is_cut_by_noise(Parts near_parts, Parts behind_parts, double depth_m) {
   double n_near = 0.0;
   double n_behind = 0.0;
   double common_near = 0.0;
   double common_behind = 0.0;
   double common = 0.0;
   double apart = 0.0;
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    n_near += near[k].n;
-    n_behind += behind[k].n;
-    if (near[k].n == 0.0 || behind[k].n == 0.0) continue;
-    common_near += near[k].n;
-    common_behind += behind[k].n;
-    const double weight = std::min(near[k].n, behind[k].n);
+  for (std::size_t i = 0; i < near_parts.size(); ++i) {
+    const CellSums& near = near_parts[i].sums;
+    const CellSums& behind = behind_parts[i].sums;
+    n_near += near.n;
+    n_behind += behind.n;
+    if (near.n == 0.0 || behind.n == 0.0) continue;
+    common_near += near.n;
+    common_behind += behind.n;
+    const double weight = std::min(near.n, behind.n);
     common += weight;
-    apart += weight * (depth_m + behind[k].vx / behind[k].n - near[k].vx / near[k].n);
+    apart += weight * (depth_m + behind.vx / behind.n - near.vx / near.n);
   }
   const bool same_directions =
       n_near < n_behind ? common_near >= least_common * n_near : common_behind >= least_common * n_behind;
@@ -240,10 +247,16 @@ void RayTable::add(const PointBlock& block) {
     }
     part[i] = number;
     __builtin_prefetch(&sums_[number], 1);
-    __builtin_prefetch(&sums_[number].zz, 1);
+    __builtin_prefetch(&sums_[number].at_far, 1);
   }
-  for (std::size_t i = 0; i < block.count; ++i)
-    sums_[part[i]].add(placed_.off_ahead[i], placed_.off_left[i], placed_.off_up[i]);
+  const double border = (0.5 - border_share) * options_.size_m;
+  for (std::size_t i = 0; i < block.count; ++i) {
+    PartSums& to = sums_[part[i]];
+    const double ahead = placed_.off_ahead[i];
+    to.sums.add(ahead, placed_.off_left[i], placed_.off_up[i]);
+    to.at_near += ahead < -border ? 1.0 : 0.0;
+    to.at_far += ahead > border ? 1.0 : 0.0;
+  }
 }
 
 // Of a cell that comes soon: its sums lie all over the memory.
@@ -251,39 +264,78 @@ void RayTable::prefetch(std::uint32_t cell) const {
   for (const std::uint32_t number : sums_of_[cell]) {
     if (number == no_sums) continue;
     __builtin_prefetch(&sums_[number]);
-    __builtin_prefetch(&sums_[number].zz);
+    __builtin_prefetch(&sums_[number].at_far);
   }
 }
 
-// Quarter by quarter: four by four directions.
+// Quarter by quarter: four by four directions. Of what lies at a border it is one side of two, unless the cells on the
+// other side are others: then the density is that of this side.
 void RayTable::load(std::uint32_t cell, CellParts& out) const {
+  const std::size_t deep = keys_[cell] & 0xFFFFF;
+  const double near_share = deep > 0 && across_[deep - 1] != across_[deep] ? 1.0 : 0.5;
+  const double far_share = across_[deep + 1] != across_[deep] ? 1.0 : 0.5;
   for (std::size_t k = 0; k < cell_sixteenths; ++k) {
     const std::size_t quarter = k / 4;
     const std::uint32_t number = sums_of_[cell][(quarter / 2) * 8 + (quarter % 2) * 2 + (k % 4 / 2) * 4 + k % 2];
-    out[k] = number == no_sums ? CellSums{} : sums_[number];
+    out[k] = number == no_sums ? PartSums{} : sums_[number];
+    out[k].at_near *= near_share;
+    out[k].at_far *= far_share;
   }
 }
 
-// One cell, or its quarters that are flat and the sixteenths of the others.
-void RayTable::append_pieces(std::uint64_t key, const CellParts& parts) {
+// The cell behind that of this key, if it is the first of the next ones: both then share what lies at their border.
+bool RayTable::load_behind(std::span<const Keyed> next, std::uint64_t key, CellParts& parts, CellParts& behind) const {
+  if (next.empty() || next.front().key != key + 1) return false;
+  load(next.front().number, behind);
+  const std::size_t deep = key & 0xFFFFF;
+  if (across_[deep + 1] != across_[deep]) return true;
+  for (std::size_t k = 0; k < cell_sixteenths; ++k) {
+    const double at_border = parts[k].at_far + behind[k].at_near;
+    parts[k].at_far = at_border;
+    behind[k].at_near = at_border;
+  }
+  return true;
+}
+
+// One cell, or its quarters that are flat and the sixteenths of the others; `end`: the key behind it, which is a cell
+// more where two are one.
+//
+// Noise e along a ray moves a point across a border, or not. By Stein's lemma the sum of e over the points on one side
+// is the variance of e times their density at the border, and that of e times depth is as much less than the variance
+// for each point as the border is far from their mean.
+void RayTable::append_pieces(std::uint64_t key, std::uint64_t end, const CellParts& parts) {
   const int face = face_of(key);
-  const Vector3d middle = in_sensor(middle_ahead(key, options_.size_m, across_), face);
-  const auto append = [&](const CellSums& sums) { pieces_.push_back(in_sensor(sums, face).about(middle)); };
-  const CellSums all = total_of(parts);
-  if (is_flat(all, parts)) {
+  const Vector3d ahead = middle_ahead(key, options_.size_m, across_);
+  const Vector3d middle = in_sensor(ahead, face);
+  const double near_m = -0.5 * options_.size_m;
+  const double far_m = (static_cast<double>(end - key) - 0.5) * options_.size_m;
+  const auto append = [&](const PartSums& part) {
+    Cell& piece = pieces_.emplace_back(in_sensor(part.sums, face).about(middle));
+    const double n = part.sums.n;
+    const double depth = part.sums.vx / n;
+    // Of its points, to each metre of depth; a few points have no more at a border than there are of them.
+    const double per_m = 1.0 / (border_share * options_.size_m * n);
+    const double at_near = std::min(part.at_near, n) * per_m;
+    const double at_far = std::min(part.at_far, n) * per_m;
+    piece.noise_share = 1.0 - at_near * (depth - near_m) - at_far * (far_m - depth);
+    // To each metre along the ray it is less.
+    piece.noise_shift_per_m = (at_near - at_far) * (ahead.x() + depth) / std::max(1e-3, piece.mean.norm());
+  };
+  const PartSums all = total_of(parts);
+  if (is_flat(all.sums, parts)) {
     append(all);
     return;
   }
   for (std::size_t first = 0; first < cell_sixteenths; first += 4) {
     const Parts four = Parts(parts).subspan(first, 4);
-    const CellSums quarter = total_of(four);
-    if (quarter.n == 0.0) continue;
-    if (is_flat(quarter, four)) {
+    const PartSums quarter = total_of(four);
+    if (quarter.sums.n == 0.0) continue;
+    if (is_flat(quarter.sums, four)) {
       append(quarter);
       continue;
     }
-    for (const CellSums& part : four) {
-      if (part.n > 0.0) append(part);
+    for (const PartSums& part : four) {
+      if (part.sums.n > 0.0) append(part);
     }
   }
 }
@@ -296,25 +348,29 @@ void RayTable::finish(PatchCells& out) {
   constexpr std::size_t later = 12;
   CellParts near;
   CellParts behind;
+  CellParts farther;
   bool is_loaded = false;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i + later < order.size()) __builtin_prefetch(&sums_of_[order[i + later].number]);
     if (i + soon < order.size()) prefetch(order[i + soon].number);
     const std::uint64_t key = order[i].key;
     if (!is_loaded) load(order[i].number, near);
-    is_loaded = i + 1 < order.size() && order[i + 1].key == key + 1;
-    if (is_loaded) load(order[i + 1].number, behind);
+    is_loaded = load_behind(std::span(order).subspan(i + 1), key, near, behind);
+    std::uint64_t end = key + 1;
     if (is_loaded && is_cut_by_noise(near, behind, options_.size_m)) {
+      ++end;
+      ++i;
+      is_loaded = load_behind(std::span(order).subspan(i + 1), key + 1, behind, farther);
       const Vector3d off =
           middle_ahead(key + 1, options_.size_m, across_) - middle_ahead(key, options_.size_m, across_);
       for (std::size_t k = 0; k < cell_sixteenths; ++k) {
-        behind[k].move(off.x(), off.y(), off.z());
-        near[k] += behind[k];
+        behind[k].sums.move(off.x(), off.y(), off.z());
+        near[k].sums += behind[k].sums;
+        near[k].at_far = behind[k].at_far;
       }
-      is_loaded = false;
-      ++i;
+      if (is_loaded) std::swap(behind, farther);
     }
-    append_pieces(key, near);
+    append_pieces(key, end, near);
     if (is_loaded) std::swap(near, behind);
   }
   // Copied, so that what is given away has its size, and what it grew in is used again.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/voxel/cell_sums.h"
@@ -19,6 +20,21 @@ struct PlacedOnRays {
   EachOfBlock<double> off_ahead, off_left, off_up;  ///< From the cell's middle, m.
   EachOfBlock<std::uint64_t> key;
   EachOfBlock<std::int32_t> sixteenth;
+};
+
+/// Points of one direction in one cell.
+struct PartSums {
+  CellSums sums;  ///< About the cell's middle: ahead, left and up.
+  /// How many points lie at the borders across the rays, for the density there: within a sixteenth of the cell's depth.
+  double at_near = 0.0;
+  double at_far = 0.0;
+
+  PartSums& operator+=(const PartSums& other) {
+    sums += other.sums;
+    at_near += other.at_near;
+    at_far += other.at_far;
+    return *this;
+  }
 };
 
 /// Sums the points of one patch by cells that lie along the sensor's rays, since noise moves a point along its ray:
@@ -43,10 +59,11 @@ class RayTable {
     std::uint32_t number = 0;
   };
 
-  using CellParts = std::array<CellSums, cell_sixteenths>;
+  using CellParts = std::array<PartSums, cell_sixteenths>;
 
   void load(std::uint32_t cell, CellParts& out) const;
-  void append_pieces(std::uint64_t key, const CellParts& parts);
+  bool load_behind(std::span<const Keyed> next, std::uint64_t key, CellParts& parts, CellParts& behind) const;
+  void append_pieces(std::uint64_t key, std::uint64_t end, const CellParts& parts);
   void prefetch(std::uint32_t cell) const;
 
   CellOptions options_;
@@ -54,7 +71,7 @@ class RayTable {
   KeyNumbers numbers_;
   std::vector<std::uint64_t> keys_;                                  // of each cell
   std::vector<std::array<std::uint32_t, cell_sixteenths>> sums_of_;  // likewise; most are hit in a few only
-  std::vector<CellSums> sums_;
+  std::vector<PartSums> sums_;
   std::vector<Cell> pieces_;
   PlacedOnRays placed_{};
 };

@@ -108,6 +108,94 @@ INSTANTIATE_TEST_SUITE_P(Turned, NoisyWall,
                          testing::Values(std::pair(0.0, 1.6), std::pair(10.0, 1.6), std::pair(25.0, 3.5),
                                          std::pair(40.0, 3.0)));
 
+// What a surface's borders across the rays do to its pieces, as far as the noise of ranges says it.
+struct NoiseOf {
+  explicit NoiseOf(const Cell& piece)
+      : ray(piece.mean.normalized()), shift(piece.noise_shift_per_m * sigma * sigma * ray) {}
+
+  static constexpr double sigma = 0.016;  // m
+  Vector3d ray;
+  Vector3d shift;  // of the mean
+};
+
+class TurnedWall : public testing::TestWithParam<double> {};
+
+TEST_P(TurnedWall, HasPiecesThatStandOffByTheirNumberAloneOnceShiftsAreUndone) {
+  const double turn = to_rad(GetParam());
+  Random random(5 + static_cast<std::uint64_t>(GetParam()));
+  const Vector3d normal(std::cos(turn), std::sin(turn), 0.0);
+  const double distance = 3.75 * normal.x();
+  double as_it_is = 0.0;
+  double undone = 0.0;
+  double pieces = 0.0;
+  for (int patch = 0; patch < 5; ++patch) {
+    std::vector<Point> points;
+    for (int i = 0; i < 20000; ++i) {
+      const Vector3d ray = Vector3d(1.0, random.uniform(-0.15, 0.15), random.uniform(-0.3, 0.3)).normalized();
+      const Vector3d p = (distance / normal.dot(ray) + NoiseOf::sigma * random.normal()) * ray;
+      points.push_back(point(p.x(), p.y(), p.z()));
+    }
+    for (const Cell& piece : cells_of(points, 0, 0).pieces) {
+      const NoiseOf noise(piece);
+      const double variance = std::pow(NoiseOf::sigma * normal.dot(noise.ray), 2) / piece.N;
+      as_it_is += std::pow(normal.dot(piece.mean) - distance, 2) / variance;
+      undone += std::pow(normal.dot(piece.mean - noise.shift) - distance, 2) / variance;
+      pieces += 1.0;
+    }
+  }
+  EXPECT_GT(as_it_is / pieces, 1.6);
+  EXPECT_LT(undone / pieces, 1.45);
+}
+
+INSTANTIATE_TEST_SUITE_P(ByDegrees, TurnedWall, testing::Values(30.0, 50.0));
+
+// Points of a strip of a level floor below the sensor, with noise along the rays.
+std::vector<Point> strip_of_floor(double from_m, double to_m, double height_m, Random& random) {
+  std::vector<Point> points;
+  for (int i = 0; i < 20000; ++i) {
+    const double x = random.uniform(from_m, to_m);
+    const Vector3d p(x, random.uniform(-0.4, 0.4) * x, -height_m);
+    const Vector3d seen = p + NoiseOf::sigma * random.normal() * p.normalized();
+    points.push_back(point(seen.x(), seen.y(), seen.z()));
+  }
+  return points;
+}
+
+class GrazedFloor : public testing::TestWithParam<double> {};
+
+// Weights that go with the place of a point go with its noise: what is taken out of the scatter then turns the floor.
+TEST_P(GrazedFloor, IsNotTurnedByNoiseHoweverItsPiecesAreWeighed) {
+  const double from = GetParam();
+  const double to = 1.35 * from;
+  constexpr double height = 1.2;
+  Random random(17);
+  double plain = 0.0;  // taken out in full, means as they are
+  double told = 0.0;   // by the pieces' own shares and shifts
+  double all = 0.0;
+  for (int patch = 0; patch < 30; ++patch) {
+    for (const Cell& piece : cells_of(strip_of_floor(from, to, height, random), 0, 0).pieces) {
+      const double place = (piece.mean.x() - from) / (to - from);
+      if (place < 0.0 || place > 1.0) continue;
+      const NoiseOf noise(piece);
+      const Vector3d outward = Vector3d(piece.mean.x(), piece.mean.y(), 0.0).normalized();
+      const double arm = piece.N * (outward.dot(piece.mean) - 0.5 * (from + to));
+      const double off = piece.mean.z() + height;
+      const double weight = std::pow(std::sin(pi * place), 2);
+      const double torque = Vector3d::UnitZ().dot(piece.scatter_matrix() * outward);
+      const double of_noise = piece.N * std::pow(NoiseOf::sigma, 2) * noise.ray.z() * noise.ray.dot(outward);
+      plain += weight * (arm * off + torque - of_noise);
+      told += weight * (arm * (off - noise.shift.z()) + torque - piece.noise_share * of_noise);
+      all += weight * of_noise;
+    }
+  }
+  EXPECT_GT(std::abs(plain / all), 0.15);
+  EXPECT_LT(std::abs(told), 0.5 * std::abs(plain));
+  EXPECT_NEAR(0.0, told / all, 0.12);
+}
+
+// Metres; at 2.2 m the number of cells across changes with the depth.
+INSTANTIATE_TEST_SUITE_P(ByDistance, GrazedFloor, testing::Values(2.0, 4.0, 6.0));
+
 // Points of a wall three metres ahead, and where asked for of the floor that it stands on, with noise of a centimetre
 // along rays. The corner lies in the middle of cells.
 std::vector<Point> floor_and_wall(bool with_floor, std::uint64_t seed) {
