@@ -17,9 +17,9 @@ struct Cell {
   Vector3d mean = Vector3d::Zero();
   Eigen::Matrix<double, 6, 1> scatter = Eigen::Matrix<double, 6, 1>::Zero();  ///< xx xy xz yy yz zz
   /// Where a surface goes on beyond a border across the rays, points are sorted there by the noise of their ranges.
-  /// Between the noise and the place on the surface so much of the covariance is left (1: all of it),
+  /// Of the covariance of noise and place on the surface so much is left (1: all, as is said of all cubes),
   double noise_share = 1.0;
-  /// and the mean is moved along the ray, by this times the variance of ranges, m^2.
+  /// and the mean is moved away from the sensor, along the ray, by this (1/m) times the variance of ranges (m^2).
   double noise_shift_per_m = 0.0;
 
   [[nodiscard]] Matrix3d scatter_matrix() const {

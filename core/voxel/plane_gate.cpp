@@ -215,7 +215,7 @@ class Gate {
 
   // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and
   // across a ray turns with the ray. Where borders sort points by their noise, less than that has to do with their
-  // places on the plane; across the plane all of it is there.
+  // places on the plane; across the plane all of it is there but what went when the mean was put back.
   [[nodiscard]] UpperTriangle without_noise(const GateCell& cell, const Vector3d& p, const NoiseModel& noise) const {
     const double r2 = std::max(p.squaredNorm(), 1e-12);
     const double cos = std::abs(u_.dot(p)) / std::sqrt(r2);
@@ -223,7 +223,8 @@ class Gate {
     const double aside = noise.angle_rad * noise.angle_rad * r2;
     UpperTriangle out = cell.scatter;
     add_square(-cell.N * (cell.noise_share * along - aside) / r2, p, out);
-    add_square(-cell.N * (1.0 - cell.noise_share) * along * cos * cos, u_, out);
+    const double put_back = cell.noise_shift_per_m * cell.noise_shift_per_m * along;
+    add_square(-cell.N * (1.0 - cell.noise_share - put_back) * along * cos * cos, u_, out);
     out[0] -= cell.N * aside;
     out[3] -= cell.N * aside;
     out[5] -= cell.N * aside;

@@ -94,10 +94,11 @@ bool is_cut_by_noise(Parts near_parts, Parts behind_parts, double depth_m) {
 constexpr std::int32_t key_middle = 1 << 19;
 
 // How many cells side by side fill 45 degrees, by how many cells deep they lie: what is one number over a range of
-// depths that doubles in two steps. A cell more than points can lie deep.
+// depths that doubles in two steps. Two cells more than points can lie deep: rounding may place one a cell deeper, and
+// its border is with the next.
 std::vector<double> cells_across(double max_range_m, double size_m) {
   std::vector<double> across;
-  const auto most = static_cast<std::size_t>(max_range_m / size_m) + 2;
+  const auto most = static_cast<std::size_t>(max_range_m / size_m) + 3;
   double end = 1.0;
   for (std::size_t k = 0; k < most; ++k) {
     while (static_cast<double>(k) >= std::round(end)) end *= std::numbers::sqrt2;
@@ -167,9 +168,12 @@ RIGCAL_WIDE void place_in_cells(double size_m, PlacedOnRays& at) {
 // Which of the six ways a cell's points lie ahead: along x, y or z, and against them.
 int face_of(std::uint64_t key) { return static_cast<int>(key >> 60); }
 
+// How many cells deep it lies.
+std::size_t deep_of(std::uint64_t key) { return key & 0xFFFFF; }
+
 // The middle of a cell by its key: how far ahead, left and up.
 Vector3d middle_ahead(std::uint64_t key, double size_m, const std::vector<double>& across_at) {
-  const auto deep = static_cast<std::size_t>(key & 0xFFFFF);
+  const std::size_t deep = deep_of(key);
   const double middle = (static_cast<double>(deep) + 0.5) * size_m;
   const double step = middle / across_at[deep];
   const auto index = [&](int shift) {
@@ -271,7 +275,7 @@ void RayTable::prefetch(std::uint32_t cell) const {
 // Quarter by quarter: four by four directions. Of what lies at a border it is one side of two, unless the cells on the
 // other side are others: then the density is that of this side.
 void RayTable::load(std::uint32_t cell, CellParts& out) const {
-  const std::size_t deep = keys_[cell] & 0xFFFFF;
+  const std::size_t deep = deep_of(keys_[cell]);
   const double near_share = deep > 0 && across_[deep - 1] != across_[deep] ? 1.0 : 0.5;
   const double far_share = across_[deep + 1] != across_[deep] ? 1.0 : 0.5;
   for (std::size_t k = 0; k < cell_sixteenths; ++k) {
@@ -287,7 +291,7 @@ void RayTable::load(std::uint32_t cell, CellParts& out) const {
 bool RayTable::load_behind(std::span<const Keyed> next, std::uint64_t key, CellParts& parts, CellParts& behind) const {
   if (next.empty() || next.front().key != key + 1) return false;
   load(next.front().number, behind);
-  const std::size_t deep = key & 0xFFFFF;
+  const std::size_t deep = deep_of(key);
   if (across_[deep + 1] != across_[deep]) return true;
   for (std::size_t k = 0; k < cell_sixteenths; ++k) {
     const double at_border = parts[k].at_far + behind[k].at_near;

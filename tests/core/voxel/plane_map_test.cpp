@@ -148,8 +148,9 @@ TEST(PlaneMap, ObservationsAreTheSumsOfTheirPoints) {
     const NoiseModel noise;
     const Matrix3d along = 0.02 * 0.02 * piece.mean.normalized() * piece.mean.normalized().transpose();
     const Vector3d u = state.T_G_sensor(1, 0).R.transpose() * map.features[0].normal_G;
-    share += piece.N * (noise.point_covariance(piece.mean, u) +
-                        (1.0 - piece.noise_share) * (u.dot(along * u) * u * u.transpose() - along));
+    const double put_back = std::pow(0.02 * piece.noise_shift_per_m, 2);
+    share += piece.N * (noise.point_covariance(piece.mean, u) - (1.0 - piece.noise_share) * along +
+                        (1.0 - piece.noise_share - put_back) * u.dot(along * u) * u * u.transpose());
   }
   EXPECT_LT((o.mean - mean).norm(), 1e-12);
   EXPECT_LT((o.scatter + share - scatter).norm(), 1e-9 * scatter.norm());
@@ -182,9 +183,8 @@ TEST(PlaneMap, TakesTheNoiseOutOfTheScatterThatWouldTurnAnObliquePlane) {
     const double error = std::sqrt(o.N) * 0.02 * 0.5 * 0.6 / std::sqrt(3.0);
     ASSERT_GT(torque, 10.0 * error);
     EXPECT_NEAR(0.0, cross, 4.0 * error);
-    // Across the plane hardly more is left: of sigma^2 cos^2 i of each point, a part is between pieces, and goes when
-    // their means are put back.
-    EXPECT_NEAR(0.0, normal.dot(o.scatter * normal), 0.1 * o.N * 0.02 * 0.02 * 0.25);
+    // Across the plane nothing is left either: sigma^2 cos^2 i of each point, known to sqrt(2 / N) and to the floor.
+    EXPECT_NEAR(0.0, normal.dot(o.scatter * normal), 0.02 * o.N * 0.02 * 0.02 * 0.25);
   }
 }
 
