@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/start/align_all.h"
 #include "core/start/axis_search.h"
-#include "core/start/drive.h"
 #include "core/start/hand_eye.h"
-#include "core/start/multiview.h"
 #include "core/start/own_view.h"
+#include "core/start/rig_drive.h"
 #include "core/start/shape_start.h"
-#include "core/start/step_search.h"
-#include "core/start/turning.h"
+#include "core/start/stop_poses.h"
 #include "core/start/unguessed.h"
 
 namespace rigcal {
@@ -25,30 +24,16 @@ constexpr std::size_t enough_surfels = 1500;
 constexpr std::size_t enough_surfels_of_many_stops = 400;
 constexpr int many_stops = 5;
 constexpr double min_shape_score = 0.3;
-// Of what a LiDAR saw, so much must lie on what it saw from other stops.
-constexpr double min_own_score = 0.1;
-// Where less of what the base saw lies on what it saw from other stops, it may not have turned about a point.
-constexpr double turning_agreement = 0.85;
-// By how much more must, to believe so.
-constexpr double clear_gain = 0.02;
 // Times that a drive is gone through again with what all LiDARs saw.
 constexpr int most_drives = 3;
-// What they saw lies better on itself then by this, where the poses are others: the same ones agree to a thousandth.
-constexpr double drive_gain = 0.003;
-// Of what the LiDARs of a table that turned saw, so much lies on what they saw from other stops, unless it did not.
-constexpr double table_agreement = 0.94;
-// A stop that stands elsewhere by this has moved; so much of the squares of the normals must lie along its way.
-constexpr double elsewhere_m = 0.1;
-constexpr double told_share = 0.03;
 // How far off what is aligned may be: as it was placed; where that is doubtful.
 constexpr double near_m = 0.12;
 constexpr double far_m = 0.3;
-// All surfels are laid on each other until nothing moves by more than this, or so many times.
-constexpr double settled_m = 0.03;
-constexpr int most_alignments = 20;
-// Steps of a table that turns equally by hand; of one whose turns were measured.
-constexpr double assumed_step_sigma_rad = to_rad(3.0);
-constexpr double measured_step_sigma_rad = to_rad(0.5);
+// Stops that walked farther than this from where a table's turns had placed them may have slid; held firmly they walk
+// no farther than this where the rig did turn about a point, and lose no more than this of what fits.
+constexpr double slid_m = 0.2;
+constexpr double walk_m = 0.1;
+constexpr double slid_gain = 0.03;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -57,123 +42,6 @@ std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, i
   }
   std::sort(out.begin(), out.end(), [](const PatchSurfels& a, const PatchSurfels& b) { return a.stop < b.stop; });
   return out;
-}
-
-bool gyro_is_complete(const StartInput& input) {
-  if (static_cast<int>(input.R_previous_this.size()) != input.stops) return false;
-  return std::all_of(input.R_previous_this.begin() + 1, input.R_previous_this.end(),
-                     [](const auto& R) { return R.has_value(); });
-}
-
-struct Turned {
-  std::vector<double> angle;  // by stop
-  double step_sigma_rad;
-};
-
-// Where nothing is known, a full turn in equal steps.
-Turned turned_angles(const StartInput& input) {
-  const auto stops = static_cast<std::size_t>(input.stops);
-  Turned out{std::vector<double>(stops, 0.0), measured_step_sigma_rad};
-  for (std::size_t j = 1; j < stops; ++j) {
-    std::optional<double> step;
-    if (j < input.turned_rad.size()) step = input.turned_rad[j];
-    if (j < input.R_previous_this.size() && input.R_previous_this[j]) step = log_so3(*input.R_previous_this[j]).norm();
-    if (!step) out.step_sigma_rad = assumed_step_sigma_rad;
-    out.angle[j] = out.angle[j - 1] + step.value_or(2.0 * pi / input.stops);
-  }
-  return out;
-}
-
-std::vector<Matrix3d> rotations_by_gyro(const StartInput& input) {
-  std::vector<Matrix3d> R{Matrix3d::Identity()};
-  for (std::size_t j = 1; j < static_cast<std::size_t>(input.stops); ++j)
-    R.push_back(nearest_rotation(R.back() * *input.R_previous_this[j]));
-  return R;
-}
-
-void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
-  const auto stops = static_cast<std::size_t>(input.stops);
-  start.state.T_G_base.assign(stops, SE3{});
-  start.stop_known.assign(stops, 0);
-  for (const PatchSurfels& p : base_patches) start.stop_known[static_cast<std::size_t>(p.stop)] = 1;
-  if (!input.trajectory.empty()) {
-    // The world is the rig frame at the first stop.
-    SE3 T_first;
-    for (const auto& T : input.trajectory) {
-      if (T) {
-        T_first = *T;
-        break;
-      }
-    }
-    start.stop_known.assign(stops, 0);
-    for (std::size_t j = 0; j < stops; ++j) {
-      if (!input.trajectory[j]) continue;
-      start.state.T_G_base[j] = T_first.inverse() * *input.trajectory[j];
-      start.stop_known[j] = 1;
-    }
-    start.given_T_G_base = start.state.T_G_base;
-  } else if (stops > 1 && gyro_is_complete(input)) {
-    start.state.T_G_base = poses_from_rotations(base_patches, rotations_by_gyro(input));
-  } else if (stops > 1 && !input.axis) {
-    const Turned turned = turned_angles(input);
-    AxisSearchOptions options;
-    options.step_sigma_rad = turned.step_sigma_rad;
-    const std::vector<OwnTurn> own = find_own_turns(base_patches, turned.angle, options);
-    if (!own.empty() && own.front().score >= min_own_score) {
-      start.state.T_G_base = own.front().T_zero_this;
-    } else {
-      // Nothing holds the stops together; the first that is known stays alone.
-      const auto first = std::find(start.stop_known.begin(), start.stop_known.end(), 1);
-      if (first != start.stop_known.end()) std::fill(first + 1, start.stop_known.end(), 0);
-    }
-  } else if (stops > 1) {
-    std::vector<double> scores;
-    // The search is sure of the rotations only: a poor view slides by metres. That the rig turned about a point holds
-    // it.
-    const std::vector<Matrix3d> R =
-        rotations_from_search(base_patches, input.stops, *input.axis, input.R_previous_this, scores);
-    start.state.T_G_base = poses_from_rotations(base_patches, R);
-    for (std::size_t j = 0; j < stops; ++j) {
-      if (scores[j] < min_score) start.stop_known[j] = 0;
-    }
-  }
-}
-
-// The base's own surfels laid on each other; the poses so far hold what the scene leaves open.
-void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
-  ParameterLayout layout(input.stops, input.lidars);
-  MultiviewOptions options;
-  options.priors.stop_priors.resize(static_cast<std::size_t>(input.stops));
-  for (const PatchSurfels& p : base_patches) {
-    if (p.stop == base_patches.front().stop) continue;
-    layout.free_stop(p.stop);
-    const auto j = static_cast<std::size_t>(p.stop);
-    options.priors.stop_priors[j] = isotropic_prior(start.state.T_G_base[j], to_rad(1.0), 0.1);
-  }
-  align_surfels(base_patches, layout, options, start.state);
-}
-
-// Where the turns by the gyro do not lay what the base saw on itself: it may have turned about another axis (a gyro on
-// another sensor, whose guess is off), or have been driven.
-void try_other_ways(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
-  if (!input.trajectory.empty() || input.stops < 2 || !gyro_is_complete(input)) return;
-  double best = balanced_agreement(base_patches, start.state.T_G_base);
-  const auto try_poses = [&](const std::vector<SE3>& T_G_base) {
-    Start other = start;
-    other.state.T_G_base = T_G_base;
-    refine_stops(input, base_patches, other);
-    const double score = balanced_agreement(base_patches, other.state.T_G_base);
-    if (score <= best + clear_gain) return;
-    best = score;
-    start.state.T_G_base = other.state.T_G_base;
-  };
-  if (best < turning_agreement) {
-    AxisSearchOptions options;
-    options.step_sigma_rad = measured_step_sigma_rad;
-    const std::vector<OwnTurn> own = find_own_turns(base_patches, turned_angles(input).angle, options);
-    if (!own.empty()) try_poses(own.front().T_zero_this);
-  }
-  if (best < turning_agreement) try_poses(poses_of_drive(base_patches, rotations_by_gyro(input)));
 }
 
 RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchSurfels>& patches, int lidar,
@@ -229,72 +97,10 @@ void place_by_shapes(const StartInput& input, const std::vector<PatchSurfels>& p
   }
 }
 
-void set_alignment_priors(const StartInput& input, const Start& start, AdjustOptions& priors) {
-  priors.lidar_priors.assign(static_cast<std::size_t>(input.lidars), {});
-  priors.stop_priors.assign(static_cast<std::size_t>(input.stops), {});
-  for (int j = 0; j < input.stops; ++j) {
-    const auto sj = static_cast<std::size_t>(j);
-    priors.stop_priors[sj] = isotropic_prior(start.state.T_G_base[sj], to_rad(1.0), 0.1);
-  }
-  for (int i = 0; i < input.lidars; ++i) {
-    const auto si = static_cast<std::size_t>(i);
-    if (i == input.base || !start.lidar_known[si]) continue;
-    priors.lidar_priors[si] = isotropic_prior(start.state.T_base_sensor[si], to_rad(3.0), 0.3);
-    if (start.shape_matches[si]) priors.lidar_priors[si] = prior_of(*start.shape_matches[si]);
-  }
-}
-
-// Of any pose, a turn at three metres.
-double largest_move(const RigState& before, const RigState& after) {
-  constexpr double arm_m = 3.0;
-  double most = 0.0;
-  const auto measure = [&](const std::vector<SE3>& a, const std::vector<SE3>& b) {
-    for (std::size_t k = 0; k < a.size(); ++k)
-      most = std::max(most, (a[k].t - b[k].t).norm() + arm_m * rotation_distance(a[k].R, b[k].R));
-  };
-  measure(before.T_G_base, after.T_G_base);
-  measure(before.T_base_sensor, after.T_base_sensor);
-  return most;
-}
-
-void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, double from_m, Start& start) {
-  ParameterLayout layout(input.stops, input.lidars);
-  std::vector<PatchSurfels> used;
-  int first = -1;
-  for (const PatchSurfels& p : patches) {
-    if (start.lidar_known[static_cast<std::size_t>(p.lidar)] && start.stop_known[static_cast<std::size_t>(p.stop)])
-      used.push_back(p);
-  }
-  for (int j = 0; j < input.stops; ++j) {
-    const bool seen = std::any_of(used.begin(), used.end(), [&](const PatchSurfels& p) { return p.stop == j; });
-    if (!seen) continue;
-    if (first < 0)
-      first = j;
-    else
-      layout.free_stop(j);
-  }
-  for (int i = 0; i < input.lidars; ++i) {
-    if (i != input.base && start.lidar_known[static_cast<std::size_t>(i)]) layout.free_lidar(i);
-  }
-  MultiviewOptions options;
-  options.from_m = from_m;
-  options.to_m = 0.05;
-  // What holds a stop or a LiDAR holds it where it stands: a turn that closes only with what the others saw, or a chain
-  // of stops that drifted, comes right in steps. Poses that were given are left no further than once.
-  const int most = input.trajectory.empty() ? most_alignments : 1;
-  for (int k = 0; k < most; ++k) {
-    const RigState before = start.state;
-    set_alignment_priors(input, start, options.priors);
-    align_surfels(used, layout, options, start.state);
-    const double moved_m = largest_move(before, start.state);
-    if (moved_m < settled_m) break;
-    options.from_m = std::clamp(moved_m, near_m, far_m);
-  }
-}
-
 // All LiDARs, by their guesses or without, and then everything laid on each other. False when it was stopped.
 bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patches,
-                  const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
+                  const std::vector<PatchSurfels>& base_patches, const StopHold& hold, const RunContext& context,
+                  Start& start) {
   const auto lidars = static_cast<std::size_t>(input.lidars);
   start.matches.assign(lidars, {});
   start.shape_matches.assign(lidars, {});
@@ -312,7 +118,7 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   if (map.size() < min_surfels) {
     // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
     for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
-    align_all(input, patches, near_m, start);
+    align_all(input, patches, near_m, hold, start);
     return true;
   }
   const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
@@ -331,71 +137,35 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   const Doubts doubts = place_without_guess(input, patches, start);
   place_by_shapes(input, patches, start);
   reconsider(
-      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, placed); }, start);
-  align_all(input, patches, near_m, start);
+      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, placed); }, start);
+  align_all(input, patches, near_m, hold, start);
   return true;
 }
 
-bool drove(const Start& start) {
-  const std::optional<TurnOfPoses> turn = turn_of_poses(start.state.T_G_base, start.stop_known);
-  return turn && turn->drove();
+// The farthest of the stops that are known.
+double farthest(const Start& start, const Start& from) {
+  double most = 0.0;
+  for (std::size_t j = 0; j < start.stop_known.size(); ++j) {
+    if (start.stop_known[j]) most = std::max(most, (start.state.T_G_base[j].t - from.state.T_G_base[j].t).norm());
+  }
+  return most;
 }
 
-// The surfels of all LiDARs that are known as if the base had seen them, a patch a stop.
-std::vector<PatchSurfels> seen_by_rig(const StartInput& input, const std::vector<PatchSurfels>& patches,
-                                      const Start& start) {
-  std::vector<PatchSurfels> out(static_cast<std::size_t>(input.stops));
-  for (const PatchSurfels& p : patches) {
-    const auto i = static_cast<std::size_t>(p.lidar);
-    if (!start.lidar_known[i] || !start.stop_known[static_cast<std::size_t>(p.stop)]) continue;
-    const SE3& T = start.state.T_base_sensor[i];
-    for (Surfel s : p.surfels) {
-      s.mean = T * s.mean;
-      s.normal = T.R * s.normal;
-      out[static_cast<std::size_t>(p.stop)].surfels.push_back(s);
-    }
-  }
-  for (int j = 0; j < input.stops; ++j) {
-    out[static_cast<std::size_t>(j)].lidar = input.base;
-    out[static_cast<std::size_t>(j)].stop = j;
-  }
-  std::erase_if(out, [](const PatchSurfels& p) { return p.surfels.empty(); });
-  return out;
-}
-
-// Whether surfaces tell of most of the stops that they stand there and not where they were thought to. Along a corridor
-// nothing does, and any places fit.
-bool are_told(const std::vector<PatchSurfels>& rig, const std::vector<SE3>& before, const std::vector<SE3>& after) {
-  std::size_t moved = 0;
-  std::size_t told = 0;
-  for (const PatchSurfels& p : rig) {
-    const auto j = static_cast<std::size_t>(p.stop);
-    const Vector3d way = after[j].t - before[j].t;
-    if (way.norm() < elsewhere_m) continue;
-    double facing = 0.0;
-    for (const Surfel& s : p.surfels) facing += std::pow((after[j].R * s.normal).dot(way.normalized()), 2);
-    ++moved;
-    if (facing >= told_share * static_cast<double>(p.surfels.size())) ++told;
-  }
-  return told > 0 && 2 * told >= moved;
-}
-
-// What one LiDAR saw from a stop may slide along a wall of what it saw before, and all later stops with it; it may even
-// have been taken for a turn in place. Together the LiDARs see more sides: where laying all that they saw on itself
-// gives other poses that fit it better, these are taken. True then.
-bool drive_with_all(const StartInput& input, const std::vector<PatchSurfels>& patches, Start& start) {
-  const std::vector<PatchSurfels> rig = seen_by_rig(input, patches, start);
-  const double before = balanced_agreement(rig, start.state.T_G_base);
-  if (!drove(start) && before >= table_agreement) return false;
-  std::vector<Matrix3d> R_G_base;
-  for (const SE3& T : start.state.T_G_base) R_G_base.push_back(T.R);
-  Start other = start;
-  other.state.T_G_base = poses_of_drive(rig, R_G_base);
-  refine_stops(input, rig, other);
-  const double after = balanced_agreement(rig, other.state.T_G_base);
-  if (after <= before + drive_gain || !are_told(rig, start.state.T_G_base, other.state.T_G_base)) return false;
-  start.state.T_G_base = other.state.T_G_base;
-  return true;
+// What turned before walls slides along them, stop by stop, by what a few surfels have wrong, and the gaps that open
+// are not seen. Where the rig turned about a point everything is found as well with the stops held there: that start.
+// `turned`: the stops as the turns placed them. Nothing also when it was stopped.
+std::optional<Start> held_where_it_turned(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                                          const std::vector<PatchSurfels>& base_patches, const Start& turned,
+                                          const RunContext& context, const Start& start) {
+  if (farthest(start, turned) < slid_m) return std::nullopt;
+  Start held = turned;
+  refine_stops(input, base_patches, firm_hold, held);
+  if (farthest(held, turned) > walk_m) return std::nullopt;
+  if (!place_lidars(input, patches, base_patches, firm_hold, context, held)) return std::nullopt;
+  if (farthest(held, turned) > walk_m) return std::nullopt;
+  const auto fit = [&](const Start& s) { return balanced_agreement(seen_by_rig(input, patches, s), s.state.T_G_base); };
+  if (fit(held) < fit(start) - slid_gain) return std::nullopt;
+  return held;
 }
 
 }  // namespace
@@ -421,19 +191,21 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   place_stops(input, base_patches, start);
   std::erase_if(base_patches,
                 [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
+  const Start turned = start;
   if (base_patches.size() > 1) {
-    refine_stops(input, base_patches, start);
+    refine_stops(input, base_patches, loose_hold, start);
     try_other_ways(input, base_patches, start);
   }
   if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
 
-  if (!place_lidars(input, patches, base_patches, context, start))
-    return Error{ErrorKind::cancelled, "stopped", {}, {}};
-  if (input.trajectory.empty()) {
-    for (int round = 0; round < most_drives && drive_with_all(input, patches, start); ++round) {
-      if (!place_lidars(input, patches, base_patches, context, start))
-        return Error{ErrorKind::cancelled, "stopped", {}, {}};
-    }
+  const Error stopped{ErrorKind::cancelled, "stopped", {}, {}};
+  if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return stopped;
+  if (!input.trajectory.empty()) return start;
+  const std::optional<Start> held = held_where_it_turned(input, patches, base_patches, turned, context, start);
+  if (context.cancelled()) return stopped;
+  if (held) return *held;
+  for (int round = 0; round < most_drives && drive_with_all(input, patches, start); ++round) {
+    if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return stopped;
   }
   return start;
 }

@@ -7,6 +7,7 @@
 #include "core/base/parallel.h"
 #include "simdata/scene_file.h"
 #include "tests/core/start/light_run.h"
+#include "tests/support/court_of_walls.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
 
@@ -69,6 +70,34 @@ TEST_P(FindStartIn, IsRightToThreeCentimetresWithoutAGyro) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Courtyards, FindStartIn, ::testing::Values(1, 2));
+
+// Walls all around and a narrow view of them: held by what they saw alone, stops slid by a metre.
+TEST(FindStart, DoesNotLetATableSlideAlongWalls) {
+  const auto scene = sim::parse_scene(court_scene, "court");
+  const auto rig = parse_rig(court_rig, "court rig");
+  ASSERT_TRUE(scene && rig);
+  for (const std::uint64_t seed : {3, 7}) {
+    sim::LightRigOptions options;
+    options.seed = seed;
+    options.turntable.stops = 12;
+    options.shots_per_patch = 40000;
+    options.mount_error = {0.02, 1.0};
+    auto light = sim::make_light_rig(*scene, options, *rig);
+    ASSERT_TRUE(light);
+    LightRun run(*std::move(light));
+    run.input.axis = run.truth.axis;
+    for (std::size_t i = 0; i < run.truth.rig.sensors.size(); ++i)
+      run.input.guess_T_base_sensor[i] = run.truth.rig.sensors[i].initial_T_base_sensor;
+    SilentReporter reporter;
+    const auto start = find_start(run.input, run.surfels, RunContext{reporter});
+    ASSERT_TRUE(start);
+    for (std::size_t j = 0; j < run.truth.T_G_base.size(); ++j) {
+      if (!start->stop_known[j]) continue;
+      EXPECT_THAT(start->state.T_G_base[j], SE3Near(run.truth.T_G_base[j], 1.5, 60.0))
+          << "seed " << seed << ", stop " << j;
+    }
+  }
+}
 
 TEST(FindStart, TakesARoughTrajectoryInsteadOfAGyro) {
   Courtyard run(4);

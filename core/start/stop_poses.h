@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "core/start/rig_start.h"
+
+namespace rigcal {
+
+/// How firmly stops are held where they were placed while their surfels are laid on each other.
+struct StopHold {
+  double translation_m = 0.0;
+  double rotation_rad = 0.0;
+};
+
+/// Stops come right by decimetres. So do they go wrong, where what they saw leaves a direction open.
+constexpr StopHold loose_hold{0.1, to_rad(1.0)};
+/// Of stops of a table that turned about a point, which holds what the scene leaves open.
+constexpr StopHold firm_hold{0.01, to_rad(0.2)};
+
+/// Where the base stood at each stop: by the trajectory, else by its turns (gyro, or a search about the axis) about a
+/// foot that the scene shows. Sets poses and `stop_known`. `base_patches`: of the base, in the order of stops.
+void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
+
+/// Lays the surfels of `patches`, all seen by the base, on each other; the poses so far hold what the scene leaves
+/// open.
+void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& patches, const StopHold& hold,
+                  Start& start);
+
+/// Where the turns by the gyro do not lay what the base saw on itself: it may have turned about another axis (a gyro on
+/// another sensor, whose guess is off), or have been driven.
+void try_other_ways(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
+
+}  // namespace rigcal
