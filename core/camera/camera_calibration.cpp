@@ -45,6 +45,13 @@ constexpr double unfound_ratio = 0.85;
 constexpr double weak_sigma_m = 0.005;
 constexpr double weak_halves_m = 0.01;
 constexpr double agreeing_chi2 = 12.59;
+// 0.1 % are larger than this.
+constexpr double disagreeing_chi2 = 22.46;
+
+// A place that the images alone tell is no other guess than was given up to here,
+constexpr double farthest_sigmas = 4.0;
+// and better where it explains so many times more.
+constexpr double clearly_better = 1.1;
 
 class CameraCalibration {
  public:
@@ -73,10 +80,24 @@ class CameraCalibration {
     }
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
+    finish();
+    for (const bool everywhere : {false, true}) {
+      if (context_.cancelled() || !is_doubtful()) return;
+      if (start_anew(everywhere)) finish();
+    }
+  }
+
+  void finish() {
     solve();
     if (context_.cancelled()) return;
     check();
     ask_information();
+  }
+
+  // What a wrong minimum shows.
+  [[nodiscard]] bool is_doubtful() const {
+    return !estimate_.converged || estimate_.runner_up_ratio > unfound_ratio ||
+           estimate_.disagreement_chi2 > disagreeing_chi2;
   }
 
   void set_priors(const SE3& guess_T_base_camera) {
@@ -97,7 +118,7 @@ class CameraCalibration {
   void choose_start() {
     std::vector<EdgeSolution> solutions;
     if (camera_.guess_T_base_camera) {
-      look_around(*camera_.guess_T_base_camera, solutions);
+      choose_around_guess(*camera_.guess_T_base_camera, solutions);
       if (solutions.empty()) {
         estimate_.why_not =
             "its images show too few edges of the map: where walls, floors and corners meet, within view "
@@ -107,14 +128,8 @@ class CameraCalibration {
       return;
     }
     const CameraStarts starts = find_camera_starts(scene_, camera_, context_);
-    for (const SE3& start : starts.T_base_camera) {
-      if (context_.cancelled()) return;
-      std::vector<EdgeSolution> own;
-      look_around(start, own);
-      // Of few segments many are explained anywhere: where views of other things compete, their number counts as well.
-      for (EdgeSolution& each : own) each.score *= std::sqrt(static_cast<double>(segments()));
-      solutions.insert(solutions.end(), own.begin(), own.end());
-    }
+    for (const SE3& start : starts.T_base_camera) solve_apart(start, solutions);
+    if (context_.cancelled()) return;
     if (!solutions.empty()) compare(solutions);
     if (solutions.empty()) {
       estimate_.why_not = "it cannot be found without a rough pose (" +
@@ -134,8 +149,49 @@ class CameraCalibration {
     set_priors(best_.state.T_base_camera);
   }
 
-  // Solves from every start that the search around a guess finds, with few samples; the best of all becomes the start
-  // of the end. Adds nothing where too little is seen from there.
+  // Where its guess led to a doubtful end: whether another place explains clearly more, which becomes the start of
+  // another end. It is looked for around the end, or where the images alone lead to, not far from the guess.
+  bool start_anew(bool everywhere) {
+    if (!camera_.guess_T_base_camera) return false;
+    std::vector<EdgeSolution> solutions;
+    solve_apart(best_.state.T_base_camera, solutions);
+    const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, best_.state, levels_.back().match, views_);
+    const double score = sums.score() * std::sqrt(static_cast<double>(segments()));
+    if (everywhere) {
+      for (const SE3& start : find_camera_starts(scene_, camera_, context_).T_base_camera)
+        solve_apart(start, solutions);
+    }
+    const bool found = take_better(score, solutions);
+    set_priors(*camera_.guess_T_base_camera);
+    return found && !context_.cancelled();
+  }
+
+  // Of solutions near the guess, where the best is another one than the end so far, which has this score.
+  bool take_better(double score, std::vector<EdgeSolution>& solutions) {
+    std::erase_if(solutions, [&](const EdgeSolution& solution) {
+      const Vector6d off = (camera_.guess_T_base_camera->inverse() * solution.state.T_base_camera).log();
+      return off.head<3>().norm() > farthest_sigmas * options_.guess_sigma_rad ||
+             off.tail<3>().norm() > farthest_sigmas * options_.guess_sigma_m;
+    });
+    const bool is_better = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& solution) {
+      return solution.score > clearly_better * score && !is_same(solution.state, best_.state, 0.5);
+    });
+    if (is_better) compare(solutions);
+    return is_better;
+  }
+
+  // Around a start that competes with others elsewhere. Of few segments many are explained anywhere: where views of
+  // other things compete, their number counts as well.
+  void solve_apart(const SE3& start, std::vector<EdgeSolution>& solutions) {
+    if (context_.cancelled()) return;
+    std::vector<EdgeSolution> own;
+    look_around(start, own);
+    for (EdgeSolution& each : own) each.score *= std::sqrt(static_cast<double>(segments()));
+    solutions.insert(solutions.end(), own.begin(), own.end());
+  }
+
+  // Solves from every start that the search around a guess finds, with few samples. Adds nothing where too little is
+  // seen from there.
   void look_around(const SE3& guess, std::vector<EdgeSolution>& solutions) {
     set_priors(guess);
     find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px, sparse_stride},
@@ -144,8 +200,14 @@ class CameraCalibration {
     std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, EdgeSearchOptions{});
     starts.push_back(guess);
     for (const SE3& start : starts) solve_quickly(start, solutions);
+  }
+
+  // The best of those around the guess becomes the start of the end.
+  void choose_around_guess(const SE3& guess, std::vector<EdgeSolution>& solutions) {
+    look_around(guess, solutions);
+    if (solutions.empty()) return;
     compare(solutions);
-    if (estimate_.runner_up_ratio < unclear_ratio || !camera_.guess_T_base_camera) return;
+    if (estimate_.runner_up_ratio < unclear_ratio) return;
     // Edges alone do not tell the minima apart; reflectivity may know a better start.
     const auto search = search_information(scene_, camera_, guess, options_, context_);
     if (!search) return;

@@ -57,6 +57,15 @@ TEST(CameraCalibration, ComesBackFromFiveDegreesAndTenCentimetres) {
   EXPECT_LT(nees, 2.0);
 }
 
+// Half a metre off edges explained as much as they did anywhere near the guess; the images alone lead back.
+TEST(CameraCalibration, LooksElsewhereWhereTheEndIsDoubtful) {
+  const CameraEstimate estimate = calibrate(task_from(BoxRoom::spoiled(to_rad(18.0), 0.3, 3)));
+  ASSERT_TRUE(estimate.found) << estimate.why_not;
+  EXPECT_LT(offset_m(estimate.pose.T_base_camera), 0.004);
+  EXPECT_LT(offset_rad(estimate.pose.T_base_camera), to_rad(0.05));
+  EXPECT_LT(estimate.runner_up_ratio, 0.8);
+}
+
 TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
   CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
   task.intrinsics.fx *= 1.01;
