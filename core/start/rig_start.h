@@ -45,7 +45,7 @@ struct Start {
 /// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else by the gyro about a foot that the
 /// scene shows, else by a search about the axis; then each LiDAR with a guess is laid on the base's map around it, by
 /// surfels or, where few, by shapes, one without where its own panorama meets the base's; then all surfels on each
-/// other. Stops of a drive are then placed by what all LiDARs saw, and the LiDARs anew, while that fits better.
+/// other. Where stops slid off a table's turn it holds them; those of a drive are placed by what all LiDARs saw.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 
