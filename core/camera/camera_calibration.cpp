@@ -45,7 +45,7 @@ constexpr double unfound_ratio = 0.85;
 constexpr double weak_sigma_m = 0.005;
 constexpr double weak_halves_m = 0.01;
 constexpr double agreeing_chi2 = 12.59;
-// 0.1 % are larger than this.
+// 0.1 % are larger than this: the verdict has the same (CameraThresholds).
 constexpr double disagreeing_chi2 = 22.46;
 
 // A place that the images alone tell is no other guess than was given up to here,
@@ -153,13 +153,17 @@ class CameraCalibration {
   // another end. It is looked for around the end, or where the images alone lead to, not far from the guess.
   bool start_anew(bool everywhere) {
     if (!camera_.guess_T_base_camera) return false;
-    std::vector<EdgeSolution> solutions;
-    solve_apart(best_.state.T_base_camera, solutions);
-    const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, best_.state, levels_.back().match, views_);
-    const double score = sums.score() * std::sqrt(static_cast<double>(segments()));
+    find_visible(scene_, camera_.intrinsics, best_.state, {start_margin_px, sparse_spacing_px, sparse_stride}, views_);
+    EdgeSolution end = best_;
+    const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, end.state, levels_.back().match, views_);
+    end.score = sums.score() * std::sqrt(static_cast<double>(segments()));
+    const double score = end.score;
+    std::vector<EdgeSolution> solutions{end};
     if (everywhere) {
       for (const SE3& start : find_camera_starts(scene_, camera_, context_).T_base_camera)
         solve_apart(start, solutions);
+    } else {
+      solve_apart(end.state.T_base_camera, solutions);
     }
     const bool found = take_better(score, solutions);
     set_priors(*camera_.guess_T_base_camera);

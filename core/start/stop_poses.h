@@ -18,7 +18,8 @@ constexpr StopHold loose_hold{0.1, to_rad(1.0)};
 constexpr StopHold firm_hold{0.01, to_rad(0.2)};
 
 /// Where the base stood at each stop: by the trajectory, else by its turns (gyro, or a search about the axis) about a
-/// foot that the scene shows. Sets poses and `stop_known`. `base_patches`: of the base, in the order of stops.
+/// foot that the scene shows. Sets `state.T_G_base` (metres; G is the base's frame at the first stop) and `stop_known`.
+/// `base_patches`: of the base, in the order of stops.
 void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
 
 /// Lays the surfels of `patches`, all seen by the base, on each other; the poses so far hold what the scene leaves
