@@ -33,7 +33,7 @@ constexpr double far_m = 0.3;
 // no farther than this where the rig did turn about a point, and lose no more than this of what fits.
 constexpr double slid_m = 0.2;
 constexpr double walk_m = 0.1;
-constexpr double slid_gain = 0.03;
+constexpr double most_lost = 0.03;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -164,7 +164,7 @@ std::optional<Start> held_where_it_turned(const StartInput& input, const std::ve
   if (!place_lidars(input, patches, base_patches, firm_hold, context, held)) return std::nullopt;
   if (farthest(held, turned) > walk_m) return std::nullopt;
   const auto fit = [&](const Start& s) { return balanced_agreement(seen_by_rig(input, patches, s), s.state.T_G_base); };
-  if (fit(held) < fit(start) - slid_gain) return std::nullopt;
+  if (fit(held) < fit(start) - most_lost) return std::nullopt;
   return held;
 }
 
