@@ -28,6 +28,10 @@ struct Face {
 // What a real surface is not, over such a length.
 constexpr double flatness_m = 0.001;
 
+// What lies nearer than `footprint_m` to another plane than a face's own is taken for none of the face. So many sigmas
+// of a point farther away, hardly a point of the face gets there by its noise.
+constexpr double border_sigmas = 2.0;
+
 // While the faces are only drawn near, so many points of each tell enough, evenly spread.
 constexpr std::size_t early_points = 600;
 
@@ -36,6 +40,7 @@ struct Workspace {
   PiecePoints points;
   std::vector<std::uint32_t> chosen;
   std::vector<double> variances;  // of a face's points along its normal
+  std::vector<Vector3d> places;   // of a face's points, without their noise along its plane
 };
 
 class PieceFitter {
@@ -44,7 +49,7 @@ class PieceFitter {
               const LidarEdgeOptions& options, Workspace& work)
       : piece_(piece), noise_(noise), options_(options), work_(work) {
     // What lies on a third plane belongs to neither face.
-    work_.points.take(piece, points, std::hypot(0.5 * options.piece_m, options.reach_m), options.footprint_m);
+    work_.points.take(piece, points, noise, std::hypot(0.5 * options.piece_m, options.reach_m), options.footprint_m);
     const double range2 = std::pow(work_.points.largest_range_m(), 2);
     for (const NoiseModel& n : noise) {
       largest_variance_ =
@@ -76,7 +81,7 @@ class PieceFitter {
     gate.own = face.plane;
     gate.own_m = 2.5 * std::sqrt(largest_variance_) + slack + 1e-5;  // rounding
     gate.other = other;
-    gate.other_m = options_.footprint_m;
+    gate.border_m = options_.footprint_m + border_sigmas * std::sqrt(largest_variance_);
     work_.points.choose(gate, work_.chosen);
     face.points.clear();
     std::vector<double>& variances = work_.variances;
@@ -91,22 +96,22 @@ class PieceFitter {
       variances.push_back(variance);
     }
     if (static_cast<double>(face.points.size()) < options_.min_points) return false;
+    // Noise along the ray moves a point along the plane as well, and would turn it.
     double weight = 0.0;
     Vector3d q = Vector3d::Zero();
+    std::vector<Vector3d>& places = work_.places;
+    places.clear();
     for (std::size_t i = 0; i < face.points.size(); ++i) {
+      places.push_back(above_its_place(*face.points[i], face.plane, variances[i]));
       const double w = 1.0 / variances[i];
       weight += w;
-      q += w * face.points[i]->p_G.cast<double>();
+      q += w * places.back();
     }
     q /= weight;
     Matrix3d scatter = Matrix3d::Zero();
-    for (std::size_t i = 0; i < face.points.size(); ++i) {
-      const EdgePoint& point = *face.points[i];
-      const Vector3d d = point.p_G.cast<double>() - q;
-      // The noise along the ray would turn the plane; its share goes out.
-      const Matrix3d S =
-          noise_[point.lidar].point_covariance(static_cast<double>(point.range_m) * point.ray_G.cast<double>(), n);
-      scatter += (d * d.transpose() - S) / variances[i] + Matrix3d::Identity();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Vector3d d = places[i] - q;
+      scatter += d * d.transpose() / variances[i];
     }
     const SymmetricEigen eigen = symmetric_eigen(scatter);
     Vector3d normal = eigen.vectors.col(0);
@@ -125,6 +130,15 @@ class PieceFitter {
       face.offset_variance += chi2 * lever * lever / std::max(eigen.values[k], 1.0);
     }
     return true;
+  }
+
+  // The place on the plane where a point most likely belongs, p - (n.p - d) S n / n'S n (what its distance from the
+  // plane tells of its noise along it taken out), and by that distance above it. `variance` is n'S n, m^2.
+  [[nodiscard]] Vector3d above_its_place(const EdgePoint& point, const WorldPlane& plane, double variance) const {
+    const Vector3d p = point.p_G.cast<double>();
+    const Vector3d from_sensor = static_cast<double>(point.range_m) * point.ray_G.cast<double>();
+    const double off = plane.distance(p);
+    return p + off * (plane.n - noise_[point.lidar].point_covariance(from_sensor, plane.n) * plane.n / variance);
   }
 
   // Of the line across itself, from the offsets of both faces.

@@ -84,6 +84,29 @@ TEST(LidarEdges, LieWhereTwoWallsMeetAsSureAsTheySay) {
   std::printf("%zu samples, mean square over variance %.3f, worst %.4f m\n", count, mean, worst);
 }
 
+// What is met at a slant is cut at its borders, and noise along the rays must not turn it there: corners of a room
+// would come nearer, all of them.
+TEST(LidarEdges, OfARoomAreNeitherTooNearNorTooFar) {
+  Vector3d inside = Vector3d::Zero();  // of the edges of walls that stand along x, y and z
+  Vector3d count = Vector3d::Zero();
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const SeenRoom room(seed);
+    for (const LidarEdge& edge : room.edges()) {
+      const Vector3d p = (edge.p_G - Vector3d(0.0, 0.0, 0.2)).cwiseAbs();  // from the room's middle
+      const Vector3d beyond = p - Vector3d(4.0, 3.0, 1.5);
+      Vector3d near = Vector3d::Zero();
+      for (Eigen::Index axis = 0; axis < 3; ++axis) near[axis] = std::abs(beyond[axis]) < 0.02 ? 1.0 : 0.0;
+      if (near.sum() != 2.0) continue;  // an edge of a board, or a corner of three walls
+      inside -= near.cwiseProduct(beyond);
+      count += near;
+    }
+  }
+  ASSERT_GT(count.minCoeff(), 1000.0);
+  const Vector3d mean_mm = 1e3 * inside.cwiseQuotient(count);
+  std::printf("nearer by %.2f, %.2f and %.2f mm\n", mean_mm.x(), mean_mm.y(), mean_mm.z());
+  EXPECT_LT(mean_mm.cwiseAbs().maxCoeff(), 0.3);
+}
+
 TEST(LidarEdges, RunAlongTheirWallsAndShareALineWithTheirNeighbours) {
   const SeenRoom room(4);
   const std::vector<LidarEdge> edges = room.edges();
