@@ -36,6 +36,9 @@ constexpr double free_k1 = 0.1;
 // From fewer stops the rig file is believed rather than the images: nothing could be held out to tell who is right.
 constexpr std::size_t least_stops_for_intrinsics = 4;
 
+// With fewer stops a half may end elsewhere though the whole is right.
+constexpr std::size_t least_stops_of_half = 6;
+
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
 // Without a guess a place is not found where another one explains so much of what it explains.
@@ -97,7 +100,7 @@ class CameraCalibration {
   // What a wrong minimum shows.
   [[nodiscard]] bool is_doubtful() const {
     return !estimate_.converged || estimate_.runner_up_ratio > unfound_ratio ||
-           estimate_.disagreement_chi2 > disagreeing_chi2;
+           estimate_.disagreement_chi2 > disagreeing_chi2 || estimate_.halves_chi2 > disagreeing_chi2;
   }
 
   void set_priors(const SE3& guess_T_base_camera) {
@@ -271,7 +274,7 @@ class CameraCalibration {
     estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
     estimate_.radial_trend = corner_shift(freed.state, covariance.bottomRightCorner<2, 2>());
     // A few images can be explained by many intrinsics: only who asks for them gets to see what they would be.
-    const bool enough = stops() >= least_stops_for_intrinsics;
+    const bool enough = stops_of(views_) >= least_stops_for_intrinsics;
     if (!enough && !options_.refine_intrinsics)
       estimate_.focal_scale = estimate_.k1_change = estimate_.radial_trend = {};
     // Intrinsics that never came to rest say nothing.
@@ -286,9 +289,9 @@ class CameraCalibration {
     finish_jointly();
   }
 
-  [[nodiscard]] std::size_t stops() const {
+  [[nodiscard]] static std::size_t stops_of(const std::vector<EdgeView>& views) {
     std::set<int> stops;
-    for (const EdgeView& view : views_) stops.insert(view.stop);
+    for (const EdgeView& view : views) stops.insert(view.stop);
     return stops.size();
   }
 
@@ -383,6 +386,9 @@ class CameraCalibration {
           (solve_again(even).state.T_base_camera.inverse() * solve_again(odd).state.T_base_camera).log();
       estimate_.halves_rad = apart.head<3>().norm();
       estimate_.halves_m = apart.tail<3>().norm();
+      // Each half has twice the variance of the whole, and their difference four times.
+      if (std::min(stops_of(even), stops_of(odd)) >= least_stops_of_half)
+        estimate_.halves_chi2 = 0.25 * apart.dot(estimate_.pose.covariance.ldlt().solve(apart));
     }
   }
 

@@ -84,9 +84,11 @@ struct CameraEstimate {
   std::optional<PoseEstimate> information;
   double disagreement_chi2 = 0.0;  ///< Between the two, 6 degrees of freedom; 0 where there is no second opinion.
 
-  /// Poses from either half of the stops: how far they lie apart.
+  /// Poses from either half of the stops: how far they lie apart, and that over what the covariance lets halves differ
+  /// by, 6 degrees of freedom; 0 where a half has fewer than six stops.
   double halves_m = 0.0;
   double halves_rad = 0.0;
+  double halves_chi2 = 0.0;
 
   /// The best other minimum, and its score as a share of the winner's (1: as good); no pose: none was met.
   std::optional<SE3> runner_up;

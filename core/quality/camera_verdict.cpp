@@ -45,6 +45,8 @@ bool opinions_disagree(const CameraEstimate& e, const CameraThresholds& limits) 
   return e.information && e.disagreement_chi2 > limits.disagreement_chi2;
 }
 
+std::string apart_words(const CameraEstimate& e) { return mm(e.halves_m) + " and " + deg(e.halves_rad); }
+
 bool halves_disagree(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
   return e.halves_m > limits.halves_share * std::max(require.translation_m, translation_bound(e.pose.covariance)) ||
          e.halves_rad > limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
@@ -79,7 +81,7 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
                         ", more than both allow; one of them found a false match: look at the overlays in report.html");
   }
   if (halves_disagree(e, require, limits)) {
-    weaken(verdict, "either half of its stops gives another pose, " + mm(e.halves_m) + " and " + deg(e.halves_rad) +
+    weaken(verdict, "either half of its stops gives another pose, " + apart_words(e) +
                         " apart; add stops, or check that the camera sits firmly");
   }
   if (e.runner_up && e.runner_up_ratio > limits.runner_up_ratio) {
@@ -101,6 +103,14 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
   }
   if (!e.converged) {
     fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
+    return verdict;
+  }
+  // A sigma says nothing of such a pose, unless grey values confirm it.
+  const bool is_confirmed = e.information && !opinions_disagree(e, limits);
+  if (e.halves_chi2 > limits.halves_chi2 && !is_confirmed) {
+    fail(verdict, "either half of its stops gives another pose, " + apart_words(e) +
+                      " apart, far more than its sigma allows: a false match, or it moved during the recording; give a "
+                      "closer initial_extrinsics, or add stops, and check that it sits firmly");
     return verdict;
   }
   // First what may be the cause of all else.

@@ -17,14 +17,16 @@ struct CameraThresholds {
   double intrinsics_sigmas = 3.0;    ///< Focal length and k1 against the rig file,
   double radial_trend_sigmas = 4.0;  ///< and the trend of the residuals along the radius,
   double radial_trend_px = 0.3;      ///< if it is as large as this at the corner.
-  double halves_share = 1.0;         ///< Either half of the stops apart, over the requirement.
+  double halves_share = 1.0;         ///< Either half of the stops apart, over the requirement,
+  double halves_chi2 = 22.46;        ///< and over what they may differ by: 0.1 % of 6 degrees of freedom.
   double runner_up_ratio = 0.95;
 };
 
 /// The contract's rule for a camera: good needs the 95 % bounds inside the requirement, a hold-out within twice the
 /// expected noise and not worse than the start, the runner-up minimum rejected, and checks that agree: the information
 /// between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was not found, did not
-/// converge or fits held-out stops worse than its start. Reasons are sentences a user can act on. `refined`: the
+/// converge, fits held-out stops worse than its start, or is another pose for either half of the stops, by far more
+/// than its sigma, and without the word of the information. Reasons are sentences a user can act on. `refined`: the
 /// intrinsics were to be found, too, and need not agree with the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
                                    bool refined = false, const CameraThresholds& thresholds = {});

@@ -29,7 +29,7 @@ Json found_json(const CameraEvidence& camera) {
             {"focal_scale", scalar(e.focal_scale)},
             {"k1_change", scalar(e.k1_change)},
             {"radial_trend_px", scalar(e.radial_trend)},
-            {"halves", {{"mm", 1e3 * e.halves_m}, {"deg", to_deg(e.halves_rad)}}}};
+            {"halves", {{"mm", 1e3 * e.halves_m}, {"deg", to_deg(e.halves_rad)}, {"chi2", e.halves_chi2}}}};
   if (camera.guess_T_base_camera) json["from_guess"] = between(e.pose.T_base_camera, *camera.guess_T_base_camera);
   if (e.information) {
     json["information"] = between(e.pose.T_base_camera, e.information->T_base_camera);

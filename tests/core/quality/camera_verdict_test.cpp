@@ -136,5 +136,18 @@ TEST(CameraVerdict, WeakensOpinionsThatDiffer) {
   expect_weak(e, "another pose, 100.0 mm");
 }
 
+TEST(CameraVerdict, FailsWhereHalvesOfTheStopsDifferByFarMoreThanTheyMay) {
+  CameraEstimate e = sound();
+  e.halves_chi2 = 20.0;
+  EXPECT_EQ(judge(e).status, Status::good);
+  e.halves_chi2 = 40.0;
+  EXPECT_EQ(judge(e).status, Status::good);  // grey values say the same
+  e.information.reset();
+  e.focal_scale = {-0.01, 0.001};  // may seem so at a false match
+  const Verdict verdict = judge(e);
+  EXPECT_EQ(verdict.status, Status::failed);
+  EXPECT_THAT(verdict.reasons, testing::ElementsAre(testing::HasSubstr("a false match, or it moved")));
+}
+
 }  // namespace
 }  // namespace rigcal
