@@ -16,14 +16,14 @@ namespace rigcal {
 /// A room with boxes in it, seen from a rig that turns in its middle: everything is known, images are cast ray by ray.
 class BoxRoom {
  public:
-  BoxRoom() {
+  explicit BoxRoom(int stop_count = stops) {
     boxes_ = {{{-3.0, -2.6, -1.2}, {3.4, 2.4, 1.6}},  // the room itself, from within
               {{1.5, -1.9, -1.2}, {2.2, -1.1, 0.3}}, {{-2.4, 0.9, -1.2}, {-1.5, 1.7, -0.2}},
               {{0.4, 1.4, -1.2}, {1.3, 2.0, 0.6}},   {{-2.0, -2.2, -1.2}, {-1.2, -1.5, 0.1}},
               {{2.6, 0.6, -0.4}, {3.4, 1.5, 0.9}}};
-    for (int j = 0; j < stops; ++j) {
+    for (int j = 0; j < stop_count; ++j) {
       SE3 T;
-      T.R = exp_so3(Vector3d(0.01 * j, -0.02, 2.0 * pi * j / stops));
+      T.R = exp_so3(Vector3d(0.01 * j, -0.02, 2.0 * pi * j / stop_count));
       T.t = Vector3d(0.05 * std::cos(1.0 * j), 0.05 * std::sin(1.0 * j), 0.0);
       scene.T_G_base.push_back(T);
       scene.stop_known.push_back(1);
@@ -56,10 +56,14 @@ class BoxRoom {
     return truth() * SE3::exp(xi);
   }
 
-  /// All images of the camera, with noise, and a guess that is off.
-  [[nodiscard]] CameraTask task(const SE3& guess, std::uint64_t seed = 1) const {
+  /// All images of the camera, with noise, and a guess that is off. `sway`: where the camera is at each second stop,
+  /// seen from where it is at the others.
+  [[nodiscard]] CameraTask task(const SE3& guess, std::uint64_t seed = 1, const SE3& sway = SE3{}) const {
     CameraTask task{0, "camera", intrinsics(), guess, {}};
-    for (int j = 0; j < stops; ++j) task.views.push_back({j, std::to_string(j) + ".png", image(j, seed)});
+    for (int j = 0; j < static_cast<int>(scene.T_G_base.size()); ++j) {
+      const SE3 T_base_camera = j % 2 == 0 ? truth() : truth() * sway;
+      task.views.push_back({j, std::to_string(j) + ".png", image(j, T_base_camera, seed)});
+    }
     return task;
   }
 
@@ -115,10 +119,10 @@ class BoxRoom {
     return faces[static_cast<std::size_t>(hit.face)] + 7.0F * static_cast<float>(hit.box);
   }
 
-  [[nodiscard]] GreyImage image(int stop, std::uint64_t seed) const {
+  [[nodiscard]] GreyImage image(int stop, const SE3& T_base_camera, std::uint64_t seed) const {
     const CameraIntrinsics in = intrinsics();
     const CameraModel model(in);
-    const SE3 T_G_C = scene.T_G_base[static_cast<std::size_t>(stop)] * truth();
+    const SE3 T_G_C = scene.T_G_base[static_cast<std::size_t>(stop)] * T_base_camera;
     GreyImage out{in.width, in.height,
                   std::vector<float>(static_cast<std::size_t>(in.width) * static_cast<std::size_t>(in.height))};
     parallel_for(static_cast<std::size_t>(in.height), 8, [&](std::size_t begin, std::size_t end) {

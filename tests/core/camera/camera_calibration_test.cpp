@@ -23,11 +23,16 @@ CameraTask task_from(const SE3& guess) {
   return copy;
 }
 
-CameraEstimate calibrate(const CameraTask& task, const CameraCalibrationOptions& options = {}) {
+CameraEstimate calibrate_in(const CameraScene& scene, const CameraTask& task,
+                            const CameraCalibrationOptions& options = {}) {
   SilentReporter reporter;
-  const auto estimate = calibrate_camera(room().scene, task, options, RunContext{reporter});
+  const auto estimate = calibrate_camera(scene, task, options, RunContext{reporter});
   EXPECT_TRUE(estimate);
   return estimate ? *estimate : CameraEstimate{};
+}
+
+CameraEstimate calibrate(const CameraTask& task, const CameraCalibrationOptions& options = {}) {
+  return calibrate_in(room().scene, task, options);
 }
 
 double offset_m(const SE3& T) { return (T.t - BoxRoom::truth().t).norm(); }
@@ -64,6 +69,21 @@ TEST(CameraCalibration, LooksElsewhereWhereTheEndIsDoubtful) {
   EXPECT_LT(offset_m(estimate.pose.T_base_camera), 0.004);
   EXPECT_LT(offset_rad(estimate.pose.T_base_camera), to_rad(0.05));
   EXPECT_LT(estimate.runner_up_ratio, 0.8);
+}
+
+TEST(CameraCalibration, SeesThatHalvesOfTheStopsDifferWhereTheCameraSways) {
+  const BoxRoom room(12);
+  const SE3 guess = BoxRoom::spoiled(to_rad(2.0), 0.03, 4);
+  const CameraEstimate still = calibrate_in(room.scene, room.task(guess));
+  ASSERT_TRUE(still.found) << still.why_not;
+  EXPECT_GT(still.halves_chi2, 0.0);
+  EXPECT_LT(still.halves_chi2, 12.0);
+  Vector6d sway = Vector6d::Zero();
+  sway[1] = to_rad(0.5);
+  const CameraEstimate loose = calibrate_in(room.scene, room.task(guess, 1, SE3::exp(sway)));
+  ASSERT_TRUE(loose.found) << loose.why_not;
+  EXPECT_NEAR(loose.halves_rad, to_rad(0.5), to_rad(0.1));
+  EXPECT_GT(loose.halves_chi2, 100.0);
 }
 
 TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
