@@ -61,34 +61,35 @@ std::string hold_out_part(const CalibrationResult& result) {
 }
 
 std::string convergence_part(const CalibrationResult& result) {
-  double low = 1e300;
+  // What noise adds is taken out of costs, so that they may be negative: what each iteration took off them is drawn.
+  constexpr double least = 1e-6;  // nothing, but for rounding
   double high = 0.0;
   int steps = 0;
+  std::vector<std::vector<std::vector<PlotPoint>>> lines;  // of each stage that has any, pass by pass
   for (const StageReport& stage : result.stages) {
-    for (const std::vector<double>& pass : stage.costs) {
-      steps += static_cast<int>(pass.size());
-      for (const double cost : pass) {
-        if (cost > 0.0 && std::isfinite(cost)) {
-          low = std::min(low, cost);
-          high = std::max(high, cost);
-        }
-      }
-    }
-  }
-  if (high <= 0.0) return {};
-  SvgPlot plot(760, 320, {"iteration", -0.5, static_cast<double>(steps) - 0.5}, {"cost", low / 1.3, high * 1.3, true},
-               "Cost of each iteration");
-  int at = 0;
-  int series = 0;
-  for (const StageReport& stage : result.stages) {
-    if (stage.costs.empty()) continue;
+    lines.emplace_back();
     for (const std::vector<double>& pass : stage.costs) {
       std::vector<PlotPoint> points;
-      for (const double cost : pass) points.push_back({static_cast<double>(at++), cost});
+      for (std::size_t k = 1; k < pass.size(); ++k) {
+        const double taken_off = pass[k - 1] - pass[k];
+        if (std::isfinite(taken_off)) points.push_back({static_cast<double>(++steps), std::max(taken_off, least)});
+      }
+      for (const PlotPoint& point : points) high = std::max(high, point.y);
+      if (!points.empty()) lines.back().push_back(std::move(points));
+    }
+  }
+  if (steps == 0) return {};
+  SvgPlot plot(760, 320, {"iteration", 0.5, static_cast<double>(steps) + 0.5},
+               {"taken off the cost", 0.5 * least, 2.0 * std::max(high, 1.0), true},
+               "What each iteration took off the cost");
+  int series = 0;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    if (lines[k].empty()) continue;
+    for (const std::vector<PlotPoint>& points : lines[k]) {
       plot.line(points, series);
       plot.dots(points, series);
     }
-    plot.legend(stage.name, series++);
+    plot.legend(result.stages[k].name, series++);
   }
   std::vector<std::vector<std::string>> rows;
   for (const StageReport& stage : result.stages) {
@@ -101,9 +102,9 @@ std::string convergence_part(const CalibrationResult& result) {
   }
   return section("convergence", "How the solver came to rest",
                  figure(plot.svg(),
-                        "Squared distances over noise, before the first iteration and after each. Each "
-                        "line is a map of planes: where one ends the planes are looked for anew, and "
-                        "costs of two maps do not compare.") +
+                        "How much smaller each iteration made the sum of squared distances over noise. Each line is a "
+                        "map of planes: where one ends the planes are looked for anew. A line that ends high was "
+                        "stopped too early; below 0.01 nothing moves that anyone could see.") +
                      table({"stage", "s", "iterations", "peak memory, MB", "counts"}, rows));
 }
 
