@@ -314,6 +314,7 @@ class CameraCalibration {
   void ask_information() {
     const CameraIntrinsics intrinsics = changed(camera_.intrinsics, best_.state);
     PoseEstimate& pose = estimate_.pose;
+    estimate_.disagreement_chi2 = 0.0;
     estimate_.information = refine_information(scene_, camera_, intrinsics, pose.T_base_camera, context_);
     if (!estimate_.information) return;
     const Vector6d apart = (pose.T_base_camera.inverse() * estimate_.information->T_base_camera).log();
