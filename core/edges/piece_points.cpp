@@ -43,18 +43,6 @@ struct Places {
   std::int32_t count;
 };
 
-// Sets the marks of places nearer to the plane than that.
-RIGCAL_WIDE void mark_near(const Places& places, const NearPlane& plane, float within, std::int32_t* marks) {
-  const float* x = places.x;
-  const float* y = places.y;
-  const float* z = places.z;
-  const NearPlane at = plane;
-  for (std::int32_t i = 0; i < places.count; ++i) {
-    const float off = std::abs(at.x * x[i] + at.y * y[i] + at.z * z[i] - at.d);
-    marks[i] |= static_cast<std::int32_t>(off < within);
-  }
-}
-
 // Takes the marks from places nearer to the plane than that.
 RIGCAL_WIDE void unmark_near(const Places& places, const NearPlane& plane, float within, std::int32_t* marks) {
   const float* x = places.x;
@@ -140,16 +128,16 @@ void PiecePoints::take(const EdgePiece& piece, const EdgePoints& points, const s
       }
     }
   }
-  marks_.assign(points_.size(), 0);
+  marks_.assign(points_.size(), 1);
   const Places places{from_middle_[0].data(), from_middle_[1].data(), from_middle_[2].data(),
                       static_cast<std::int32_t>(points_.size())};
   for (const WorldPlane& other : piece.others) {
     // Most are too far away to hold any.
     if (std::abs(other.distance(middle_)) > farthest_m + apart_m) continue;
     others_.push_back(other);
-    mark_near(places, NearPlane(other, middle_), static_cast<float>(apart_m), marks_.data());
+    unmark_near(places, NearPlane(other, middle_), static_cast<float>(apart_m), marks_.data());
   }
-  keep_unmarked();
+  keep_marked();
   across_share_.clear();
   slant_growth_.clear();
   for (const EdgePoint* point : points_) {
@@ -161,10 +149,10 @@ void PiecePoints::take(const EdgePiece& piece, const EdgePoints& points, const s
   }
 }
 
-void PiecePoints::keep_unmarked() {
+void PiecePoints::keep_marked() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (marks_[i] != 0) continue;
+    if (marks_[i] == 0) continue;
     points_[kept] = points_[i];
     for (std::vector<float>& axis : from_middle_) axis[kept] = axis[i];
     for (std::vector<float>& axis : rays_) axis[kept] = axis[i];

@@ -40,7 +40,7 @@ class PiecePoints {
   void choose(const FaceGate& gate, std::vector<std::uint32_t>& chosen);
 
  private:
-  void keep_unmarked();
+  void keep_marked();
 
   Vector3d middle_ = Vector3d::Zero();
   double largest_range_m_ = 0.0;
