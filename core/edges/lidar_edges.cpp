@@ -28,8 +28,8 @@ struct Face {
 // What a real surface is not, over such a length.
 constexpr double flatness_m = 0.001;
 
-// What lies nearer than `footprint_m` to another plane than a face's own is taken for none of the face. So many sigmas
-// of a point farther away, hardly a point of the face gets there by its noise.
+// A face begins so many sigmas of a point beyond `footprint_m` from another plane: noise hardly ever brings a point
+// of that one as far, and takes hardly any of the face's own into what lies nearer than `footprint_m` to a third.
 constexpr double border_sigmas = 2.0;
 
 // While the faces are only drawn near, so many points of each tell enough, evenly spread.
