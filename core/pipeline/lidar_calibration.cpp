@@ -1,47 +1,21 @@
 #include "core/pipeline/lidar_calibration.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
-#include "core/base/median.h"
 #include "core/pipeline/frozen_directions.h"
-#include "core/pipeline/fused_map.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/range_stage.h"
+#include "core/pipeline/result_map.h"
+#include "core/pipeline/solution_words.h"
 #include "core/pipeline/solving_base.h"
+#include "core/pipeline/solving_priors.h"
 #include "core/pipeline/stage_clock.h"
-#include "core/pipeline/surface_cuts.h"
-#include "core/quality/shared_surfaces.h"
+#include "core/pipeline/stop_misfits.h"
+#include "core/pipeline/surface_trust.h"
 #include "core/start/noise_estimate.h"
 
 namespace rigcal {
 namespace {
-
-// Unevenness beyond noise that only real surfaces have.
-constexpr double uneven_m = 0.003;
-
-// Roads and hedges are no planes to a millimetre; gates for what is one would keep the few leaves that happen to agree.
-void allow_unevenness(double floor_m, PlaneMapOptions& map) {
-  if (floor_m < uneven_m) return;
-  map.offset_floor_m = std::max(map.offset_floor_m, floor_m);
-  map.gate_slack_m = floor_m;
-  map.max_chi2 = 3.0;
-}
-
-// Where ranges show no error of their own, surfaces count as flat as they show themselves to be; `floor_m` is what the
-// pass before saw beyond noise, none before the first.
-constexpr double least_floor_m = 0.0003;
-constexpr double least_trusted_leaf_m = 0.5;
-
-void trust(const std::optional<double>& floor_m, RefinePass& pass) {
-  pass.trust_noise = true;
-  if (floor_m) pass.map.offset_floor_m = std::clamp(*floor_m, least_floor_m, pass.map.offset_floor_m);
-}
-
-// How far the start's poses may be off.
-constexpr double start_prior_m = 0.1;
-constexpr double start_prior_rad = to_rad(1.0);
 
 // Of an estimate while more stops are to come; they end when nothing moves any more.
 constexpr int tight_passes_of_estimate = 5;
@@ -92,8 +66,8 @@ class Calibration {
       return done.error();
     }
     choose_patches();
-    set_priors();
-    trust_noise_ = false;  // errors of ranges are not looked for here
+    solution_.adjust = solving_priors(recording_, solution_.start, solving_guess_, options_);
+    trust_.distrust_noise();  // errors of ranges are not looked for here
     const std::vector<RefinePass> passes = standard_passes(tight_passes_of_estimate);
     if (const auto done = run_joint({passes.begin() + (warm != nullptr ? 1 : 0), passes.end()}); !done) {
       return done.error();
@@ -189,34 +163,6 @@ class Calibration {
     }
   }
 
-  // What the start found by shapes holds the directions that planes leave open, and so do the poses of the stops: those
-  // that the user gave by their sigmas (then also the guesses that hang on them, by twice the basin), else the start's.
-  void set_priors() {
-    solution_.adjust = {};
-    solution_.adjust.lidar_matches.resize(recording_.lidar_sensors.size());
-    for (std::size_t i = 0; i < solution_.start.shape_matches.size(); ++i) {
-      const auto& match = solution_.start.shape_matches[i];
-      if (match) solution_.adjust.lidar_matches[i] = prior_of(*match);
-    }
-    // Groups of stops that share too little would slide apart along what is left open; what holds them must be looser
-    // than any surface and tighter than metres.
-    const bool given = recording_.trajectory_is_prior;
-    const double prior_rad = given ? options_.pose_prior_rad : start_prior_rad;
-    const double prior_m = given ? options_.pose_prior_m : start_prior_m;
-    solution_.adjust.stop_priors.resize(recording_.stops.size());
-    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
-      if (given ? !recording_.trajectory[j].has_value() : !solution_.start.stop_known[j]) continue;
-      const SE3& T = given ? solution_.start.given_T_G_base[j] : solution_.start.state.T_G_base[j];
-      solution_.adjust.stop_priors[j] = isotropic_prior(T, prior_rad, prior_m);
-    }
-    if (!given) return;
-    solution_.adjust.lidar_priors.resize(recording_.lidar_sensors.size());
-    for (std::size_t i = 0; i < solving_guess_.size(); ++i) {
-      const std::optional<SE3>& T = solving_guess_[i];
-      if (T) solution_.adjust.lidar_priors[i] = isotropic_prior(*T, to_rad(10.0), 0.2);
-    }
-  }
-
   ParameterLayout layout_of(bool free_stops, bool free_lidars) const {
     ParameterLayout layout(stops(), lidars());
     std::vector<char> stop_used(recording_.stops.size(), 0);
@@ -241,12 +187,6 @@ class Calibration {
     return {solution_.patches(recording_), solution_.noise, solution_.T_grid_G, use, solution_.adjust};
   }
 
-  // Of a tight pass, as the surfaces showed themselves so far.
-  void set_gates(RefinePass& pass) const {
-    if (trust_noise_) trust(floor_at_gates_m_, pass);
-    allow_unevenness(floor_m_, pass.map);
-  }
-
   Expected<void> run_stage(const std::string& name, const ParameterLayout& layout, const std::vector<char>& use,
                            const std::vector<RefinePass>& passes) {
     StageReport& stage = clock_.begin(name);
@@ -255,7 +195,7 @@ class Calibration {
     for (RefinePass pass : passes) {
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
-      if (!loose) set_gates(pass);
+      if (!loose) trust_.set_gates(pass);
       Expected<RefineSummary> refined = refine(input, layout, {pass}, context_, solution_.state);
       if (!refined) return refined.error();
       if (options_.on_pass) options_.on_pass(name, solution_.state);
@@ -263,15 +203,13 @@ class Calibration {
       stage.iterations += refined->iterations;
       stage.costs.insert(stage.costs.end(), refined->costs.begin(), refined->costs.end());
       solution_.refined = std::move(*refined);
-      tell_moves(name);
-      // Before the gates select what agrees.
+      context_.reporter.debug(name + ": " + move_words(solution_.refined.last_moves));
       if (loose) {
-        floor_m_ = unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
+        trust_.look_loosely(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
       } else {
-        floor_at_gates_m_ =
-            unexplained_offset(solution_.refined.map, solution_.state, pass.map.offset_floor_m, least_trusted_leaf_m);
+        trust_.look_at_gates(solution_.refined.map, solution_.state, pass.map.offset_floor_m);
       }
-      solution_.unevenness_m = floor_m_ < uneven_m ? 0.0 : floor_m_;
+      solution_.unevenness_m = trust_.unevenness_m();
       if (!loose && solution_.refined.converged) break;
     }
     const RefineSummary& last = solution_.refined;
@@ -287,47 +225,19 @@ class Calibration {
                     {"observations", static_cast<double>(observations)},
                     {"passes", done}};
     context_.reporter.progress(name, 1.0);
-    context_.reporter.debug(name + ": surfaces stand off their planes by " + std::to_string(1e3 * floor_m_) +
+    context_.reporter.debug(name + ": surfaces stand off their planes by " + std::to_string(1e3 * trust_.seen_m()) +
                             " mm beyond noise");
     tell(name);
     return {};
   }
 
-  // How far the last pass moved the LiDARs, for --log-level debug.
-  void tell_moves(const std::string& stage) const {
-    double m = 0.0;
-    double rad = 0.0;
-    for (const ExtrinsicMove& move : solution_.refined.last_moves) {
-      m = std::max(m, move.translation_m);
-      rad = std::max(rad, move.rotation_rad);
-    }
-    char text[120];
-    std::snprintf(text, sizeof text, "%s: a pass moved LiDARs by at most %.3f mm, %.5f deg", stage.c_str(), 1e3 * m,
-                  to_deg(rad));
-    context_.reporter.debug(text);
-  }
-
   // Where every LiDAR stands after a stage, for --log-level debug.
   void tell(const std::string& stage) const {
-    for (int i = 0; i < lidars(); ++i) {
-      const auto si = static_cast<std::size_t>(i);
-      const SE3& T = solution_.state.T_base_sensor[si];
-      const Vector3d phi = log_so3(T.R);
-      char text[240];
-      std::snprintf(
-          text, sizeof text,
-          "%s: LiDAR %d t [%.4f %.4f %.4f] m, rotation vector [%.4f %.4f %.4f] deg, match %.2f (next %.2f), noise "
-          "%.1f mm + %.2f mm/m, %.3f deg, %.2f at a slant",
-          stage.c_str(), i, T.t.x(), T.t.y(), T.t.z(), to_deg(phi.x()), to_deg(phi.y()), to_deg(phi.z()),
-          solution_.start.matches[si].score, solution_.start.matches[si].runner_up_score,
-          1e3 * solution_.noise[si].range_m, 1e3 * solution_.noise[si].range_per_m,
-          to_deg(solution_.noise[si].angle_rad), solution_.noise[si].slant_growth);
-      context_.reporter.debug(text);
-    }
+    for (int i = 0; i < lidars(); ++i) context_.reporter.debug(stage + ": " + place_words(i, solution_));
   }
 
   Expected<void> solve() {
-    set_priors();
+    solution_.adjust = solving_priors(recording_, solution_.start, solving_guess_, options_);
     const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
     RefinePass loose = passes.front();
     // Where it is the last, its map is what sigma is told from.
@@ -369,32 +279,11 @@ class Calibration {
     return run_stage("joint without misfits", solution_.layout, solution_.use, tight);
   }
 
-  // A stop of which much less lies on common planes than of the others stands in the wrong place, or was bumped. True
-  // when one was left out.
+  // Those that stand in the wrong place. True when one was left out.
   bool leave_out_misfits() {
-    if (stops() < 4) return false;
-    std::vector<double> points(recording_.stops.size(), 0.0);
-    std::vector<double> used(recording_.stops.size(), 0.0);
-    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
-      if (!solution_.use[k]) continue;
-      for (const Cell& cell : recording_.patches[k].cells) {
-        points[static_cast<std::size_t>(recording_.patches[k].stop)] += cell.N;
-      }
-    }
-    for (const PlaneFeature& feature : solution_.refined.map.features) {
-      if (feature.merged) continue;
-      for (const PlaneObservation& o : feature.observations) used[static_cast<std::size_t>(o.stop)] += o.N;
-    }
-    std::vector<double> shares;
-    for (std::size_t j = 0; j < points.size(); ++j) {
-      if (points[j] > 0.0) shares.push_back(used[j] / points[j]);
-    }
-    if (shares.size() < 4) return false;
-    const double usual = median(std::move(shares));
-    bool any = false;
-    for (std::size_t j = 0; j < points.size(); ++j) {
-      if (points[j] == 0.0 || used[j] / points[j] > 0.4 * usual) continue;
-      any = true;
+    const std::vector<std::size_t> misfits =
+        misfit_stops(stops(), recording_.patches, solution_.use, solution_.refined.map);
+    for (const std::size_t j : misfits) {
       solution_.start.stop_known[j] = 0;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
                              " is left out: it does not fit the others (its pose is wrong, or the rig was bumped)");
@@ -402,7 +291,7 @@ class Calibration {
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       if (!solution_.start.stop_known[static_cast<std::size_t>(recording_.patches[k].stop)]) solution_.use[k] = 0;
     }
-    return any;
+    return !misfits.empty();
   }
 
   // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it.
@@ -412,7 +301,7 @@ class Calibration {
     for (int round = 0; round < most_range_rounds; ++round) {
       const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_);
       if (!offsets) break;
-      trust_noise_ = false;
+      trust_.distrust_noise();
       shorten_ranges(recording_, *offsets, solution_);
       const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,
                                   std::vector<RefinePass>(passes.begin() + 1, passes.end()));
@@ -430,7 +319,7 @@ class Calibration {
     context_.reporter.progress(stage.name, -1.0);
     RefinePass pass = standard_passes(1).back();
     pass.iterations = last_iterations;
-    set_gates(pass);
+    trust_.set_gates(pass);
     const Expected<AdjustSummary> done = adjust_over_grids(input_of(solution_.use), solution_.layout, pass, last_grids,
                                                            solution_.refined.map, context_, solution_.state);
     if (!done) return done.error();
@@ -469,57 +358,11 @@ class Calibration {
   int solving_ = 0;                                // the LiDAR in whose frame it is solved
   std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
-  double floor_m_ = 0.0;                    // seen by the last loose pass; stages of tight ones keep it
-  std::optional<double> floor_at_gates_m_;  // seen by the last tight one
-  bool trust_noise_ = true;
+  SurfaceTrust trust_;
   StageClock clock_;
 };
 
-// Where each LiDAR of a recording stands among a result's sensors; points of maps and cuts know theirs by that.
-std::vector<int> places_of(const std::vector<std::string>& lidars, const CalibrationResult& result) {
-  std::vector<int> places;
-  for (const std::string& lidar : lidars) {
-    const auto at = std::find_if(result.sensors.begin(), result.sensors.end(),
-                                 [&](const SensorResult& sensor) { return sensor.name == lidar; });
-    places.push_back(static_cast<int>(at - result.sensors.begin()));
-  }
-  return places;
-}
-
-// What the calibration changed, for the eye: surfaces with the LiDARs where they were thought to be.
-void compare_with_guess(const LidarRecording& recording, const std::vector<std::optional<SE3>>& guess,
-                        const LidarSolution& solution, const std::vector<std::string>& names,
-                        const std::vector<int>& places, CalibrationResult& result) {
-  RigState before = solution.state;
-  std::vector<char> use = solution.use;
-  for (std::size_t i = 0; i < guess.size(); ++i) {
-    if (guess[i]) before.T_base_sensor[i] = *guess[i];
-  }
-  for (std::size_t k = 0; k < use.size(); ++k) {
-    use[k] = use[k] && guess[static_cast<std::size_t>(recording.patches[k].lidar)];
-  }
-  const std::vector<PlaneFeature>& features = solution.refined.map.features;
-  result.shared_surfaces = shared_surfaces(features, before, solution.state, names);
-  result.cuts = cut_surfaces(features, solution.patches(recording), before, solution.state, use, places);
-  result.map_at_guess = fuse_map_to_look_at(solution.patches(recording), before, use, places);
-}
-
 }  // namespace
-
-void add_map(const Rig& rig, const LidarRecording& recording,
-             const std::vector<std::optional<SE3>>& guess_T_base_sensor, const LidarCalibrationOptions& options,
-             const LidarSolution& solution, CalibrationResult& result) {
-  std::vector<std::string> names;
-  for (const int sensor : recording.lidar_sensors) names.push_back(rig.sensors[static_cast<std::size_t>(sensor)].name);
-  const std::vector<int> places = places_of(names, result);
-  StageClock clock;
-  StageReport& stage = clock.begin("map");
-  result.map = fuse_map(solution.patches(recording), solution.state, solution.use, places, options.map_size_m);
-  stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
-  clock.begin("comparison with the guess");
-  compare_with_guess(recording, guess_T_base_sensor, solution, names, places, result);
-  for (StageReport& done : clock.take()) result.stages.push_back(std::move(done));
-}
 
 Expected<CalibrationResult> calibrate_lidars(const Rig& rig, const LidarRecording& recording,
                                              const std::vector<std::optional<SE3>>& guess_T_base_sensor,

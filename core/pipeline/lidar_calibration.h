@@ -67,10 +67,4 @@ struct LidarSolution;
                                                            const RunContext& context,
                                                            std::unique_ptr<LidarSolution>* solution = nullptr);
 
-/// The fused map of a solution and the comparison with the guess, into a result that has none yet; its sensors may be
-/// more than the LiDARs, in any order.
-void add_map(const Rig& rig, const LidarRecording& recording,
-             const std::vector<std::optional<SE3>>& guess_T_base_sensor, const LidarCalibrationOptions& options,
-             const LidarSolution& solution, CalibrationResult& result);
-
 }  // namespace rigcal

@@ -1,5 +1,7 @@
 #include "core/pipeline/rig_calibration.h"
 
+#include "core/pipeline/result_map.h"
+
 namespace rigcal {
 
 Expected<CalibrationResult> calibrate_rig(const Rig& rig, const LidarRecording& recording,
