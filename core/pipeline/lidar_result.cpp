@@ -139,6 +139,15 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   return result;
 }
 
+// A LiDAR of the rig that the recording knows nothing of.
+SensorResult judge_absent(const std::string& name, const Requirement& require) {
+  LidarEvidence nothing;
+  nothing.name = name;
+  nothing.has_points = false;
+  Verdict verdict = judge_lidar(nothing, require);
+  return {name, verdict.status, std::move(verdict.reasons), {}, {}};
+}
+
 // What an early end did not solve must not look solved.
 void mark_unfinished(LastStage last, SensorResult& sensor) {
   if (last == LastStage::poses) {
@@ -176,7 +185,9 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     const auto at = std::find(recording.lidar_sensors.begin(), recording.lidar_sensors.end(), static_cast<int>(k));
     const int lidar = static_cast<int>(at - recording.lidar_sensors.begin());
     SensorResult one;
-    if (lidar == base_lidar) {
+    if (at == recording.lidar_sensors.end()) {
+      one = judge_absent(sensor.name, options.require);
+    } else if (lidar == base_lidar) {
       one = {sensor.name, Status::good, {}, SE3{}, Matrix6d::Zero()};
       one.guess_T_base_sensor = SE3{};
     } else {

@@ -69,6 +69,23 @@ TEST(CalibrateLidars, FindsEveryLidarFromTenDegreesAndTwentyCentimetres) {
   }
 }
 
+// As who links the library may hand it over: the program names every LiDAR of the rig.
+TEST(CalibrateLidars, FailsALidarOfTheRigThatTheRecordingDoesNotName) {
+  LightRecording run = make_light_recording(make_courtyard(1));
+  const std::size_t absent = run.recording.lidar_sensors.size() - 1;
+  run.recording.lidar_sensors.pop_back();
+  run.guess.pop_back();
+  std::erase_if(run.recording.patches,
+                [&](const PatchCells& patch) { return static_cast<std::size_t>(patch.lidar) == absent; });
+  const CalibrationResult result = calibrated(run);
+  ASSERT_EQ(result.sensors.size(), absent + 1);
+  EXPECT_EQ(result.sensors[absent].name, run.rig.sensors[absent].name);
+  EXPECT_EQ(result.sensors[absent].status, Status::failed);
+  EXPECT_FALSE(result.sensors[absent].T_base_sensor);
+  EXPECT_THAT(result.sensors[absent].reasons, ElementsAre(HasSubstr("it has no points in any stop")));
+  for (std::size_t i = 0; i < absent; ++i) EXPECT_EQ(result.sensors[i].status, Status::good) << i;
+}
+
 TEST(CalibrateLidars, TellsWhatItChanged) {
   const LightRecording run = make_light_recording(make_courtyard(1));
   const CalibrationResult result = calibrated(run);
