@@ -23,6 +23,8 @@ target_compile_options(rigcal_rules INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # The same sums on every processor: no fusing of multiply and add behind our back.
   -ffp-contract=off)
+# Debug builds check what the standard library can check of itself: indices, empty containers.
+target_compile_definitions(rigcal_rules INTERFACE $<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
 if(RIGCAL_SANITIZE)
   target_compile_options(rigcal_rules INTERFACE
     -fsanitize=${RIGCAL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

@@ -1,17 +1,18 @@
 #include "core/camera/camera_calibration.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <set>
 
 #include "core/camera/camera_checks.h"
+#include "core/camera/camera_minima.h"
 #include "core/camera/camera_start.h"
 #include "core/camera/edge_search.h"
 #include "core/camera/information.h"
 #include "core/camera/joint_solve.h"
+#include "core/camera/second_opinion.h"
+#include "core/camera/stop_checks.h"
 
 namespace rigcal {
 namespace {
@@ -36,20 +37,10 @@ constexpr double free_k1 = 0.1;
 // From fewer stops the rig file is believed rather than the images: nothing could be held out to tell who is right.
 constexpr std::size_t least_stops_for_intrinsics = 4;
 
-// With fewer stops a half may end elsewhere though the whole is right.
-constexpr std::size_t least_stops_of_half = 6;
-
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
 // Without a guess a place is not found where another one explains so much of what it explains.
 constexpr double unfound_ratio = 0.85;
-
-// From where on edges are weak, and 5 % of the differences of what is equal are larger (chi-square of six).
-constexpr double weak_sigma_m = 0.005;
-constexpr double weak_halves_m = 0.01;
-constexpr double agreeing_chi2 = 12.59;
-// 0.1 % are larger than this: the verdict has the same (CameraThresholds).
-constexpr double disagreeing_chi2 = 22.46;
 
 // A place that the images alone tell is no other guess than was given up to here,
 constexpr double farthest_sigmas = 4.0;
@@ -93,14 +84,16 @@ class CameraCalibration {
   void finish() {
     solve();
     if (context_.cancelled()) return;
-    check();
-    ask_information();
+    const MatchOptions& match = levels_.back().match;
+    set_fit(fit_quality(scene_, camera_.intrinsics, best_.state, match, views_));
+    check_by_stops({scene_, camera_, priors_, levels_.back(), views_}, best_, context_, estimate_);
+    ask_second_opinion(scene_, camera_, best_.state, context_, estimate_);
   }
 
   // What a wrong minimum shows.
   [[nodiscard]] bool is_doubtful() const {
     return !estimate_.converged || estimate_.runner_up_ratio > unfound_ratio ||
-           estimate_.disagreement_chi2 > disagreeing_chi2 || estimate_.halves_chi2 > disagreeing_chi2;
+           estimate_.disagreement_chi2 > differing_chi2 || estimate_.halves_chi2 > differing_chi2;
   }
 
   void set_priors(const SE3& guess_T_base_camera) {
@@ -181,7 +174,7 @@ class CameraCalibration {
              off.tail<3>().norm() > farthest_sigmas * options_.guess_sigma_m;
     });
     const bool is_better = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& solution) {
-      return solution.score > clearly_better * score && !is_same(solution.state, best_.state, 0.5);
+      return solution.score > clearly_better * score && !is_same_minimum(solution.state, best_.state, 0.5);
     });
     if (is_better) compare(solutions);
     return is_better;
@@ -233,28 +226,19 @@ class CameraCalibration {
       return solution;
     };
     const EdgeSolution drawn = solved(CameraState{start}, std::span(levels).first(first));
-    const bool known = std::any_of(solutions.begin(), solutions.end(),
-                                   [&](const EdgeSolution& other) { return is_same(drawn.state, other.state, 0.5); });
+    const bool known = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& other) {
+      return is_same_minimum(drawn.state, other.state, 0.5);
+    });
     if (!known) solutions.push_back(solved(drawn.state, std::span(levels).subspan(first)));
-  }
-
-  // Whether two poses are in one minimum: no farther apart than `share` of what tells minima apart.
-  [[nodiscard]] static bool is_same(const CameraState& a, const CameraState& b, double share) {
-    const Vector6d apart = (a.T_base_camera.inverse() * b.T_base_camera).log();
-    return apart.head<3>().norm() < share * to_rad(0.2) && apart.tail<3>().norm() < share * 0.03;
   }
 
   // The best, and the best other one.
   void compare(std::vector<EdgeSolution>& solutions) {
-    std::stable_sort(solutions.begin(), solutions.end(),
-                     [](const EdgeSolution& a, const EdgeSolution& b) { return a.score > b.score; });
-    best_ = solutions.front();
-    for (const EdgeSolution& other : solutions) {
-      if (is_same(best_.state, other.state, 1.0)) continue;
-      estimate_.runner_up = other.state.T_base_camera;
-      estimate_.runner_up_ratio = best_.score > 0.0 ? other.score / best_.score : 1.0;
-      break;
-    }
+    const Minima minima = compare_minima(solutions);
+    best_ = minima.best;
+    if (!minima.runner_up) return;
+    estimate_.runner_up = minima.runner_up;
+    estimate_.runner_up_ratio = minima.runner_up_ratio;
   }
 
   // Once with the intrinsics nearly as the rig file has them, once free: what they should be shows only where nothing
@@ -272,7 +256,7 @@ class CameraCalibration {
     estimate_.iterations += freed.iterations;
     estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
     estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
-    estimate_.radial_trend = corner_shift(freed.state, covariance.bottomRightCorner<2, 2>());
+    estimate_.radial_trend = corner_shift(camera_.intrinsics, freed.state, covariance.bottomRightCorner<2, 2>());
     // A few images can be explained by many intrinsics: only who asks for them gets to see what they would be.
     const bool enough = stops_of(views_) >= least_stops_for_intrinsics;
     if (!enough && !options_.refine_intrinsics)
@@ -289,12 +273,6 @@ class CameraCalibration {
     finish_jointly();
   }
 
-  [[nodiscard]] static std::size_t stops_of(const std::vector<EdgeView>& views) {
-    std::set<int> stops;
-    for (const EdgeView& view : views) stops.insert(view.stop);
-    return stops.size();
-  }
-
   [[nodiscard]] static bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }
 
   void finish_jointly() {
@@ -309,88 +287,11 @@ class CameraCalibration {
     if (options_.refine_intrinsics) estimate_.intrinsics = changed(camera_.intrinsics, joint.state);
   }
 
-  // Reflectivity and grey value know nothing of edges: where both agree within their sigmas, both are right. Where the
-  // edges are weak, the two together are better than they.
-  void ask_information() {
-    const CameraIntrinsics intrinsics = changed(camera_.intrinsics, best_.state);
-    PoseEstimate& pose = estimate_.pose;
-    estimate_.disagreement_chi2 = 0.0;
-    estimate_.information = refine_information(scene_, camera_, intrinsics, pose.T_base_camera, context_);
-    if (!estimate_.information) return;
-    const Vector6d apart = (pose.T_base_camera.inverse() * estimate_.information->T_base_camera).log();
-    const Eigen::LDLT<Matrix6d> both((pose.covariance + estimate_.information->covariance).ldlt());
-    estimate_.disagreement_chi2 = apart.dot(both.solve(apart));
-    const bool weak = pose.covariance.bottomRightCorner<3, 3>().trace() > weak_sigma_m * weak_sigma_m ||
-                      estimate_.halves_m > weak_halves_m;
-    if (!weak || estimate_.disagreement_chi2 > agreeing_chi2) return;
-    const Matrix6d gain = both.solve(pose.covariance).transpose();
-    pose.T_base_camera = pose.T_base_camera * SE3::exp(gain * apart);
-    const Matrix6d fused = pose.covariance - gain * pose.covariance;
-    pose.covariance = 0.5 * (fused + fused.transpose());
-  }
-
-  // What focal scale and k1 do to the pixels at the image's corner.
-  [[nodiscard]] ScalarEstimate corner_shift(const CameraState& state, const Eigen::Matrix2d& covariance) const {
-    const CameraIntrinsics& in = camera_.intrinsics;
-    const CameraModel model(in);
-    const Eigen::Vector2d corner(in.cx < 0.5 * in.width ? in.width - 1.0 : 0.0,
-                                 in.cy < 0.5 * in.height ? in.height - 1.0 : 0.0);
-    const auto ray = model.ray(corner);
-    PixelDerivatives derivatives;
-    if (!ray || !model.project(*ray, derivatives)) return {};
-    const Eigen::Vector2d outwards = (corner - Eigen::Vector2d(in.cx, in.cy)).normalized();
-    const Eigen::Vector2d by_focal =
-        derivatives.by_intrinsics.col(0) * in.fx + derivatives.by_intrinsics.col(1) * in.fy;
-    const Eigen::Vector2d row(outwards.dot(by_focal), outwards.dot(derivatives.by_intrinsics.col(4)));
-    return {row.dot(Eigen::Vector2d(state.focal_scale, state.k1_change)), std::sqrt(row.dot(covariance * row))};
-  }
-
-  // The views whose stop is `remainder` of `modulus`, or the others.
-  [[nodiscard]] std::vector<EdgeView> some_views(int modulus, int remainder, bool others) const {
-    std::vector<EdgeView> some;
-    for (const EdgeView& view : views_) {
-      if ((view.stop % modulus == remainder) != others) some.push_back(view);
-    }
-    return some;
-  }
-
-  [[nodiscard]] EdgeSolution solve_again(const std::vector<EdgeView>& views) const {
-    // From the end it is not far, and half of the stops need not be as exact as all.
-    SolveLevel check = levels_.back();
-    check.max_iterations = 12;
-    return solve_edges(scene_, camera_.intrinsics, best_.state, priors_, std::span(&check, 1), views, context_);
-  }
-
-  void check() {
-    const MatchOptions& match = levels_.back().match;
-    const EdgeFitQuality quality = fit_quality(scene_, camera_.intrinsics, best_.state, match, views_);
+  void set_fit(const EdgeFitQuality& quality) {
     estimate_.edge_points = quality.edge_points;
     estimate_.segments = quality.segments;
     estimate_.views_with_edges = quality.views;
     estimate_.residual_px = quality.residual_px;
-    const std::vector<EdgeView> held_out = some_views(4, 3, false);
-    const std::vector<EdgeView> kept = some_views(4, 3, true);
-    if (!held_out.empty() && !kept.empty()) {
-      const CameraState state = solve_again(kept).state;
-      const EdgeFitQuality unseen = fit_quality(scene_, camera_.intrinsics, state, match, held_out);
-      estimate_.hold_out = unseen.normalised;
-      estimate_.hold_out_px = unseen.residual_px;
-      if (camera_.guess_T_base_camera) {
-        estimate_.hold_out_start_px = offset_from(scene_, camera_.intrinsics, best_.state,
-                                                  CameraState{*camera_.guess_T_base_camera}, match, held_out);
-      }
-    }
-    const std::vector<EdgeView> even = some_views(2, 0, false);
-    const std::vector<EdgeView> odd = some_views(2, 0, true);
-    if (!even.empty() && !odd.empty()) {
-      const Vector6d apart =
-          (solve_again(even).state.T_base_camera.inverse() * solve_again(odd).state.T_base_camera).log();
-      estimate_.halves_rad = apart.head<3>().norm();
-      estimate_.halves_m = apart.tail<3>().norm();
-      // Each half has twice the variance of the whole, and their difference four times.
-      if (std::min(stops_of(even), stops_of(odd)) >= least_stops_of_half)
-        estimate_.halves_chi2 = 0.25 * apart.dot(estimate_.pose.covariance.ldlt().solve(apart));
-    }
   }
 
   const CameraScene& scene_;

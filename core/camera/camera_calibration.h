@@ -48,6 +48,10 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
+/// Of what is equal, 0.1 % differs by more (chi-square of 6 degrees of freedom): what does is looked for anew, and
+/// fails.
+constexpr double differing_chi2 = 22.46;
+
 /// A departure from what the rig file says.
 struct ScalarEstimate {
   double value = 0.0;

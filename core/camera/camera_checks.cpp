@@ -64,4 +64,19 @@ double offset_from(const CameraScene& scene, const CameraIntrinsics& intrinsics,
   return robust_rms(std::move(offsets));
 }
 
+ScalarEstimate corner_shift(const CameraIntrinsics& intrinsics, const CameraState& state,
+                            const Eigen::Matrix2d& covariance) {
+  const CameraModel model(intrinsics);
+  const Eigen::Vector2d corner(intrinsics.cx < 0.5 * intrinsics.width ? intrinsics.width - 1.0 : 0.0,
+                               intrinsics.cy < 0.5 * intrinsics.height ? intrinsics.height - 1.0 : 0.0);
+  const auto ray = model.ray(corner);
+  PixelDerivatives derivatives;
+  if (!ray || !model.project(*ray, derivatives)) return {};
+  const Eigen::Vector2d outwards = (corner - Eigen::Vector2d(intrinsics.cx, intrinsics.cy)).normalized();
+  const Eigen::Vector2d by_focal =
+      derivatives.by_intrinsics.col(0) * intrinsics.fx + derivatives.by_intrinsics.col(1) * intrinsics.fy;
+  const Eigen::Vector2d row(outwards.dot(by_focal), outwards.dot(derivatives.by_intrinsics.col(4)));
+  return {row.dot(Eigen::Vector2d(state.focal_scale, state.k1_change)), std::sqrt(row.dot(covariance * row))};
+}
+
 }  // namespace rigcal

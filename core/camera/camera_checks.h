@@ -25,4 +25,8 @@ struct EdgeFitQuality {
                                  const CameraState& other, const MatchOptions& options,
                                  std::span<const EdgeView> views);
 
+/// What focal scale and k1 of a state do to the pixels at the image's corner, outwards, px; `covariance` of the two.
+[[nodiscard]] ScalarEstimate corner_shift(const CameraIntrinsics& intrinsics, const CameraState& state,
+                                          const Eigen::Matrix2d& covariance);
+
 }  // namespace rigcal

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
@@ -90,6 +91,12 @@ std::vector<EdgeView> make_edge_views(const CameraScene& scene, const CameraTask
   }
   for (EdgeView& view : views) view.weight = 1.0 / of_stop[view.stop];
   return views;
+}
+
+std::size_t stops_of(const std::vector<EdgeView>& views) {
+  std::set<int> stops;
+  for (const EdgeView& view : views) stops.insert(view.stop);
+  return stops.size();
 }
 
 void find_visible(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,

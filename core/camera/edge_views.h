@@ -10,7 +10,7 @@
 namespace rigcal {
 
 /// What an image sees of one line: a stretch of `EdgeView::samples`. It is the unit of all weights, for its samples err
-/// together (recipes: with weights per sample a room's camera ends 16 mm off, with weights per segment 2 mm).
+/// together (with weights per sample a room's camera ends 16 mm off, with weights per segment 2 mm).
 struct EdgeSegment {
   int line = 0;
   std::uint32_t begin = 0;
@@ -29,6 +29,9 @@ struct EdgeView {
 /// Views with their image edges, in the order of `camera.views`; those of stops that are not known, without an edge or
 /// of another size than the intrinsics say are left out.
 [[nodiscard]] std::vector<EdgeView> make_edge_views(const CameraScene& scene, const CameraTask& camera);
+
+/// How many stops they are of.
+[[nodiscard]] std::size_t stops_of(const std::vector<EdgeView>& views);
 
 /// How much more than the image is looked at, and how densely.
 struct VisibleOptions {

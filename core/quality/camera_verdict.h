@@ -10,15 +10,15 @@ namespace rigcal {
 /// From where on what the images tell makes a camera `weak`. Chosen by statistics over simulated rigs with and without
 /// wrong minima and wrong intrinsics.
 struct CameraThresholds {
-  double hold_out = 2.0;             ///< Offsets of held-out stops over their expected sigma.
-  double worse_ratio = 1.5;          ///< They are worse than at the start where they are so many times larger
-  double worse_px = 0.1;             ///< and so much more: a start may be a result.
-  double disagreement_chi2 = 22.46;  ///< Edges against information: 0.1 % of 6 degrees of freedom.
-  double intrinsics_sigmas = 3.0;    ///< Focal length and k1 against the rig file,
-  double radial_trend_sigmas = 4.0;  ///< and the trend of the residuals along the radius,
-  double radial_trend_px = 0.3;      ///< if it is as large as this at the corner.
-  double halves_share = 1.0;         ///< Either half of the stops apart, over the requirement,
-  double halves_chi2 = 22.46;        ///< and over what they may differ by: 0.1 % of 6 degrees of freedom.
+  double hold_out = 2.0;                      ///< Offsets of held-out stops over their expected sigma.
+  double worse_ratio = 1.5;                   ///< They are worse than at the start where they are so many times larger
+  double worse_px = 0.1;                      ///< and so much more: a start may be a result.
+  double disagreement_chi2 = differing_chi2;  ///< Edges against information.
+  double intrinsics_sigmas = 3.0;             ///< Focal length and k1 against the rig file,
+  double radial_trend_sigmas = 4.0;           ///< and the trend of the residuals along the radius,
+  double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
+  double halves_share = 1.0;                  ///< Either half of the stops apart, over the requirement,
+  double halves_chi2 = differing_chi2;        ///< and over what they may differ by.
   double runner_up_ratio = 0.95;
 };
 
