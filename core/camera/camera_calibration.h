@@ -48,8 +48,8 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// Of what is equal, 0.1 % differs by more (chi-square of 6 degrees of freedom): what does is looked for anew, and
-/// fails.
+/// Of poses that are the same, 0.1 % differ by more (chi-square of 6 degrees of freedom): with what does, an end is
+/// doubtful.
 constexpr double differing_chi2 = 22.46;
 
 /// A departure from what the rig file says.

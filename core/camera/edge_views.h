@@ -10,7 +10,7 @@
 namespace rigcal {
 
 /// What an image sees of one line: a stretch of `EdgeView::samples`. It is the unit of all weights, for its samples err
-/// together (with weights per sample a room's camera ends 16 mm off, with weights per segment 2 mm).
+/// together: weighed one by one, a long line near the camera would outweigh all others.
 struct EdgeSegment {
   int line = 0;
   std::uint32_t begin = 0;

@@ -24,7 +24,7 @@ struct GyroTurn {
 /// A recording boiled down to what the LiDAR calibration needs. LiDARs are numbered in the order of `lidar_sensors`,
 /// stops in the order of `stops`.
 struct LidarRecording {
-  std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR.
+  std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR; others of the rig fail.
   std::vector<Stop> stops;         ///< `index` is the number users see.
   std::vector<PatchCells> patches;
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< Of the base, by the gyro; empty: no gyro.

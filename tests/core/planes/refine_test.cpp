@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "tests/support/leaves_from_two_stops.h"
 #include "tests/support/make_cells.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
@@ -207,28 +208,12 @@ struct House {
 
 double axis_angle_deg(const Vector3d& a, const Vector3d& b) { return to_deg(std::asin(a.cross(b).norm())); }
 
-// Leaves seen from two stops, one `off_m` above the plane between, the other below.
-void add_leaves(double size_m, double off_m, PlaneMap& map) {
-  for (int i = 0; i < 40; ++i) {
-    PlaneFeature& leaf = map.features.emplace_back();
-    leaf.size_m = size_m;
-    for (int stop = 0; stop < 2; ++stop) {
-      PlaneObservation& o = leaf.observations.emplace_back();
-      o.stop = stop;
-      o.N = 100.0;
-      o.mean = {0.1 * i, 0.0, stop == 0 ? off_m : -off_m};
-      o.scatter = o.N * size_m * size_m / 12.0 * Vector3d(1.0, 1.0, 0.0).asDiagonal().toDenseMatrix();
-      o.offset_variance = 1e-6;
-    }
-  }
-}
-
 TEST(UnexplainedOffset, GoesByLeavesOfTheSizeAskedFor) {
-  const RigState state{{SE3{}, SE3{}}, {SE3{}}};
+  const RigState state = state_of_two_stops();
   PlaneMap map;
-  add_leaves(1.0, 0.0002, map);
+  add_leaves(1.0, 0.0002, 1e-6, map);
   EXPECT_EQ(unexplained_offset(map, state, 0.0), 0.0) << "less than noise";
-  for (int k = 0; k < 3; ++k) add_leaves(0.25, 0.004, map);
+  for (int k = 0; k < 3; ++k) add_leaves(0.25, 0.004, 1e-6, map);
   // Squares over half a freedom, by the median of a squared normal variable, and the noise's millimetre.
   EXPECT_NEAR(unexplained_offset(map, state, 0.0), std::sqrt(2.0 * 16e-6 / 0.455 - 1e-6), 1e-5);
   EXPECT_EQ(unexplained_offset(map, state, 0.0, 0.5), 0.0);
