@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/se3.h"
+#include "core/voxel/cell_sums.h"
+
+namespace rigcal {
+
+/// Directions of a cell, four by four, quarter by quarter.
+constexpr std::size_t cell_sixteenths = 16;
+
+/// Of the points of a block: how they lie before the sensor, and where in their cells.
+struct PlacedOnRays {
+  EachOfBlock<double> depth, left, up;   ///< m.
+  EachOfBlock<std::int32_t> face, deep;  ///< Which of the six, and how many cells deep.
+  EachOfBlock<double> across;            ///< How many cells side by side fill 45 degrees at that depth.
+  EachOfBlock<std::uint64_t> key;
+  EachOfBlock<std::uint32_t> sixteenth;
+};
+
+/// Cells that lie along the sensor's rays: six faces of a cube around the sensor, directions in steps that are 14 to
+/// 20 cm wide where the point is, depth in steps of 20 cm (CellOptions::size_m). Their keys are in order of direction,
+/// and then of depth.
+class RayGrid {
+ public:
+  RayGrid() : RayGrid(1.0, 0.2) {}
+  RayGrid(double max_range_m, double size_m);
+
+  /// For all of the block, however many points it has; all within the greatest range.
+  void place(const PointBlock& block, PlacedOnRays& at) const;
+
+  [[nodiscard]] double size_m() const { return size_m_; }
+  /// How many bits a key has at most.
+  [[nodiscard]] unsigned key_bits() const { return 3 + 2 * across_bits_ + deep_bits_; }
+  /// Which of the six ways a cell's points lie ahead: along x, y or z, and against them.
+  [[nodiscard]] int face_of(std::uint64_t key) const {
+    return static_cast<int>(key >> (2 * across_bits_ + deep_bits_));
+  }
+  /// How many cells deep it lies.
+  [[nodiscard]] std::size_t deep_of(std::uint64_t key) const {
+    return static_cast<std::size_t>(key & ((std::uint64_t{1} << deep_bits_) - 1));
+  }
+  /// Whether the cells one deeper, at the next key, are in the same directions.
+  [[nodiscard]] bool goes_on_behind(std::uint64_t key) const {
+    const std::size_t deep = deep_of(key);
+    return across_[deep + 1] == across_[deep];
+  }
+  /// Whether those one nearer are.
+  [[nodiscard]] bool goes_on_before(std::uint64_t key) const {
+    const std::size_t deep = deep_of(key);
+    return deep == 0 || across_[deep - 1] == across_[deep];
+  }
+  /// The middle of a cell: how far ahead, left and up.
+  [[nodiscard]] Vector3d middle_ahead(std::uint64_t key) const;
+
+ private:
+  double size_m_ = 0.0;
+  std::vector<double> across_;  // by depth
+  unsigned across_bits_ = 0;
+  unsigned deep_bits_ = 0;
+  std::int32_t key_middle_ = 0;  // of what looks left and up in a key: both ways from the middle
+};
+
+/// From ahead, left and up on this face to x, y and z,
+[[nodiscard]] Vector3d in_sensor(const Vector3d& p, int face);
+/// and so for sums.
+[[nodiscard]] CellSums in_sensor(CellSums sums, int face);
+
+}  // namespace rigcal
