@@ -27,14 +27,13 @@ struct PlacedOnRays {
 class RayGrid {
  public:
   RayGrid() : RayGrid(1.0, 0.2) {}
+  /// No point may be farther than the range, below 10 km; `size_m` is the depth of a cell.
   RayGrid(double max_range_m, double size_m);
 
   /// For all of the block, however many points it has; all within the greatest range.
   void place(const PointBlock& block, PlacedOnRays& at) const;
 
   [[nodiscard]] double size_m() const { return size_m_; }
-  /// How many bits a key has at most.
-  [[nodiscard]] unsigned key_bits() const { return 3 + 2 * across_bits_ + deep_bits_; }
   /// Which of the six ways a cell's points lie ahead: along x, y or z, and against them.
   [[nodiscard]] int face_of(std::uint64_t key) const {
     return static_cast<int>(key >> (2 * across_bits_ + deep_bits_));
@@ -53,7 +52,7 @@ class RayGrid {
     const std::size_t deep = deep_of(key);
     return deep == 0 || across_[deep - 1] == across_[deep];
   }
-  /// The middle of a cell: how far ahead, left and up.
+  /// The middle of a cell: how far ahead, left and up, m.
   [[nodiscard]] Vector3d middle_ahead(std::uint64_t key) const;
 
  private:
@@ -64,7 +63,7 @@ class RayGrid {
   std::int32_t key_middle_ = 0;  // of what looks left and up in a key: both ways from the middle
 };
 
-/// From ahead, left and up on this face to x, y and z,
+/// From ahead, left and up on this face to x, y and z in the sensor's frame, m,
 [[nodiscard]] Vector3d in_sensor(const Vector3d& p, int face);
 /// and so for sums.
 [[nodiscard]] CellSums in_sensor(CellSums sums, int face);

@@ -12,8 +12,8 @@ namespace rigcal {
 /// One cell of a RayGrid by its parts, the points of one direction each; most cells are hit in a few only.
 struct CellParts {
   std::uint32_t hit = 0;  ///< A bit for each part that has points.
-  std::array<CellSums, cell_sixteenths>
-      sums;  ///< About the cell's middle: ahead, left and up. Undefined where not hit.
+  /// About the cell's middle, m: ahead, left and up. Without meaning where nothing is hit.
+  std::array<CellSums, cell_sixteenths> sums;
   /// How many points lie at the borders across the rays, for the density there: within `border_share` of the cell's
   /// depth. Where nothing is hit they may be those of the cell on the other side.
   std::array<double, cell_sixteenths> at_near;
@@ -40,16 +40,22 @@ constexpr double border_share = 1.0 / 16.0;
 
 /// Makes flat pieces of surface of cells that come in the order of their keys: cells, with the next behind where a
 /// border between both cuts a surface by its noise, divided into quarters and sixteenths where they are not flat.
+///
+/// The grid must outlive what is made of its cells. It knows places of its own, so that it stays where it is.
 class PieceMaker {
  public:
+  PieceMaker() = default;
+  PieceMaker(const PieceMaker&) = delete;
+  PieceMaker& operator=(const PieceMaker&) = delete;
+
   void begin(const RayGrid& grid);
-  /// The cell to fill in next, with no points; then it is taken.
+  /// The cell to fill in next, with no points yet. It counts once `take` has its key, which must be above those before.
   CellParts& next() {
     next_->clear();
     return *next_;
   }
   void take(std::uint64_t key);
-  /// Of all that was taken, in the sensor's frame.
+  /// Of all that was taken, in the sensor's frame, m; until the next `begin`.
   [[nodiscard]] const std::vector<Cell>& finish();
 
  private:

@@ -1,59 +1,35 @@
 #include "core/voxel/ray_table.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <utility>
+
+#include "core/base/radix_sort.h"
 
 namespace rigcal {
 namespace {
 
-// Of the number of a waiting point.
-constexpr unsigned most_number_bits = 18;
-
-constexpr unsigned digit_bits = 11;
-constexpr std::size_t digits = std::size_t{1} << digit_bits;
-
-// Sorts by the bits from `lowest` on; equal ones stay in their order. `spare` is as long.
-void sort_by_bits(unsigned lowest, std::vector<std::uint64_t>& items, std::vector<std::uint64_t>& spare) {
-  std::uint64_t differ = 0;
-  for (const std::uint64_t item : items) differ |= item ^ items.front();
-  for (unsigned shift = lowest; shift < 64 && differ >> shift != 0; shift += digit_bits) {
-    if ((differ >> shift & (digits - 1)) == 0) continue;
-    std::array<std::uint32_t, digits> next{};
-    for (const std::uint64_t item : items) ++next[item >> shift & (digits - 1)];
-    std::uint32_t begin = 0;
-    for (std::uint32_t& at : next) begin += std::exchange(at, begin);
-    for (const std::uint64_t item : items) spare[next[item >> shift & (digits - 1)]++] = item;
-    items.swap(spare);
-  }
-}
+// So many wait at most, 8 MB with their order: all of most patches.
+constexpr std::size_t most_waiting = 1 << 18;
 
 }  // namespace
 
 void RayTable::begin(const CellOptions& options) {
-  if (options.max_range_m != options_.max_range_m || options.size_m != options_.size_m || number_bits_ == 0)
-    grid_ = RayGrid(options.max_range_m, options.size_m);
   options_ = options;
-  number_bits_ = std::min(most_number_bits, 64 - grid_.key_bits());
+  grid_ = RayGrid(options.max_range_m, options.size_m);
   waiting_.clear();
   order_.clear();
   kept_.clear();
 }
 
 void RayTable::add(const PointBlock& block) {
-  if ((waiting_.size() + cell_block) >> number_bits_ != 0) keep_sums();
+  if (waiting_.size() + block.count > most_waiting) keep_sums();
   grid_.place(block, placed_);
   for (std::size_t i = 0; i < block.count; ++i) {
-    order_.push_back(placed_.key[i] << number_bits_ | waiting_.size());
+    order_.push_back({placed_.key[i], static_cast<std::uint32_t>(waiting_.size())});
     waiting_.push_back({static_cast<float>(placed_.depth[i]), static_cast<float>(placed_.left[i]),
                         static_cast<float>(placed_.up[i]), placed_.sixteenth[i]});
   }
-}
-
-void RayTable::put_in_order() {
-  sorted_.resize(order_.size());
-  sort_by_bits(number_bits_, order_, sorted_);
 }
 
 // Sums up the kept and the waiting ones of each cell in the parts that `next` gives, and has `take` take them by their
@@ -61,15 +37,14 @@ void RayTable::put_in_order() {
 template <class Next, class Take>
 void RayTable::for_each_cell(const Next& next, const Take& take) {
   constexpr std::size_t soon = 16;
-  const std::uint64_t number_mask = (std::uint64_t{1} << number_bits_) - 1;
   const double border = (0.5 - border_share) * options_.size_m;
-  put_in_order();
+  radix_sort(order_);
   std::size_t kept = 0;
   std::size_t i = 0;
   while (kept < kept_.size() || i < order_.size()) {
     std::uint64_t key = ~std::uint64_t{0};
     if (kept < kept_.size()) key = kept_[kept].key;
-    if (i < order_.size()) key = std::min(key, order_[i] >> number_bits_);
+    if (i < order_.size()) key = std::min(key, order_[i].key);
     const Vector3d middle = grid_.middle_ahead(key);
     CellParts& parts = next();
     for (; kept < kept_.size() && kept_[kept].key == key; ++kept) {
@@ -78,9 +53,9 @@ void RayTable::for_each_cell(const Next& next, const Take& take) {
       parts.at_near[from.sixteenth] = from.at_near;
       parts.at_far[from.sixteenth] = from.at_far;
     }
-    for (; i < order_.size() && order_[i] >> number_bits_ == key; ++i) {
-      if (i + soon < order_.size()) __builtin_prefetch(&waiting_[order_[i + soon] & number_mask]);
-      const WaitingPoint& point = waiting_[order_[i] & number_mask];
+    for (; i < order_.size() && order_[i].key == key; ++i) {
+      if (i + soon < order_.size()) __builtin_prefetch(&waiting_[order_[i + soon].number]);
+      const WaitingPoint& point = waiting_[order_[i].number];
       const double ahead = point.depth - middle.x();
       parts.of(point.sixteenth).add(ahead, point.left - middle.y(), point.up - middle.z());
       parts.at_near[point.sixteenth] += ahead < -border ? 1.0 : 0.0;

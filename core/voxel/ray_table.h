@@ -33,6 +33,12 @@ class RayTable {
   };
   static_assert(sizeof(WaitingPoint) == 16);
 
+  // Of a waiting point: its cell, and which it is.
+  struct Keyed {
+    std::uint64_t key = 0;
+    std::uint32_t number = 0;
+  };
+
   // Of one direction of one cell.
   struct KeptSums {
     std::uint64_t key = 0;
@@ -42,7 +48,6 @@ class RayTable {
     CellSums sums;
   };
 
-  void put_in_order();
   template <class Next, class Take>
   void for_each_cell(const Next& next, const Take& take);
   void keep_sums();
@@ -51,9 +56,7 @@ class RayTable {
   RayGrid grid_;
   PlacedOnRays placed_{};
   std::vector<WaitingPoint> waiting_;
-  std::vector<std::uint64_t> order_;  // of those: the cell's key, and below it the number of the point
-  std::vector<std::uint64_t> sorted_;
-  unsigned number_bits_ = 0;
+  std::vector<Keyed> order_;    // of those
   std::vector<KeptSums> kept_;  // by key
   PieceMaker pieces_;
 };

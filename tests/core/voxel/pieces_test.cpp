@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <set>
@@ -34,8 +35,8 @@ Direction direction_of(const Point& p, double size) {
 }
 
 TEST(Pieces, HaveTheCountMeanAndScatterOfTheirPointsInTheOrderOfTheirDirections) {
-  // Some thousand cells, so that the table grows on the way, and in each too few points to divide it. Every other depth
-  // is empty, so that none go together with the next.
+  // Some thousand cells, and in each too few points to divide it. Every other depth is empty, so that none go together
+  // with the next.
   constexpr double size = 0.25;
   std::vector<Point> points = random_points(9000, 2.0, 1);
   std::erase_if(points, [](const Point& p) { return direction_of(p, size)[3] % 2 == 0; });
@@ -257,6 +258,27 @@ TEST(Pieces, HaveAllPointsThatCubesHave) {
   EXPECT_EQ(of_cubes.N, of_pieces.N);
   EXPECT_LT((of_cubes.mean() - of_pieces.mean()).norm(), 1e-12);
   EXPECT_LT((of_cubes.covariance() - of_pieces.covariance()).norm(), 1e-12);
+}
+
+// What is too much to wait is kept as sums on the way, twice here. The same points alone all wait.
+TEST(Pieces, AreTheSameBitsHoweverManyPointsComeBetween) {
+  const std::vector<Point> points = floor_and_wall(true, 14);
+  const std::vector<Cell> alone = cells_of(points, 0, 0).pieces;
+  Random random(15);
+  std::vector<Point> all;
+  for (const Point& p : points) {
+    all.push_back(p);
+    for (int i = 0; i < 15; ++i) all.push_back(point(-3.0, random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)));
+  }
+  const PatchCells patch = cells_of(all, 0, 0);
+  EXPECT_EQ(640'000U, patch.points);
+  double n = 0.0;
+  for (const Cell& piece : patch.pieces) n += piece.N;
+  EXPECT_EQ(640'000.0, n);
+  ASSERT_GT(alone.size(), 500U);
+  ASSERT_GT(patch.pieces.size(), alone.size());
+  // What lies ahead along x comes before what lies behind.
+  EXPECT_EQ(0, std::memcmp(alone.data(), patch.pieces.data(), alone.size() * sizeof(Cell)));
 }
 
 TEST(Pieces, OfFewPointsStayWhole) {
