@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/edges/line_book.h"
+#include "core/edges/row_lines.h"
 #include "core/edges/step_lines.h"
 
 namespace rigcal {
@@ -18,8 +19,9 @@ constexpr double range_sigma_m = 0.01;
 std::vector<LidarEdge> sample(const StepLine& line, int face, const SE3& T_G_sensor, const BeamWidth& beam,
                               const OutlineOptions& options) {
   const double half_beam_uv = half_beam(face, line.c, line.n(), beam);
+  const double outside_uv = line.painted ? 0.0 : options.beam_share * half_beam_uv;
   const auto place = [&](double s) {
-    const Eigen::Vector2d uv = line.c + s * line.t - options.beam_share * half_beam_uv * line.n();
+    const Eigen::Vector2d uv = line.c + s * line.t - outside_uv * line.n();
     return from_face({face, uv.x(), uv.y(), line.inverse_depth + line.slope * s});
   };
   // A row whose depth does not fit a line at all could end behind the sensor.
@@ -54,7 +56,7 @@ std::vector<LidarEdge> sample(const StepLine& line, int face, const SE3& T_G_sen
     const Vector3d ray_G = T_G_sensor.R * ray;
     edge.covariance_G = across_m * across_m * across_G * across_G.transpose() +
                         range_sigma_m * range_sigma_m * ray_G * ray_G.transpose();
-    edge.shift_m = options.beam_share_sigma * half_beam_uv / std::abs(line.inverse_depth);
+    edge.shift_m = std::hypot(options.beam_share_sigma * half_beam_uv, line.shift) / std::abs(line.inverse_depth);
     out.push_back(edge);
   }
   return out;
@@ -68,6 +70,11 @@ BeamWidth beam_of(const PatchCells& patch, const OutlineOptions& options) {
 
 PatchOutlines find_patch_outlines(const PatchCells& patch, const OutlineOptions& options) {
   PatchOutlines out;
+  if (const std::vector<ScanRow> rows = find_scan_rows(patch.thinned); !rows.empty()) {
+    const auto steps = find_row_steps(rows, {});
+    for (std::size_t face = 0; face < steps.size(); ++face) out.lines[face] = find_row_lines(steps[face], {});
+    return out;
+  }
   const auto steps = find_depth_steps(patch.thinned, options.steps);
   for (std::size_t face = 0; face < steps.size(); ++face) {
     out.lines[face] = find_step_lines(static_cast<int>(face), steps[face], beam_of(patch, options), options);

@@ -18,6 +18,8 @@ struct StepLine {
   double slope = 0.0;          ///< and its change along t.
   double rms = 0.0;            ///< Of the steps' distances across.
   double spacing = 0.0;        ///< Mean distance of the rays around, in u and v.
+  double shift = 0.0;          ///< Sigma of where the whole of it lies across, beside the beam's width, in u and v.
+  bool painted = false;        ///< The surface goes on, in another colour: no beam is cut in two there.
   std::vector<std::uint32_t> steps;
 
   [[nodiscard]] Eigen::Vector2d n() const { return {-t.y(), t.x()}; }
