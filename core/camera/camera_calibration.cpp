@@ -37,6 +37,10 @@ constexpr double free_k1 = 0.1;
 // From fewer stops the rig file is believed rather than the images: nothing could be held out to tell who is right.
 constexpr std::size_t least_stops_for_intrinsics = 4;
 
+// Where few stops have images few edges hold a start while matches are still sought far away: it must be nearer then.
+constexpr std::size_t least_stops_for_closeness = 4;
+constexpr double finest_px = 2.0;
+
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
 // Without a guess a place is not found where another one explains so much of what it explains.
@@ -197,7 +201,9 @@ class CameraCalibration {
     find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px, sparse_stride},
                  views_);
     if (segments() < least_segments) return;
-    std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, EdgeSearchOptions{});
+    EdgeSearchOptions search;
+    if (stops_of(views_) < least_stops_for_closeness) search.finest_px = finest_px;
+    std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, search);
     starts.push_back(guess);
     for (const SE3& start : starts) solve_quickly(start, solutions);
   }

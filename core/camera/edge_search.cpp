@@ -26,26 +26,23 @@ class Search {
  public:
   Search(const CameraScene& scene, const CameraIntrinsics& intrinsics, const SE3& centre, const EdgePriors& priors,
          const std::vector<EdgeView>& views, const EdgeSearchOptions& options)
-      : model_(intrinsics), centre_(centre), priors_(priors), options_(options) {
-    proximity_.resize(views.size(), EdgeProximity(0, 0, EdgeIndex(), scale_px));
-    parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        proximity_[k] = EdgeProximity(intrinsics.width, intrinsics.height, views[k].index, scale_px);
-      }
-    });
+      : model_(intrinsics), centre_(centre), priors_(priors), views_(views), options_(options) {
+    set_scale(scale_px);
     choose_probes(scene, views);
   }
 
-  [[nodiscard]] std::vector<SE3> run() const {
+  [[nodiscard]] std::vector<SE3> run() {
     std::vector<Scored> grid = score_grid();
     std::vector<Scored> starts;
     for (const Scored& candidate : grid) {
       if (static_cast<int>(starts.size()) >= 2 * options_.starts) break;
       if (is_new(candidate, starts)) starts.push_back(candidate);
     }
-    parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) climb(starts[k]);
-    });
+    climb_all(starts);
+    for (double scale = 0.5 * scale_px; scale >= options_.finest_px; scale *= 0.5) {
+      set_scale(scale);
+      climb_all(starts);
+    }
     std::stable_sort(starts.begin(), starts.end(), better);
     std::vector<Scored> distinct;
     for (const Scored& candidate : starts) {
@@ -67,6 +64,22 @@ class Search {
   [[nodiscard]] bool is_new(const Scored& candidate, const std::vector<Scored>& among) const {
     return std::none_of(among.begin(), among.end(), [&](const Scored& other) {
       return (other.xi.head<3>() - candidate.xi.head<3>()).norm() < options_.apart_rad;
+    });
+  }
+
+  void set_scale(double px) {
+    proximity_.assign(views_.size(), EdgeProximity(0, 0, EdgeIndex(), px));
+    parallel_for(views_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        proximity_[k] = EdgeProximity(model_.intrinsics().width, model_.intrinsics().height, views_[k].index, px);
+      }
+    });
+    first_step_ = px / scale_px;
+  }
+
+  void climb_all(std::vector<Scored>& starts) const {
+    parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) climb(starts[k]);
     });
   }
 
@@ -146,7 +159,8 @@ class Search {
   // Up and down along each parameter, with steps that get shorter.
   void climb(Scored& at) const {
     ProbePoints::Pixels pixels;
-    for (double scale = 1.0; scale > 0.06; scale *= 0.5) {
+    score(std::span(&at, 1), pixels);
+    for (double scale = first_step_; scale > 0.06 * first_step_; scale *= 0.5) {
       for (int round = 0; round < 3; ++round) {
         bool moved = false;
         for (int k = 0; k < 6; ++k) {
@@ -169,7 +183,9 @@ class Search {
   CameraModel model_;
   SE3 centre_;
   const EdgePriors& priors_;
+  const std::vector<EdgeView>& views_;
   const EdgeSearchOptions& options_;
+  double first_step_ = 1.0;
   std::vector<EdgeProximity> proximity_;
   ProbePoints points_;          // in the camera at the centre of the search
   std::vector<float> weights_;  // of the points; all of a segment have one together

@@ -10,6 +10,7 @@ struct EdgeSearchOptions {
   double reach_rad = to_rad(6.0);  ///< Rotations so far from the centre, about each axis,
   double step_rad = to_rad(1.2);   ///< on a grid like this.
   double apart_rad = to_rad(2.0);  ///< Minima that lie nearer are one.
+  double finest_px = 8.0;          ///< Nearness is asked at 8 px first, then at half of it down to this.
   int starts = 3;                  ///< How many are wanted.
   std::size_t samples = 3000;      ///< Of all views together, at most.
 };

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/base/parallel.h"
@@ -15,8 +16,11 @@ constexpr double rest_m = 2e-5;
 // Nor does one that is so small a share of what the pose is known to.
 constexpr double rest_sigmas = 0.01;
 
-// So many steps of a level are taken in full.
+// So many steps of a level are taken in full, and after each so many more by half of what they were.
 constexpr int undamped_steps = 12;
+constexpr int halving_steps = 12;
+// Steps that were made small have not ended by that: where matches only come and go, the full ones are this small.
+constexpr double restless_sigmas = 0.5;
 
 // What one step may do: association does not reach farther.
 constexpr double longest_rad = to_rad(1.5);
@@ -145,12 +149,14 @@ EdgeSolution solve_edges(const CameraScene& scene, const CameraIntrinsics& intri
       add_priors(solution.state, priors, level.intrinsics, sums);
       solution.information = sums.information;
       CameraVector step = limited(-sums.information.ldlt().solve(sums.gradient));
-      // Matches that change with the pose may pull it to and fro: half a step settles between.
-      if (k >= undamped_steps) step *= 0.5;
+      const double full = std::sqrt(step.dot(sums.information * step));
+      // Matches that change with the pose may pull it to and fro: ever smaller steps settle between.
+      const double share = k < undamped_steps ? 1.0 : std::exp2(-1 - (k - undamped_steps) / halving_steps);
+      step *= share;
       solution.state = moved(solution.state, step);
       ++solution.iterations;
-      solution.converged = (step.head<3>().norm() < rest_rad && step.segment<3>(3).norm() < rest_m) ||
-                           step.dot(sums.information * step) < rest_sigmas * rest_sigmas;
+      const bool rests = step.head<3>().norm() < rest_rad && step.segment<3>(3).norm() < rest_m;
+      solution.converged = (rests || share * full < rest_sigmas) && full < restless_sigmas;
     }
   }
   return solution;

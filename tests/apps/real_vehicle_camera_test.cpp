@@ -23,7 +23,8 @@ struct RoadScene {
   std::string cloud;
   std::string image;
   CameraIntrinsics intrinsics;
-  SE3 T_camera_lidar;  ///< The project's own, right to a few pixels: 0.2 degrees.
+  SE3 T_camera_lidar;  ///< The project's own: right to half a degree in scene a, where lanes lie 10 px beside the
+                       ///< paint.
 };
 
 SE3 pose_of(const std::vector<double>& v) {
@@ -111,7 +112,7 @@ class RealVehicleCamera : public ::testing::TestWithParam<const char*> {
   RoadScene scene_;
 };
 
-TEST_P(RealVehicleCamera, IsNeverCalledGoodFromOneImage) {
+TEST_P(RealVehicleCamera, IsFoundButNeverCalledGoodFromOneImage) {
   const SE3 published = scene_.T_camera_lidar.inverse();
   Random random(7);
   const auto direction = [&random] { return Vector3d(random.normal(), random.normal(), random.normal()).normalized(); };
@@ -124,15 +125,14 @@ TEST_P(RealVehicleCamera, IsNeverCalledGoodFromOneImage) {
     // One stop: nothing can be held out, and no surface says more than the road.
     EXPECT_NE(camera.status, Status::good);
     EXPECT_FALSE(camera.reasons.empty());
-    std::printf("%s start %d: %s", scene_.name.c_str(), k, to_string(camera.status));
-    if (camera.T_base_sensor) {
-      std::printf(", %.3f deg and %.0f mm from the published pose",
-                  to_deg(rotation_distance(camera.T_base_sensor->R, published.R)),
-                  1e3 * (camera.T_base_sensor->t - published.t).norm());
-      // Not worse than the start.
-      EXPECT_LT(to_deg(rotation_distance(camera.T_base_sensor->R, published.R)), 3.0);
-    }
-    std::printf("\n");
+    ASSERT_TRUE(camera.T_base_sensor) << scene_.name << ": " << camera.reasons.front();
+    const double off_deg = to_deg(rotation_distance(camera.T_base_sensor->R, published.R));
+    const double off_m = (camera.T_base_sensor->t - published.t).norm();
+    // From 3 degrees.
+    EXPECT_LT(off_deg, scene_.name == "scene_a" ? 1.0 : 0.5);
+    EXPECT_LT(off_m, 0.2);
+    std::printf("%s start %d: %s, %.3f deg and %.0f mm from the published pose\n", scene_.name.c_str(), k,
+                to_string(camera.status), off_deg, 1e3 * off_m);
     for (const std::string& reason : camera.reasons) std::printf("    %s\n", reason.c_str());
   }
 }
