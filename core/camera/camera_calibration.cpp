@@ -79,6 +79,7 @@ class CameraCalibration {
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
     finish();
+    if (context_.cancelled() || agree_with_second_opinion()) return;
     for (const bool everywhere : {false, true}) {
       if (context_.cancelled() || !is_doubtful()) return;
       if (start_anew(everywhere)) finish();
@@ -106,6 +107,26 @@ class CameraCalibration {
     priors_.translation_m = options_.guess_sigma_m;
     priors_.focal_scale = options_.focal_sigma;
     priors_.k1 = options_.k1_sigma;
+  }
+
+  // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
+  // another place, and edges end there with them, two agree against one. What was found before is then the runner-up.
+  bool agree_with_second_opinion() {
+    if (!estimate_.information || estimate_.disagreement_chi2 <= differing_chi2) return false;
+    const EdgeSolution before = best_;
+    const CameraEstimate estimate_before = estimate_;
+    best_.state.T_base_camera = estimate_.information->T_base_camera;
+    finish();
+    if (context_.cancelled()) return false;
+    if (estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
+        best_.score > unclear_ratio * before.score) {
+      estimate_.runner_up = before.state.T_base_camera;
+      estimate_.runner_up_ratio = std::min(1.0, before.score / best_.score);
+      return true;
+    }
+    best_ = before;
+    estimate_ = estimate_before;
+    return false;
   }
 
   [[nodiscard]] std::size_t segments() const {

@@ -224,6 +224,32 @@ class CameraStage {
   StageClock clock_;
 };
 
+// Of fewer stops much is seen by one patch alone, and little of a room by two of them.
+constexpr std::size_t least_stops_seen_twice = 4;
+
+std::size_t stops_of(const std::vector<PatchCells>& patches, const std::vector<char>& use) {
+  std::vector<int> stops;
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    if (use[k]) stops.push_back(patches[k].stop);
+  }
+  std::sort(stops.begin(), stops.end());
+  return static_cast<std::size_t>(std::unique(stops.begin(), stops.end()) - stops.begin());
+}
+
+// What one patch alone sees says nothing of poses, and was left out of the map; once poses are known it is there.
+std::vector<PlaneFeature> leaves_of_all(const LidarRecording& recording, const LidarSolution& solution) {
+  PlaneMapOptions options;
+  options.min_patches = 1;
+  if (solution.unevenness_m > 0.0) {
+    options.offset_floor_m = std::max(options.offset_floor_m, solution.unevenness_m);
+    options.gate_slack_m = solution.unevenness_m;
+    options.max_chi2 = 3.0;
+  }
+  return build_plane_map(solution.patches(recording), solution.state, solution.noise, solution.T_grid_G, options,
+                         solution.use)
+      .features;
+}
+
 }  // namespace
 
 OutlineOptions outline_options(const Rig& rig, const std::vector<int>& lidar_sensors) {
@@ -246,7 +272,10 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   scene.T_G_base = solution.state.T_G_base;
   scene.stop_known = solution.start.stop_known;
   scene.turn = turn_of(solution, solution.patches(recording));
-  const std::vector<PlaneFeature>& leaves = solution.refined.map.features;
+  std::vector<PlaneFeature> all;
+  const bool is_seen_twice = stops_of(solution.patches(recording), solution.use) >= least_stops_seen_twice;
+  if (!is_seen_twice) all = leaves_of_all(recording, solution);
+  const std::vector<PlaneFeature>& leaves = is_seen_twice ? solution.refined.map.features : all;
   scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
   int lines = 0;
   for (const LidarEdge& edge : scene.edges) lines = std::max(lines, edge.line + 1);
