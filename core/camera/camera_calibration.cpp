@@ -115,7 +115,9 @@ class CameraCalibration {
     if (!estimate_.information || estimate_.disagreement_chi2 <= differing_chi2) return false;
     const EdgeSolution before = best_;
     const CameraEstimate estimate_before = estimate_;
+    const EdgePriors priors_before = priors_;
     best_.state.T_base_camera = estimate_.information->T_base_camera;
+    widen_priors(best_.state.T_base_camera);
     finish();
     if (context_.cancelled()) return false;
     if (estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
@@ -126,7 +128,17 @@ class CameraCalibration {
     }
     best_ = before;
     estimate_ = estimate_before;
+    priors_ = priors_before;
     return false;
+  }
+
+  // A guess that is off by more than it may be is no better known than that.
+  void widen_priors(const SE3& T_base_camera) {
+    const Vector6d off = (priors_.T_base_camera.inverse() * T_base_camera).log();
+    const double off_rad = off.head<3>().norm();
+    const double off_m = off.tail<3>().norm();
+    if (off_rad > farthest_sigmas * priors_.rotation_rad) priors_.rotation_rad = off_rad;
+    if (off_m > farthest_sigmas * priors_.translation_m) priors_.translation_m = off_m;
   }
 
   [[nodiscard]] std::size_t segments() const {
