@@ -10,6 +10,8 @@
 #include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
+#include "core/quality/verdict.h"
+#include "core/quality/verdict_text.h"
 #include "core/report/overlay.h"
 #include "core/start/axis_search.h"
 
@@ -197,7 +199,8 @@ class CameraStage {
   }
 
   SensorResult conclude(const CameraTask& task, CameraEstimate estimate) {
-    const Verdict verdict = judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+    Verdict verdict = judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+    if (verdict.status != Status::failed && solution_.start.has_assumed_steps) weaken(verdict, assumed_steps_words());
     SensorResult sensor{task.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
     sensor.guess_T_base_sensor = task.guess_T_base_camera;
     sensor.hold_out = {estimate.hold_out, estimate.hold_out_px, estimate.hold_out_start_px, "px"};

@@ -94,11 +94,14 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.has_points = has_points(recording, lidar);
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;
+  e.has_assumed_steps = s.start.has_assumed_steps;
   // Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
   // One that slides does not speak against the others.
   const ExtrinsicMove last = i < s.refined.last_moves.size() ? s.refined.last_moves[i] : ExtrinsicMove{};
   e.converged = s.refined.converged || (last.translation_m <= 0.1 * options.require.translation_m &&
                                         last.rotation_rad <= 0.1 * options.require.rotation_rad);
+  e.last_move_m = last.translation_m;
+  e.last_move_rad = last.rotation_rad;
   e.match_score = s.start.matches[i].score;
   e.runner_up_score = s.start.matches[i].runner_up_score;
   const double base_share = findings.used[static_cast<std::size_t>(base)];

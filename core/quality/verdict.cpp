@@ -8,13 +8,14 @@
 namespace rigcal {
 namespace {
 
-void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
+void judge_observability(const LidarEvidence& e, Verdict& verdict) {
   const OpenDirections open = open_directions(e.covariance, e.T_base_sensor);
-  if (!open.what.empty()) {
-    fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave " + open.what +
-                      " open; add " + open.surface + " where it and the others look" + turn_words(e.helpful_turn));
-    return;
-  }
+  if (open.what.empty()) return;
+  fail(verdict, "not observable: the surfaces that " + e.name + " and the other LiDARs share leave " + open.what +
+                    " open; add " + open.surface + " where it and the others look" + turn_words(e.helpful_turn));
+}
+
+void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
   const double t = translation_bound(e.covariance);
   const double r = rotation_bound(e.covariance);
   if (t > require.translation_m) {
@@ -43,6 +44,14 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
 
 }  // namespace
 
+std::string assumed_steps_words() {
+  return "the stops hang together only if the table turned all round in equal steps, since too little was seen from "
+         "two "
+         "of them: sigma holds no longer if it did not, nor in a bare room; record more stops in smaller turns, or "
+         "with "
+         "a gyro";
+}
+
 Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   Verdict verdict;
   if (!e.has_points) {
@@ -67,10 +76,19 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
     fail(verdict, "the planes do not fix it; add stops, or surfaces of other directions");
     return verdict;
   }
-  judge_bounds(e, require, verdict);
+  judge_observability(e, verdict);
   if (verdict.status == Status::failed) return verdict;
-  if (!e.converged)
-    weaken(verdict, "the last iterations still moved it; the scene changes between stops, or is too poor");
+  if (e.converged) {
+    judge_bounds(e, require, verdict);
+  } else {
+    // What moves on with each map is a false match, mostly: of its place the bounds say nothing.
+    const bool is_told = e.last_move_m > 0.0 || e.last_move_rad > 0.0;
+    fail(verdict, "it did not come to rest, the last iterations still moved it" +
+                      (is_told ? " by " + mm(e.last_move_m) + " and " + deg(e.last_move_rad) : std::string()) +
+                      ": a false match of it or of stops, a scene that changes between them, or one that is too poor; "
+                      "turn by smaller steps, and give rough initial_extrinsics (10 degrees, 0.2 m)");
+  }
+  if (e.has_assumed_steps) weaken(verdict, assumed_steps_words());
   // A guess speaks against places far from it.
   if (e.runner_up_score > (e.has_guess ? 0.9 : 0.75) * e.match_score) {
     weaken(verdict, "another pose fits its surfaces nearly as well (" + number(100.0 * e.runner_up_score, 0) +

@@ -14,9 +14,12 @@ struct LidarEvidence {
   std::string base_name;
   bool has_points = true;
   bool has_guess = true;
-  bool found = true;  ///< The start laid it on the base's surfaces.
+  bool found = true;               ///< The start laid it on the base's surfaces.
+  bool has_assumed_steps = false;  ///< See Start.
   bool observable = true;
   bool converged = true;
+  double last_move_m = 0.0;  ///< What the last pass over its surfaces moved it by.
+  double last_move_rad = 0.0;
   double match_score = 1.0;  ///< Share of its surfels on the base's map; runner-up: the best other pose's.
   double runner_up_score = 0.0;
   std::string stands_at;        ///< Another sensor whose initial extrinsics it fulfils instead of its own; empty: none.
@@ -36,6 +39,9 @@ struct Verdict {
   Status status = Status::good;
   std::vector<std::string> reasons;
 };
+
+/// What to say of any sensor where the table's steps were assumed.
+[[nodiscard]] std::string assumed_steps_words();
 
 /// The contract's rule: good needs the 95 % bounds inside the requirement, no direction that only a prior fixes, a
 /// hold-out within twice the expected noise and not worse than the start, and the runner-up minimum rejected; failed is

@@ -34,6 +34,10 @@ constexpr double far_m = 0.3;
 constexpr double slid_m = 0.2;
 constexpr double walk_m = 0.1;
 constexpr double most_lost = 0.03;
+// Of what the LiDARs of a table saw, so much lies on what they saw from other stops, even of few stops; and so much
+// more of it where stops are placed rightly instead of wrongly.
+constexpr double doubtful_fit = 0.8;
+constexpr double clear_gain = 0.05;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -97,10 +101,13 @@ void place_by_shapes(const StartInput& input, const std::vector<PatchSurfels>& p
   }
 }
 
+// What is placed doubtfully is thought over, which takes most of the time.
+enum class Doubtful { reconsidered, left };
+
 // All LiDARs, by their guesses or without, and then everything laid on each other. False when it was stopped.
 bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patches,
                   const std::vector<PatchSurfels>& base_patches, const StopHold& hold, const RunContext& context,
-                  Start& start) {
+                  Start& start, Doubtful doubtful = Doubtful::reconsidered) {
   const auto lidars = static_cast<std::size_t>(input.lidars);
   start.matches.assign(lidars, {});
   start.shape_matches.assign(lidars, {});
@@ -136,8 +143,10 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   }
   const Doubts doubts = place_without_guess(input, patches, start);
   place_by_shapes(input, patches, start);
-  reconsider(
-      doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, placed); }, start);
+  if (doubtful == Doubtful::reconsidered) {
+    reconsider(
+        doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, placed); }, start);
+  }
   align_all(input, patches, near_m, hold, start);
   return true;
 }
@@ -149,6 +158,11 @@ double farthest(const Start& start, const Start& from) {
     if (start.stop_known[j]) most = std::max(most, (start.state.T_G_base[j].t - from.state.T_G_base[j].t).norm());
   }
   return most;
+}
+
+// How well what all LiDARs saw lies on itself.
+double fit_of(const StartInput& input, const std::vector<PatchSurfels>& patches, const Start& start) {
+  return balanced_agreement(seen_by_rig(input, patches, start), start.state.T_G_base);
 }
 
 // What turned before walls slides along them, stop by stop, by what a few surfels have wrong, and the gaps that open
@@ -163,9 +177,55 @@ std::optional<Start> held_where_it_turned(const StartInput& input, const std::ve
   if (farthest(held, turned) > walk_m) return std::nullopt;
   if (!place_lidars(input, patches, base_patches, firm_hold, context, held)) return std::nullopt;
   if (farthest(held, turned) > walk_m) return std::nullopt;
-  const auto fit = [&](const Start& s) { return balanced_agreement(seen_by_rig(input, patches, s), s.state.T_G_base); };
-  if (fit(held) < fit(start) - most_lost) return std::nullopt;
+  if (fit_of(input, patches, held) < fit_of(input, patches, start) - most_lost) return std::nullopt;
   return held;
+}
+
+// From where the stops stand to where everything does. Nothing when it was stopped.
+std::optional<Start> from_stops(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                                std::vector<PatchSurfels> base_patches, const RunContext& context, Start start) {
+  std::erase_if(base_patches,
+                [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
+  const Start turned = start;
+  if (base_patches.size() > 1) {
+    refine_stops(input, base_patches, loose_hold, start);
+    try_other_ways(input, base_patches, start);
+  }
+  if (context.cancelled()) return std::nullopt;
+  if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return std::nullopt;
+  if (!input.trajectory.empty()) return start;
+  const std::optional<Start> held = held_where_it_turned(input, patches, base_patches, turned, context, start);
+  if (context.cancelled()) return std::nullopt;
+  if (held) return held;
+  for (int round = 0; round < most_drives && drive_with_all(input, patches, start); ++round) {
+    if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return std::nullopt;
+  }
+  return start;
+}
+
+// What the base sees from one stop it may not see from the next, and is laid on something else then. Where little of
+// what was seen lies on itself, the table is thought to have turned all round in equal steps, this way or that: what
+// fits clearly better is taken, and what it rests on is told.
+void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                     const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
+  if (!may_have_equal_steps(input)) return;
+  const double before = fit_of(input, patches, start);
+  if (before >= doubtful_fit) return;
+  double best = before + clear_gain;
+  for (const double way : {1.0, -1.0}) {
+    Start other;
+    other.state.T_base_sensor.assign(static_cast<std::size_t>(input.lidars), SE3{});
+    place_in_equal_steps(input, base_patches, way, other);
+    refine_stops(input, base_patches, loose_hold, other);
+    if (!place_lidars(input, patches, base_patches, loose_hold, context, other, Doubtful::left)) return;
+    const double fit = fit_of(input, patches, other);
+    if (fit < best) continue;
+    best = fit;
+    start = std::move(other);
+    start.has_assumed_steps = true;
+  }
+  // What is doubtful there may still be right elsewhere.
+  if (start.has_assumed_steps) place_lidars(input, patches, base_patches, loose_hold, context, start);
 }
 
 }  // namespace
@@ -183,31 +243,15 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
                            const RunContext& context) {
   // A start needs centimetres.
   const std::vector<PatchSurfels> patches = thinned(all_patches, 24000, 300);
-  Start start;
-  const auto lidars = static_cast<std::size_t>(input.lidars);
-  start.state.T_base_sensor.assign(lidars, SE3{});
-  std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
+  Start placed;
+  placed.state.T_base_sensor.assign(static_cast<std::size_t>(input.lidars), SE3{});
+  const std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
   context.reporter.progress("start: poses", -1.0);
-  place_stops(input, base_patches, start);
-  std::erase_if(base_patches,
-                [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
-  const Start turned = start;
-  if (base_patches.size() > 1) {
-    refine_stops(input, base_patches, loose_hold, start);
-    try_other_ways(input, base_patches, start);
-  }
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
-
-  const Error stopped{ErrorKind::cancelled, "stopped", {}, {}};
-  if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return stopped;
-  if (!input.trajectory.empty()) return start;
-  const std::optional<Start> held = held_where_it_turned(input, patches, base_patches, turned, context, start);
-  if (context.cancelled()) return stopped;
-  if (held) return *held;
-  for (int round = 0; round < most_drives && drive_with_all(input, patches, start); ++round) {
-    if (!place_lidars(input, patches, base_patches, loose_hold, context, start)) return stopped;
-  }
-  return start;
+  place_stops(input, base_patches, placed);
+  std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
+  if (start) try_equal_steps(input, patches, base_patches, context, *start);
+  if (!start || context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  return *std::move(start);
 }
 
 }  // namespace rigcal

@@ -34,6 +34,8 @@ struct Start {
   std::vector<SE3> given_T_G_base;  ///< The trajectory with its first pose made the world; empty without one.
   std::vector<char> stop_known;     ///< The base LiDAR (or the trajectory) places the rig at this stop.
   std::vector<char> lidar_known;
+  /// The stops stand where a full turn in equal steps would have them: what was seen told no other way that fits.
+  bool has_assumed_steps = false;
   std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
   /// How the shapes of all that it saw place a LiDAR; only where its surfels are too few to be trusted alone.
   std::vector<std::optional<ShapeMatch>> shape_matches;
@@ -43,9 +45,10 @@ struct Start {
 [[nodiscard]] std::vector<SE3> poses_from_first(const Start& start);
 
 /// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else by the gyro about a foot that the
-/// scene shows, else by a search about the axis; then each LiDAR with a guess is laid on the base's map around it, by
-/// surfels or, where few, by shapes, one without where its own panorama meets the base's; then all surfels on each
-/// other. Where stops slid off a table's turn it holds them; those of a drive are placed by what all LiDARs saw.
+/// scene shows, else by a search about the axis, or by equal steps all round where that fits clearly better; then each
+/// LiDAR with a guess is laid on the base's map around it, by surfels or, where few, by shapes, one without where its
+/// own panorama meets the base's; then all surfels on each other. Where stops slid off a table's turn it holds them;
+/// those of a drive are placed by what all LiDARs saw.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 

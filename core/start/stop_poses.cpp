@@ -107,6 +107,19 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
   }
 }
 
+bool may_have_equal_steps(const StartInput& input) {
+  return input.trajectory.empty() && input.axis && input.stops > 2 && !gyro_is_complete(input);
+}
+
+void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& base_patches, double way,
+                          Start& start) {
+  std::vector<Matrix3d> R;
+  for (const double angle : turned_angles(input).angle) R.push_back(exp_so3(way * angle * *input.axis));
+  start.state.T_G_base = poses_from_rotations(base_patches, R);
+  start.stop_known.assign(static_cast<std::size_t>(input.stops), 0);
+  for (const PatchSurfels& p : base_patches) start.stop_known[static_cast<std::size_t>(p.stop)] = 1;
+}
+
 void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& patches, const StopHold& hold,
                   Start& start) {
   ParameterLayout layout(input.stops, input.lidars);

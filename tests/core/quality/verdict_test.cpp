@@ -77,7 +77,14 @@ INSTANTIATE_TEST_SUITE_P(
              Status::weak, "its rotation is known to 0.140 degrees only"},
         Flaw{"PriorDecides", [](LidarEvidence& e) { e.covariance_data_only = covariance(to_rad(0.01), 0.2); },
              Status::weak, "not from the data"},
-        Flaw{"StillMoving", [](LidarEvidence& e) { e.converged = false; }, Status::weak, "still moved it"},
+        Flaw{"StillMoving", [](LidarEvidence& e) { e.converged = false; }, Status::failed, "still moved it:"},
+        Flaw{"StillMovingByTheLast",
+             [](LidarEvidence& e) {
+               e.converged = false;
+               e.last_move_m = 0.0097;
+             },
+             Status::failed, "still moved it by 9.7 mm and 0.000 degrees"},
+        Flaw{"StepsAssumed", [](LidarEvidence& e) { e.has_assumed_steps = true; }, Status::weak, "equal steps"},
         Flaw{"Symmetric", [](LidarEvidence& e) { e.runner_up_score = 0.75; }, Status::weak, "symmetric"},
         Flaw{"FalseMatch", [](LidarEvidence& e) { e.used_share = 0.2; }, Status::weak, "only 20 %"},
         Flaw{"HoldOutDisagrees", [](LidarEvidence& e) { e.hold_out = 2.5; }, Status::weak, "held-out stops disagree"},
