@@ -98,8 +98,10 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   // Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
   // One that slides does not speak against the others.
   const ExtrinsicMove last = i < s.refined.last_moves.size() ? s.refined.last_moves[i] : ExtrinsicMove{};
-  e.converged = s.refined.converged || (last.translation_m <= 0.1 * options.require.translation_m &&
-                                        last.rotation_rad <= 0.1 * options.require.rotation_rad);
+  // What ended early as it was told is no end; `mark_unfinished` says so.
+  e.converged = options.last_stage != LastStage::joint || s.refined.converged ||
+                (last.translation_m <= 0.1 * options.require.translation_m &&
+                 last.rotation_rad <= 0.1 * options.require.rotation_rad);
   e.last_move_m = last.translation_m;
   e.last_move_rad = last.rotation_rad;
   e.match_score = s.start.matches[i].score;
