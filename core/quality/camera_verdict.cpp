@@ -52,6 +52,10 @@ bool halves_disagree(const CameraEstimate& e, const Requirement& require, const 
          e.halves_rad > limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
 }
 
+bool asks_for_another_lens(const CameraEstimate& e, const CameraThresholds& limits) {
+  return sigmas(e.focal_scale) > limits.intrinsics_sigmas || sigmas(e.k1_change) > limits.intrinsics_sigmas;
+}
+
 // At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
 void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, bool is_doubtful, Verdict& verdict) {
   const std::string mend = std::string("; calibrate its intrinsics anew, or try --refine-intrinsics") +
@@ -111,6 +115,14 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "either half of its stops gives another pose, " + apart_words(e) +
                       " apart, far more than its sigma allows: a false match, or it moved during the recording; give a "
                       "closer initial_extrinsics, or add stops, and check that it sits firmly");
+    return verdict;
+  }
+  // With the wrong lens halves still agree, since it is estimated beside the pose: where they do not, what bends the
+  // lens is a false match.
+  if (!refined && asks_for_another_lens(e, limits) && halves_disagree(e, require, limits) && !is_confirmed) {
+    fail(verdict, "either half of its stops gives another pose, " + apart_words(e) +
+                      " apart, and another lens than the rig file's seems to fit better: a false match; give a closer "
+                      "initial_extrinsics, or add stops that face other things, and check its intrinsics");
     return verdict;
   }
   // First what may be the cause of all else.

@@ -113,6 +113,20 @@ TEST(CameraVerdict, NamesIntrinsicsFirstAndOnceAndAFalseMatchWhereOpinionsDiffer
   EXPECT_THAT(reasons[1], testing::HasSubstr("either half of its stops gives another pose"));
 }
 
+// Where nothing else confirms such a pose it is none.
+TEST(CameraVerdict, FailsWhatHalvesAndLensSpeakAgainst) {
+  CameraEstimate e = sound();
+  e.k1_change = {0.05, 0.004};
+  e.halves_m = 0.1;
+  EXPECT_EQ(judge(e).status, Status::weak);
+  e.information.reset();
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("another lens than the rig file's")));
+  EXPECT_EQ(judge(e, true).status, Status::weak);
+  e.halves_m = 0.002;
+  EXPECT_EQ(judge(e).status, Status::weak);
+}
+
 TEST(CameraVerdict, LetsIntrinsicsChangeThatWereToBeFound) {
   CameraEstimate e = sound();
   e.focal_scale = {-0.01, 0.001};
