@@ -10,7 +10,6 @@
 #include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
-#include "core/quality/verdict.h"
 #include "core/quality/verdict_text.h"
 #include "core/report/overlay.h"
 #include "core/start/axis_search.h"

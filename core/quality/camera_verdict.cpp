@@ -52,19 +52,23 @@ bool halves_disagree(const CameraEstimate& e, const Requirement& require, const 
          e.halves_rad > limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
 }
 
+bool is_off(const ScalarEstimate& change, const CameraThresholds& limits) {
+  return sigmas(change) > limits.intrinsics_sigmas;
+}
+
 bool asks_for_another_lens(const CameraEstimate& e, const CameraThresholds& limits) {
-  return sigmas(e.focal_scale) > limits.intrinsics_sigmas || sigmas(e.k1_change) > limits.intrinsics_sigmas;
+  return is_off(e.focal_scale, limits) || is_off(e.k1_change, limits);
 }
 
 // At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
 void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, bool is_doubtful, Verdict& verdict) {
   const std::string mend = std::string("; calibrate its intrinsics anew, or try --refine-intrinsics") +
                            (is_doubtful ? ", unless the overlays in report.html show a false match" : "");
-  if (sigmas(e.focal_scale) > limits.intrinsics_sigmas) {
+  if (is_off(e.focal_scale, limits)) {
     weaken(verdict, "the images fit better with a focal length " + number(100.0 * std::abs(e.focal_scale.value), 2) +
                         " % " + (e.focal_scale.value > 0.0 ? "longer" : "shorter") + " than the rig file's" + mend);
   }
-  if (sigmas(e.k1_change) > limits.intrinsics_sigmas) {
+  if (is_off(e.k1_change, limits)) {
     weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
                         " by " + number(std::abs(e.k1_change.value), 4) + " than the rig file's" + mend);
   }
@@ -109,24 +113,20 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
     return verdict;
   }
-  // A sigma says nothing of such a pose, unless grey values confirm it.
+  const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree(e, require, limits);
+  // A sigma says nothing of such a pose, unless grey values confirm it. With a lens that is another halves still agree,
+  // since it is estimated beside the pose: where they do not, a false match bends it.
   const bool is_confirmed = e.information && !opinions_disagree(e, limits);
-  if (e.halves_chi2 > limits.halves_chi2 && !is_confirmed) {
-    fail(verdict, "either half of its stops gives another pose, " + apart_words(e) +
-                      " apart, far more than its sigma allows: a false match, or it moved during the recording; give a "
-                      "closer initial_extrinsics, or add stops, and check that it sits firmly");
-    return verdict;
-  }
-  // With the wrong lens halves still agree, since it is estimated beside the pose: where they do not, what bends the
-  // lens is a false match.
-  if (!refined && asks_for_another_lens(e, limits) && halves_disagree(e, require, limits) && !is_confirmed) {
-    fail(verdict, "either half of its stops gives another pose, " + apart_words(e) +
-                      " apart, and another lens than the rig file's seems to fit better: a false match; give a closer "
-                      "initial_extrinsics, or add stops that face other things, and check its intrinsics");
+  const bool is_bent = !refined && asks_for_another_lens(e, limits) && halves_disagree(e, require, limits);
+  if ((e.halves_chi2 > limits.halves_chi2 || is_bent) && !is_confirmed) {
+    fail(verdict,
+         "either half of its stops gives another pose, " + apart_words(e) + " apart, " +
+             (is_bent ? "and another lens than the rig file's seems to fit better" : "far more than its sigma allows") +
+             ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
+             "stops, and check that it sits firmly");
     return verdict;
   }
   // First what may be the cause of all else.
-  const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree(e, require, limits);
   if (!refined) judge_intrinsics(e, limits, is_doubtful, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);

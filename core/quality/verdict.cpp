@@ -44,14 +44,6 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
 
 }  // namespace
 
-std::string assumed_steps_words() {
-  return "the stops hang together only if the table turned all round in equal steps, since too little was seen from "
-         "two "
-         "of them: sigma holds no longer if it did not, nor in a bare room; record more stops in smaller turns, or "
-         "with "
-         "a gyro";
-}
-
 Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   Verdict verdict;
   if (!e.has_points) {

@@ -40,9 +40,6 @@ struct Verdict {
   std::vector<std::string> reasons;
 };
 
-/// What to say of any sensor where the table's steps were assumed.
-[[nodiscard]] std::string assumed_steps_words();
-
 /// The contract's rule: good needs the 95 % bounds inside the requirement, no direction that only a prior fixes, a
 /// hold-out within twice the expected noise and not worse than the start, and the runner-up minimum rejected; failed is
 /// what cannot be observed or does not converge. Reasons are sentences a user can act on.

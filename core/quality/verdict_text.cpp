@@ -11,6 +11,12 @@ std::string number(double value, int digits) { return fixed_text(value, digits);
 std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
 std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }
 
+std::string assumed_steps_words() {
+  return "too little was seen from two stops: they hang together only if the table turned all round in equal steps, "
+         "and "
+         "sigma holds no longer if it did not, nor in a bare room; record more stops in smaller turns, or with a gyro";
+}
+
 void fail(Verdict& verdict, std::string reason) {
   verdict.status = Status::failed;
   verdict.reasons.push_back(std::move(reason));

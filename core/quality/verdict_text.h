@@ -11,6 +11,9 @@ namespace rigcal {
 [[nodiscard]] std::string mm(double m);
 [[nodiscard]] std::string deg(double rad);
 
+/// The reason why no sensor is better than weak where the table's steps were assumed (see Start).
+[[nodiscard]] std::string assumed_steps_words();
+
 void fail(Verdict& verdict, std::string reason);
 /// A failed one stays failed.
 void weaken(Verdict& verdict, std::string reason);

@@ -181,6 +181,12 @@ std::optional<Start> held_where_it_turned(const StartInput& input, const std::ve
   return held;
 }
 
+Start nothing_placed(const StartInput& input) {
+  Start start;
+  start.state.T_base_sensor.assign(static_cast<std::size_t>(input.lidars), SE3{});
+  return start;
+}
+
 // From where the stops stand to where everything does. Nothing when it was stopped.
 std::optional<Start> from_stops(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                 std::vector<PatchSurfels> base_patches, const RunContext& context, Start start) {
@@ -213,8 +219,7 @@ void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& p
   if (before >= doubtful_fit) return;
   double best = before + clear_gain;
   for (const double way : {1.0, -1.0}) {
-    Start other;
-    other.state.T_base_sensor.assign(static_cast<std::size_t>(input.lidars), SE3{});
+    Start other = nothing_placed(input);
     place_in_equal_steps(input, base_patches, way, other);
     refine_stops(input, base_patches, loose_hold, other);
     if (!place_lidars(input, patches, base_patches, loose_hold, context, other, Doubtful::left)) return;
@@ -243,8 +248,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
                            const RunContext& context) {
   // A start needs centimetres.
   const std::vector<PatchSurfels> patches = thinned(all_patches, 24000, 300);
-  Start placed;
-  placed.state.T_base_sensor.assign(static_cast<std::size_t>(input.lidars), SE3{});
+  Start placed = nothing_placed(input);
   const std::vector<PatchSurfels> base_patches = patches_of(patches, input.base);
   context.reporter.progress("start: poses", -1.0);
   place_stops(input, base_patches, placed);
