@@ -111,10 +111,13 @@ Json json_of(const ProgramRun& run) {
   for (const auto& [name, s] : run.stages) stages.push_back({{"stage", name}, {"seconds", s}});
   return {{"name", run.name},
           {"wall_s", run.wall_s},
+          {"first_wall_s", run.first_wall_s},
+          {"runs", run.runs},
           {"cpu_s", run.cpu_s},
           {"peak_mb", run.peak_mb},
           {"points", run.points},
           {"input_mb", run.input_mb},
+          {"found", run.found},
           {"worst_m", run.worst_m},
           {"extrinsics_s", run.until_lidars_s()},
           {"cameras_s", run.cameras_s()},

@@ -17,13 +17,15 @@ std::string goals_text(const std::vector<Goal>& goals) {
 }
 
 std::string programs_text(const std::vector<ProgramRun>& programs) {
-  std::string text = "The program itself, from its start to its end\n";
+  std::string text = fmt::format("The program itself, from its start to its end, the middle one of {} runs each\n",
+                                 programs.front().runs);
   for (const ProgramRun& run : programs) {
     text += fmt::format(
-        "  {}: {:.2f} s, {:.2f} s of processors, at most {:.0f} MB; {:.1f} M points in stops, {:.0f} MB read; worst "
-        "sensor {:.2f} mm off\n   ",
-        run.name, run.wall_s, run.cpu_s, run.peak_mb, 1e-6 * static_cast<double>(run.points), run.input_mb,
-        1e3 * run.worst_m);
+        "  {}: {:.2f} s (the first {:.2f} s), {:.2f} s of processors, at most {:.0f} MB; {:.1f} M points in stops, "
+        "{:.0f} MB read; the "
+        "worst of {} sensors found {:.2f} mm off\n   ",
+        run.name, run.wall_s, run.first_wall_s, run.cpu_s, run.peak_mb, 1e-6 * static_cast<double>(run.points),
+        run.input_mb, run.found, 1e3 * run.worst_m);
     for (const auto& [stage, s] : run.stages) text += fmt::format(" {} {:.2f},", stage, s);
     text.back() = '\n';
   }
