@@ -46,6 +46,16 @@ constexpr double unclear_ratio = 0.7;
 // Without a guess a place is not found where another one explains so much of what it explains.
 constexpr double unfound_ratio = 0.85;
 
+// So far from the edges' end grey values tell of another place even where they are not sure of it. What edges come to
+// from there is taken where grey values then contradict clearly less and lead nearly to it, and halves of the stops
+// agree about as well as before.
+constexpr double elsewhere_m = 0.015;
+constexpr double elsewhere_rad = to_rad(0.15);
+constexpr double nearer_share = 0.5;
+constexpr double end_share = 1.5;
+constexpr double less_firm = 2.0;
+constexpr double less_firm_m = 0.01;
+
 // A place that the images alone tell is no other guess than was given up to here,
 constexpr double farthest_sigmas = 4.0;
 // and better where it explains so many times more.
@@ -82,7 +92,9 @@ class CameraCalibration {
     if (context_.cancelled() || agree_with_second_opinion()) return;
     for (const bool everywhere : {false, true}) {
       if (context_.cancelled() || !is_doubtful()) return;
-      if (start_anew(everywhere)) finish();
+      if (!start_anew(everywhere)) continue;
+      finish();
+      if (context_.cancelled() || agree_with_second_opinion()) return;
     }
   }
 
@@ -112,7 +124,9 @@ class CameraCalibration {
   // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
   // another place, and edges end there with them, two agree against one. What was found before is then the runner-up.
   bool agree_with_second_opinion() {
-    if (!estimate_.information || estimate_.disagreement_chi2 <= differing_chi2) return false;
+    if (!estimate_.information) return false;
+    const bool is_sure = estimate_.disagreement_chi2 > differing_chi2;
+    if (!is_sure && !is_elsewhere(*estimate_.information)) return false;
     const EdgeSolution before = best_;
     const CameraEstimate estimate_before = estimate_;
     const EdgePriors priors_before = priors_;
@@ -120,8 +134,11 @@ class CameraCalibration {
     widen_priors(best_.state.T_base_camera);
     finish();
     if (context_.cancelled()) return false;
-    if (estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
-        best_.score > unclear_ratio * before.score) {
+    const bool agrees = estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
+                        (is_sure || (estimate_.disagreement_chi2 < nearer_share * estimate_before.disagreement_chi2 &&
+                                     !is_elsewhere(*estimate_.information, end_share)));
+    const bool is_as_firm = estimate_.halves_m < less_firm * estimate_before.halves_m + less_firm_m;
+    if (agrees && is_as_firm && best_.score > unclear_ratio * before.score) {
       estimate_.runner_up = before.state.T_base_camera;
       estimate_.runner_up_ratio = std::min(1.0, before.score / best_.score);
       return true;
@@ -130,6 +147,12 @@ class CameraCalibration {
     estimate_ = estimate_before;
     priors_ = priors_before;
     return false;
+  }
+
+  // Than the edges, by more than a pose may be off, `share` times.
+  [[nodiscard]] bool is_elsewhere(const PoseEstimate& opinion, double share = 1.0) const {
+    const Vector6d apart = (best_.state.T_base_camera.inverse() * opinion.T_base_camera).log();
+    return apart.head<3>().norm() > share * elsewhere_rad || apart.tail<3>().norm() > share * elsewhere_m;
   }
 
   // A guess that is off by more than it may be is no better known than that.

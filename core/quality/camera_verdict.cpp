@@ -47,9 +47,22 @@ bool opinions_disagree(const CameraEstimate& e, const CameraThresholds& limits) 
 
 std::string apart_words(const CameraEstimate& e) { return mm(e.halves_m) + " and " + deg(e.halves_rad); }
 
-bool halves_disagree(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
-  return e.halves_m > limits.halves_share * std::max(require.translation_m, translation_bound(e.pose.covariance)) ||
-         e.halves_rad > limits.halves_share * std::max(require.rotation_rad, rotation_bound(e.pose.covariance));
+// Over the larger of what is asked for and what is known, whichever of place and turn is farther off.
+double bounds_apart(double apart_m, double apart_rad, const CameraEstimate& e, const Requirement& require) {
+  return std::max(apart_m / std::max(require.translation_m, translation_bound(e.pose.covariance)),
+                  apart_rad / std::max(require.rotation_rad, rotation_bound(e.pose.covariance)));
+}
+
+// That halves of the stops are apart.
+double halves_bounds(const CameraEstimate& e, const Requirement& require) {
+  return bounds_apart(e.halves_m, e.halves_rad, e, require);
+}
+
+// Grey values lead to the same place, not only within what they do not know.
+bool is_confirmed(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
+  if (!e.information || opinions_disagree(e, limits)) return false;
+  const SE3 between = e.pose.T_base_camera.inverse() * e.information->T_base_camera;
+  return bounds_apart(between.t.norm(), log_so3(between.R).norm(), e, require) <= limits.confirming_share;
 }
 
 bool is_off(const ScalarEstimate& change, const CameraThresholds& limits) {
@@ -80,6 +93,23 @@ void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, b
   }
 }
 
+// Of a pose that is another one for either half of the stops, and that grey values do not confirm: what a false match
+// shows beside. Empty: nothing.
+std::string why_false(const CameraEstimate& e, const Requirement& require, bool refined,
+                      const CameraThresholds& limits) {
+  const double bounds = halves_bounds(e, require);
+  const std::string far_apart = "far more than its sigma allows";
+  // Here the smallest of differences count, so that no more can be asked of grey values than not to contradict.
+  if (e.halves_chi2 > limits.halves_chi2 && (!e.information || opinions_disagree(e, limits))) return far_apart;
+  if (is_confirmed(e, require, limits)) return {};
+  if (bounds > limits.halves_share) {
+    // With a lens that is another halves still agree, since it is estimated beside the pose: a false match bends it.
+    if (!refined && asks_for_another_lens(e, limits)) return "and another lens than the rig file's seems to fit better";
+    if (!e.information) return "and its grey values lead nowhere";
+  }
+  return bounds > limits.farthest_halves_share ? far_apart : std::string();
+}
+
 void judge_second_opinions(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
                            Verdict& verdict) {
   if (opinions_disagree(e, limits)) {
@@ -88,11 +118,12 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
                         deg(log_so3(between.R).norm()) +
                         ", more than both allow; one of them found a false match: look at the overlays in report.html");
   }
-  if (halves_disagree(e, require, limits)) {
+  if (halves_bounds(e, require) > limits.halves_share) {
     weaken(verdict, "either half of its stops gives another pose, " + apart_words(e) +
                         " apart; add stops, or check that the camera sits firmly");
   }
-  if (e.runner_up && e.runner_up_ratio > limits.runner_up_ratio) {
+  const bool is_elsewhere = e.information && !is_confirmed(e, require, limits);
+  if (e.runner_up && e.runner_up_ratio > (is_elsewhere ? limits.doubtful_runner_up_ratio : limits.runner_up_ratio)) {
     const SE3 between = e.pose.T_base_camera.inverse() * *e.runner_up;
     weaken(verdict, "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) +
                         " away, fits nearly as well (" + number(100.0 * e.runner_up_ratio, 0) +
@@ -113,17 +144,12 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
     return verdict;
   }
-  const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree(e, require, limits);
-  // A sigma says nothing of such a pose, unless grey values confirm it. With a lens that is another halves still agree,
-  // since it is estimated beside the pose: where they do not, a false match bends it.
-  const bool is_confirmed = e.information && !opinions_disagree(e, limits);
-  const bool is_bent = !refined && asks_for_another_lens(e, limits) && halves_disagree(e, require, limits);
-  if ((e.halves_chi2 > limits.halves_chi2 || is_bent) && !is_confirmed) {
-    fail(verdict,
-         "either half of its stops gives another pose, " + apart_words(e) + " apart, " +
-             (is_bent ? "and another lens than the rig file's seems to fit better" : "far more than its sigma allows") +
-             ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
-             "stops, and check that it sits firmly");
+  const bool halves_disagree = halves_bounds(e, require) > limits.halves_share;
+  const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree;
+  if (const std::string why = why_false(e, require, refined, limits); !why.empty()) {
+    fail(verdict, "either half of its stops gives another pose, " + apart_words(e) + " apart, " + why +
+                      ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
+                      "stops, and check that it sits firmly");
     return verdict;
   }
   // First what may be the cause of all else.

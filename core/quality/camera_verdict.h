@@ -17,16 +17,21 @@ struct CameraThresholds {
   double intrinsics_sigmas = 3.0;             ///< Focal length and k1 against the rig file,
   double radial_trend_sigmas = 4.0;           ///< and the trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
-  double halves_share = 1.0;                  ///< Either half of the stops apart, over the requirement,
-  double halves_chi2 = differing_chi2;        ///< and over what they may differ by.
+  double halves_share = 1.0;                  ///< Either half of the stops apart, over the larger of the requirement
+                                              ///< and the bounds; so far apart other signs of a false match count,
+  double farthest_halves_share = 3.0;         ///< and so far apart it takes no other sign.
+  double halves_chi2 = differing_chi2;        ///< And over what they may differ by.
+  double confirming_share = 1.5;              ///< Information that leads no farther off confirms, over the same.
   double runner_up_ratio = 0.95;
+  double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not.
 };
 
 /// The contract's rule for a camera: good needs the 95 % bounds inside the requirement, a hold-out within twice the
 /// expected noise and not worse than the start, the runner-up minimum rejected, and checks that agree: the information
 /// between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was not found, did not
-/// converge, fits held-out stops worse than its start, or is another pose for either half of the stops, by far more
-/// than its sigma, and without the word of the information. Reasons are sentences a user can act on. `refined`: the
+/// converge, fits held-out stops worse than its start, or is another pose for either half of the stops without the word
+/// of the information: by far more than its sigma, or where a lens that seems to be another one, or information that
+/// leads nowhere, speaks against it, too. Reasons are sentences a user can act on. `refined`: the
 /// intrinsics were to be found, too, and need not agree with the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
                                    bool refined = false, const CameraThresholds& thresholds = {});

@@ -117,13 +117,34 @@ TEST(CameraVerdict, NamesIntrinsicsFirstAndOnceAndAFalseMatchWhereOpinionsDiffer
 TEST(CameraVerdict, FailsWhatHalvesAndLensSpeakAgainst) {
   CameraEstimate e = sound();
   e.k1_change = {0.05, 0.004};
-  e.halves_m = 0.1;
+  e.halves_m = 0.02;
   EXPECT_EQ(judge(e).status, Status::weak);
-  e.information.reset();
+  e.information->T_base_camera.t += Vector3d(0.0, 0.02, 0.0);  // not sure of it, but no confirmation either
   EXPECT_EQ(judge(e).status, Status::failed);
   EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("another lens than the rig file's")));
   EXPECT_EQ(judge(e, true).status, Status::weak);
   e.halves_m = 0.002;
+  EXPECT_EQ(judge(e).status, Status::weak);
+}
+
+TEST(CameraVerdict, FailsWhatHalvesSpeakAgainstAndGreyValuesKnowNothingOf) {
+  CameraEstimate e = sound();
+  e.halves_rad = to_rad(0.2);
+  EXPECT_EQ(judge(e).status, Status::weak);
+  e.information.reset();
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("grey values lead nowhere")));
+  e.halves_rad = to_rad(0.05);
+  EXPECT_EQ(judge(e).status, Status::good);
+}
+
+TEST(CameraVerdict, FailsWhatHalvesAloneSpeakAgainstFromAfar) {
+  CameraEstimate e = sound();
+  e.halves_m = 0.035;
+  EXPECT_EQ(judge(e).status, Status::weak);
+  e.information->T_base_camera.t += Vector3d(0.0, 0.02, 0.0);
+  EXPECT_EQ(judge(e).status, Status::failed);
+  e.halves_m = 0.025;
   EXPECT_EQ(judge(e).status, Status::weak);
 }
 
@@ -147,6 +168,10 @@ TEST(CameraVerdict, WeakensOpinionsThatDiffer) {
   expect_weak(e, "0.300 degrees apart");
   e = sound();
   e.runner_up_ratio = 0.98;
+  expect_weak(e, "another pose, 100.0 mm");
+  e.runner_up_ratio = 0.8;
+  EXPECT_EQ(judge(e).status, Status::good);
+  e.information->T_base_camera.t = Vector3d(0.03, 0.0, 0.0);
   expect_weak(e, "another pose, 100.0 mm");
 }
 
