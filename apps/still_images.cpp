@@ -210,6 +210,7 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
     out.why_none = listed.error().message();
     return out;
   }
+  if (!listed->torn.empty()) context.reporter.warn(listed->torn);
   if (!listed->unknown.empty()) {
     context.reporter.warn(folder + ": " + std::to_string(listed->unknown.size()) + " files are not used, since " +
                           (listed->has_frames ? "frames.csv does not list them" : "their names are no numbers") +

@@ -79,10 +79,8 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
     return input_error("no points while the rig stood still", source.path, "check that sampling was on");
   }
   take_rotations(out.rig, reading.stops, out.lidar);
-  const auto angles = session_table_angles(source.path);
-  if (!angles) return angles.error();
-  const std::string doubt =
-      merge_table_turns(table_turns(out.rig, *angles, out.lidar.stops), out.lidar.R_previous_this);
+  const std::vector<TableAngle> angles = session_table_angles(source.path, context.reporter);
+  const std::string doubt = merge_table_turns(table_turns(out.rig, angles, out.lidar.stops), out.lidar.R_previous_this);
   if (!doubt.empty()) context.reporter.warn(doubt);
   context.reporter.debug(source.path + ": " + std::to_string(reading.stops.size()) + " stops");
   return out;

@@ -5,6 +5,7 @@
 
 #include "core/base/text.h"
 #include "core/io/frame_files.h"
+#include "core/io/recorded_table.h"
 
 namespace rigcal {
 namespace {
@@ -13,11 +14,16 @@ constexpr double most_off_rad = to_rad(2.0);
 
 }  // namespace
 
-Expected<std::vector<TableAngle>> session_table_angles(const std::string& session) {
+std::vector<TableAngle> session_table_angles(const std::string& session, Reporter& reporter) {
   const std::string path = (std::filesystem::path(session) / "turntable.csv").string();
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return std::vector<TableAngle>{};
-  return read_turntable(path);
+  if (!std::filesystem::is_regular_file(path, error)) return {};
+  const Expected<RecordedTable> table = read_recorded_table(path, session);
+  if (table && !table->torn.empty()) reporter.warn(table->torn);
+  Expected<std::vector<TableAngle>> angles = table ? parse_turntable(table->text, path) : table.error();
+  if (angles) return *std::move(angles);
+  reporter.warn("the table's angles are not used: " + angles.error().message());
+  return {};
 }
 
 std::optional<double> angle_in_stop(const std::vector<TableAngle>& angles, const Stop& stop) {

@@ -4,14 +4,16 @@
 #include <string>
 #include <vector>
 
+#include "core/base/run_context.h"
 #include "core/records/image.h"
 #include "core/rig/rig.h"
 #include "core/stops/still_listener.h"
 
 namespace rigcal {
 
-/// The turntable.csv of a session; empty where it has none. Errors: one that is damaged.
-[[nodiscard]] Expected<std::vector<TableAngle>> session_table_angles(const std::string& session);
+/// The turntable.csv of a session; empty where it has none. One that is damaged is not used, with a warning: the angles
+/// are a start where nothing else tells of a turn, and most sessions do without.
+[[nodiscard]] std::vector<TableAngle> session_table_angles(const std::string& session, Reporter& reporter);
 
 /// Where the table says it was in the middle of a stop: the mean of what it said in it; nothing where it said nothing.
 [[nodiscard]] std::optional<double> angle_in_stop(const std::vector<TableAngle>& angles, const Stop& stop);

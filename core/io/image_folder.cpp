@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/io/frame_files.h"
+#include "core/io/recorded_table.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -36,6 +37,13 @@ std::optional<std::int64_t> number_of(const std::string& name) {
   return number;
 }
 
+/// A session holds the images of a camera in images/<camera>.
+std::string session_of(const std::string& path) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(path, error).lexically_normal();
+  return (folder.has_filename() ? folder : folder.parent_path()).parent_path().parent_path().string();
+}
+
 }  // namespace
 
 Expected<ImageFolder> list_image_folder(const std::string& path) {
@@ -47,7 +55,11 @@ Expected<ImageFolder> list_image_folder(const std::string& path) {
   ImageFolder folder;
   folder.has_frames = names.erase(frames_name) > 0;
   if (folder.has_frames) {
-    const Expected<std::vector<FrameRecord>> frames = read_frames((fs::path(path) / frames_name).string());
+    const std::string file = (fs::path(path) / frames_name).string();
+    Expected<RecordedTable> table = read_recorded_table(file, session_of(path));
+    if (!table) return table.error();
+    folder.torn = std::move(table->torn);
+    const Expected<std::vector<FrameRecord>> frames = parse_frames(table->text, file);
     if (!frames) return frames.error();
     for (const FrameRecord& frame : *frames) {
       folder.images.push_back({(fs::path(path) / frame.file).string(), frame.stamp_ns, frame.exposure_us, frame.stop});

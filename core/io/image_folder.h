@@ -22,10 +22,12 @@ struct ImageFolder {
   std::vector<ListedImage> images;   ///< By `number`, then by path.
   bool has_frames = false;           ///< There is a frames.csv, so the numbers are stamps.
   std::vector<std::string> unknown;  ///< Files that neither frames.csv nor their name tells anything of; sorted.
+  std::string torn;                  ///< What of frames.csv was left out, one sentence; empty: nothing.
 };
 
 /// Lists the images of one camera: those of `<path>/frames.csv` (contract section 5), or without it all files named
-/// `<number>.png`, `.jpg` or `.jpeg`. Nothing is decoded. Errors: no folder, a damaged frames.csv.
+/// `<number>.png`, `.jpg` or `.jpeg`. Nothing is decoded. Of a session without an end, a last line of frames.csv that
+/// is not whole is left out. Errors: no folder, a damaged frames.csv.
 [[nodiscard]] Expected<ImageFolder> list_image_folder(const std::string& path);
 
 }  // namespace rigcal

@@ -201,6 +201,13 @@ Expected<SessionFolder> open_session(const std::string& path) {
   return session;
 }
 
+bool is_unfinished_session(const std::string& path) {
+  const std::string file = existing(path, "session.json");
+  if (file.empty()) return false;
+  const Expected<SessionRecord> record = read_record(file);
+  return record && !record->end_ns;
+}
+
 Expected<void> create_session(const std::string& path, const Rig& rig, const SessionRecord& record) {
   std::error_code error;
   if (!fs::create_directory(path, error)) {

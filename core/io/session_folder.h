@@ -48,6 +48,9 @@ struct SessionFolder {
 /// with neither packets nor patches.
 [[nodiscard]] Expected<SessionFolder> open_session(const std::string& path);
 
+/// Whether its session.json says that the recording goes on or was cut short.
+[[nodiscard]] bool is_unfinished_session(const std::string& path);
+
 /// Makes the folder with rig.yaml and a session.json that has no end yet. An existing path is never touched.
 Expected<void> create_session(const std::string& path, const Rig& rig, const SessionRecord& record);
 

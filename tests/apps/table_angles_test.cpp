@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/noting_reporter.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal {
@@ -58,11 +59,22 @@ TEST(TableAngles, FillInWhatNobodyElseKnowsAndAreNotBelievedAgainstTheGyro) {
 
 TEST(TableAngles, OfASession) {
   const auto folder = scratch_folder("table_angles");
-  EXPECT_TRUE(session_table_angles(folder.string())->empty());
+  NotingReporter notes;
+  EXPECT_TRUE(session_table_angles(folder.string(), notes).empty());
   std::ofstream(folder / "turntable.csv") << "stamp_ns,angle_deg\n5,1.5\n";
-  EXPECT_EQ(session_table_angles(folder.string())->size(), 1U);
+  EXPECT_EQ(session_table_angles(folder.string(), notes).size(), 1U);
+  EXPECT_THAT(notes.warnings, testing::IsEmpty());
+  std::filesystem::remove_all(folder);
+}
+
+TEST(TableAngles, ThatCannotBeReadAreAWarning) {
+  const auto folder = scratch_folder("table_angles");
+  NotingReporter notes;
   std::ofstream(folder / "turntable.csv") << "nonsense\n";
-  EXPECT_FALSE(session_table_angles(folder.string()).has_value());
+  EXPECT_TRUE(session_table_angles(folder.string(), notes).empty());
+  std::ofstream(folder / "turntable.csv") << "stamp_ns,angle_deg\n5,0\n7,18.0\n" << std::string(40, '\0');
+  EXPECT_EQ(session_table_angles(folder.string(), notes).size(), 2U);
+  EXPECT_THAT(notes.warnings, testing::ElementsAre(HasSubstr("turntable.csv:1"), HasSubstr("was left out")));
   std::filesystem::remove_all(folder);
 }
 
