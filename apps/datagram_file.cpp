@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "apps/lvx_datagrams.h"
@@ -23,27 +24,24 @@ class PcapDatagrams final : public DatagramFile {
       : reader_(std::move(reader)), later_(std::move(later)), bytes_(std::max(bytes, 1.0)) {}
 
   Expected<bool> next(Datagram& datagram) override {
-    while (true) {
-      Expected<bool> more = reader_.next(datagram);
+    while (reader_) {
+      Expected<bool> more = reader_->next(datagram);
+      if (!more && next_part_ > 0) return end_before_part(more.error());
       if (more && *more) read_bytes_ += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of frame and file
       if (!more || *more || next_part_ == later_.size()) return more;
       add_up();
       Expected<PcapReader> opened = PcapReader::open(later_[next_part_++]);
-      if (!opened) {
-        // A power cut may leave the newest one without its head; what is before it is whole.
-        truncation_ = "ends before its last part: " + opened.error().what;
-        next_part_ = later_.size();
-        return false;
-      }
+      if (!opened) return end_before_part(opened.error());
       reader_ = *std::move(opened);
     }
+    return false;
   }
   [[nodiscard]] std::string truncation() const override {
-    return truncation_.empty() ? reader_.truncation() : truncation_;
+    return truncation_.empty() && reader_ ? reader_->truncation() : truncation_;
   }
   [[nodiscard]] FileNotes notes() const override {
     PcapCounters all = earlier_;
-    all += reader_.counters();
+    if (reader_) all += reader_->counters();
     return {capture_findings(all), all, {}};
   }
   [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / bytes_); }
@@ -51,11 +49,17 @@ class PcapDatagrams final : public DatagramFile {
  private:
   // What the part that is over has told.
   void add_up() {
-    earlier_ += reader_.counters();
-    if (truncation_.empty()) truncation_ = reader_.truncation();
+    earlier_ += reader_->counters();
+    if (truncation_.empty()) truncation_ = reader_->truncation();
+  }
+  // A power cut may leave the newest part without its head, or without a whole packet; what is before it is whole.
+  bool end_before_part(const Error& error) {
+    truncation_ = "ends before its last part: " + error.what;
+    reader_.reset();
+    return false;
   }
 
-  PcapReader reader_;
+  std::optional<PcapReader> reader_;  ///< Of the part that is read; nothing where there is none to be read.
   std::vector<std::string> later_;
   std::size_t next_part_ = 0;
   PcapCounters earlier_;

@@ -65,21 +65,28 @@ class Repair {
     if (!file) {
       std::error_code error;
       if (fs::file_size(path, error) > 0 || error) return file.error();
-      fs::remove(path, error);
-      done_.push_back(short_name(path) + ": was empty and is gone");
-      return {};
+      return remove_part(path, "was empty");
     }
     CapturedFrame frame;
     for (std::uint64_t i = 0; file->next(frame); ++i) {
       if (i % cancel_period == 0 && context_.cancelled()) return cancelled();
     }
     if (file->damage().empty()) return {};
+    // Cut to nothing it would be no capture file, and the recording torn for good.
+    if (file->whole_bytes() == 0) return remove_part(path, "held nothing whole");
     std::error_code error;
     const std::uint64_t bytes = fs::file_size(path, error);
     if (!error) fs::resize_file(path, file->whole_bytes(), error);
     if (error) return cannot_write(path, error.value());
     done_.push_back(short_name(path) + ": " + count_of(bytes - file->whole_bytes(), "byte") +
                     " after the last whole packet cut off");
+    return {};
+  }
+
+  Expected<void> remove_part(const std::string& path, const std::string& why) {
+    std::error_code error;
+    if (!fs::remove(path, error) || error) return cannot_write(path, error.value());
+    done_.push_back(short_name(path) + ": " + why + " and is gone");
     return {};
   }
 

@@ -103,6 +103,23 @@ TEST_F(Recorder, APowerCutBetweenPartsLeavesThoseBefore) {
   EXPECT_THAT(cut.truncation, HasSubstr("ends before its last part"));
   fs::remove(newest);
   EXPECT_EQ(read().packets.size(), cut.packets.size());
+  EXPECT_EQ(read().frames, cut.frames);  // Each counted once.
+}
+
+TEST_F(Recorder, APowerCutBeforeTheNewestPartsFirstPacketLeavesThoseBefore) {
+  ASSERT_TRUE(record(PacketRecorder::kLeastKept, 5000)->close().has_value());
+  const std::string newest = session_packets_path(session.string());
+  const fs::path aside = session / "aside";
+  fs::rename(newest, aside);
+  const Read whole = read();
+  for (const std::uintmax_t bytes : {std::uintmax_t{40}, std::uintmax_t{60}, std::uintmax_t{120}}) {
+    fs::copy_file(aside, newest, fs::copy_options::overwrite_existing);
+    fs::resize_file(newest, bytes);
+    const Read cut = read();
+    EXPECT_EQ(cut.packets, whole.packets) << bytes;
+    EXPECT_EQ(cut.frames, whole.frames) << bytes;
+    EXPECT_THAT(cut.truncation, HasSubstr("ends before its last part: has no whole packet")) << bytes;
+  }
 }
 
 TEST_F(Recorder, AsksForNoMemoryWhileItRecords) {

@@ -121,6 +121,16 @@ TEST_F(SessionRepair, TablesAndImagesEndWithWhatIsWhole) {
   EXPECT_EQ(read_turntable((session / "turntable.csv").string())->size(), 2U);
 }
 
+TEST_F(SessionRepair, ANewestPartWithNothingWholeIsTakenAway) {
+  // As `capture --keep` leaves it where the power fails when a part has just begun.
+  fs::rename(session / "lidar.pcapng", session / "lidar.000001.pcapng");
+  const std::string part = text_of(session / "lidar.000001.pcapng");
+  put(session / "lidar.pcapng", part.substr(0, 20));
+  EXPECT_THAT(repair(), Contains("lidar.pcapng: held nothing whole and is gone"));
+  EXPECT_FALSE(fs::exists(session / "lidar.pcapng"));
+  EXPECT_EQ(stops(), 2U);
+}
+
 TEST_F(SessionRepair, AnyCutGivesASessionThatCanBeRead) {
   const std::string packets = text_of(session / "lidar.pcapng");
   for (const std::size_t size : {std::size_t{0}, std::size_t{3}, std::size_t{30}, std::size_t{100}, packets.size() / 3,
