@@ -51,9 +51,14 @@ void AsciiProtocol::turn_by(double degrees, double /*now_s*/) {
 }
 
 void AsciiProtocol::send_move() {
-  target_deg_ = (has_target_ ? target_deg_ : *angle_deg_) + *to_turn_;
+  double step_deg = *to_turn_;
+  if (!is_moving_) {
+    target_deg_ = (has_target_ ? target_deg_ : *angle_deg_) + step_deg;
+  } else if (!options_.ask.empty()) {
+    step_deg = std::remainder(target_deg_ - *angle_deg_, 360.0);  // What is missing; it may count within a turn.
+  }
   has_target_ = true;
-  say(filled(filled(options_.move, angle_place, target_deg_), step_place, *to_turn_) + "\n");
+  say(filled(filled(options_.move, angle_place, target_deg_), step_place, step_deg) + "\n");
   to_turn_.reset();
   is_moving_ = true;
   answers_there_ = 0;

@@ -35,7 +35,10 @@ void GrblProtocol::open(double now_s) {
 }
 
 void GrblProtocol::turn_by(double degrees, double /*now_s*/) {
-  to_turn_ = degrees;
+  // A move that it has taken it will finish, and does another after that, not instead.
+  if (is_moving_ && is_taken_) return;
+  const bool is_known = is_moving_ && start_deg_ && angle_deg_;
+  to_turn_ = is_known ? *start_deg_ + moved_by_ - *angle_deg_ : degrees;
   if (is_ready_) send_move();
 }
 

@@ -30,7 +30,8 @@ class TableProtocol {
 
   /// The line is open; the table may just have restarted by that.
   virtual void open(double now_s) = 0;
-  /// By so many degrees from where it was told to go last. What was told before is given up.
+  /// By so many degrees from where it was told to go last. While that goes on it is the same turn, told once more: the
+  /// table ends where it was to end, not a step beyond.
   virtual void turn_by(double degrees, double now_s) = 0;
   virtual void receive(std::string_view bytes, double now_s) = 0;
   /// To be called every tenth of a second or so: asks the table where it is.

@@ -43,6 +43,39 @@ TEST(AsciiProtocol, TablesThatCountWithinATurnArriveToo) {
   EXPECT_EQ(hear(table, "POS 8.0\n").at(1).kind, Kind::arrived);
 }
 
+TEST(AsciiProtocol, ATurnThatIsToldAgainOnItsWayEndsWhereItWasToEnd) {
+  AsciiOptions words;
+  words.move = "MOVE {angle} BY {step}";
+  AsciiProtocol table(words);
+  hear(table, "POS 350\n");
+  table.turn_by(18.0, 0.0);
+  EXPECT_EQ(table.take_output(), "MOVE 368.000 BY 18.000\n");
+  hear(table, "POS 355.5\n");
+  table.turn_by(18.0, 60.0);
+  EXPECT_EQ(table.take_output(), "MOVE 368.000 BY 12.500\n");
+  hear(table, "POS 1\n");
+  table.turn_by(18.0, 120.0);
+  EXPECT_EQ(table.take_output(), "MOVE 368.000 BY 7.000\n");
+  hear(table, "POS 8\n");
+  EXPECT_EQ(hear(table, "POS 8\n").at(1).kind, Kind::arrived);
+  table.turn_by(18.0, 130.0);
+  EXPECT_EQ(table.take_output(), "MOVE 386.000 BY 18.000\n");
+}
+
+TEST(AsciiProtocol, ATurnThatIsToldAgainIsTheSameWhereNobodyKnowsTheAngle) {
+  AsciiOptions words;
+  words.move = "TO {angle} BY {step}";
+  words.ask = "";
+  words.done = "OK";
+  AsciiProtocol table(words);
+  table.open(0.0);
+  for (int i = 0; i < 2; ++i) {
+    table.turn_by(18.0, 60.0 * i);
+    EXPECT_EQ(table.take_output(), "TO 18.000 BY 18.000\n");
+  }
+  EXPECT_EQ(hear(table, "OK\n").at(0).angle_deg, 18.0);
+}
+
 TEST(AsciiProtocol, WordsOfItsOwn) {
   AsciiOptions words;
   words.move = "R{step};";

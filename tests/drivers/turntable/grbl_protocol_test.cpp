@@ -63,6 +63,31 @@ TEST_F(Grbl, ArrivesOnceItIsIdleAfterItTookTheMove) {
   EXPECT_EQ(hear("<Idle|MPos:54.000,0.000,0.000|FS:0,0>\r\n").size(), 1U);  // Not twice.
 }
 
+TEST_F(Grbl, AMoveThatItHasTakenIsNotToldAgain) {
+  hear("<Idle|MPos:36.000,0.000,0.000|FS:0,0>\r\n");
+  table.turn_by(18.0, 3.0);
+  EXPECT_EQ(table.take_output(), "G91 G21 G94 G1 X18.000 F600.0\n");
+  hear("ok\r\n<Run|MPos:40.000,0.000,0.000|FS:600,0>\r\n");
+  table.turn_by(18.0, 63.0);
+  EXPECT_THAT(table.take_output(), IsEmpty());
+  ask(2);
+  EXPECT_EQ(hear("<Idle|MPos:54.000,0.000,0.000|FS:0,0>\r\n").at(1).kind, Kind::arrived);
+  table.turn_by(18.0, 70.0);
+  EXPECT_EQ(table.take_output(), "G91 G21 G94 G1 X18.000 F600.0\n");
+}
+
+TEST_F(Grbl, AMoveThatGotLostIsToldAgainWithWhatIsMissing) {
+  hear("<Idle|MPos:36.000,0.000,0.000|FS:0,0>\r\n");
+  table.turn_by(18.0, 3.0);
+  static_cast<void>(table.take_output());
+  hear("<Idle|MPos:40.000,0.000,0.000|FS:0,0>\r\n");  // Somebody has jogged it.
+  table.turn_by(18.0, 63.0);
+  EXPECT_EQ(table.take_output(), "G91 G21 G94 G1 X14.000 F600.0\n");
+  hear("ok\r\n");
+  ask(2);
+  EXPECT_EQ(hear("<Idle|MPos:54.000,0.000,0.000|FS:0,0>\r\n").at(1).kind, Kind::arrived);
+}
+
 TEST_F(Grbl, ReportsOfTheWorkPositionAreReadToo) {
   EXPECT_EQ(hear("<Idle|WPos:-1.250,0.000,0.000|FS:0,0>\r\n").at(0).angle_deg, -1.25);
   // In pieces, as a serial line brings them.
