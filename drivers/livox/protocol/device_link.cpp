@@ -69,8 +69,8 @@ void DeviceLink::receive_broadcast(std::int64_t now_ns, const Broadcast& broadca
 
 void DeviceLink::shake_hands(std::int64_t now_ns, ProtocolOutput& out) {
   // Old firmware has a shorter form, and some hosts send it as an ack: where the model's usual way was not answered or
-  // not taken, the other one is tried the next time.
-  const bool short_form = (info_.broadcast.type == DeviceType::mid40) == (info_.counters.handshakes % 2 == 0);
+  // not taken, the other one is tried the next time. One that was taken is the one for the next time, too.
+  const bool short_form = (info_.broadcast.type == DeviceType::mid40) != tries_other_form_;
   Handshake handshake{host_.ip, host_.data_port, host_.command_port, host_.imu_port};
   if (short_form) handshake.imu_port.reset();
   handshake_seq_ = next_seq();
@@ -147,6 +147,7 @@ void DeviceLink::take_handshake_ack(std::int64_t now_ns, const ControlPayload& p
   const auto* ack = std::get_if<HandshakeAck>(&payload);
   if (ack == nullptr || ack->ret != ReturnCode::success) {
     info_.state = LinkState::waiting;
+    tries_other_form_ = !tries_other_form_;
     return tell(now_ns, HandshakeRefused{}, out);
   }
   info_.state = LinkState::identifying;
@@ -219,6 +220,7 @@ bool DeviceLink::is_wanted_work_state() const {
 void DeviceLink::tick(std::int64_t now_ns, ProtocolOutput& out) {
   if (info_.state == LinkState::handshaking && now_ns >= handshake_due_ns_) {
     info_.state = LinkState::waiting;
+    tries_other_form_ = !tries_other_form_;
     return tell(now_ns, HandshakeUnanswered{}, out);
   }
   if (!is_connected()) return;

@@ -156,6 +156,7 @@ class DeviceLink {
   std::uint16_t handshake_seq_ = 0;
   std::int64_t handshake_due_ns_ = 0;
   std::optional<std::int64_t> last_handshake_ns_;
+  bool tries_other_form_ = false;  ///< Of the handshake than the model's usual one.
   std::int64_t life_ns_ = 0;  ///< Of the handshake's or the last heartbeat's ack.
   std::int64_t heartbeat_due_ns_ = 0;
   std::array<std::optional<std::uint16_t>, 4> heartbeats_{};  ///< Numbers not answered yet, newest first.

@@ -56,6 +56,26 @@ TEST(Connection, SendsTheFormOfTheHandshakeThatTheModelKnowsAndTheOtherNext) {
   EXPECT_THAT(desk.told<HandshakeUnanswered>(), SizeIs(3));
 }
 
+TEST(Connection, TheFormOfTheHandshakeThatWasTakenComesFirstTheNextTime) {
+  Desk desk;
+  const auto next_size = [&desk] {
+    desk.hear_broadcast();
+    return desk.sent(Command::handshake)->payload.size();
+  };
+  EXPECT_EQ(next_size(), 10U);
+  desk.answer(HandshakeAck{});
+  desk.pass(3100);
+  ASSERT_EQ(desk.state(), LinkState::waiting);
+  EXPECT_EQ(next_size(), 10U);
+  desk.answer(HandshakeAck{ReturnCode::failure});
+  desk.pass(1000);
+  EXPECT_EQ(next_size(), 8U);
+  desk.answer(HandshakeAck{});
+  desk.pass(3100);
+  ASSERT_EQ(desk.state(), LinkState::waiting);
+  EXPECT_EQ(next_size(), 8U);
+}
+
 TEST(Connection, ASecondHostThatOwnsTheDeviceIsToldAndWaitedFor) {
   Desk desk;
   desk.hear_broadcast();
