@@ -150,6 +150,7 @@ class Capture {
     summary.dropped_control = parts_.driver.dropped_control();
     summary.forgotten_until_ns = figures.forgotten_until_ns;
     if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
+    summary.end_ns = end_ns_;
     summary.gaps = log_.gaps();
     const std::vector<std::string> gaps = stream_gaps(rig_, figures.ingest);
     summary.gaps.insert(summary.gaps.end(), gaps.begin(), gaps.end());
@@ -213,6 +214,7 @@ class Capture {
     for (const livox::Event& event : parts_.driver.control().take_events()) log_.add(event);
     log_.compare(now_ns(), parts_.driver.interfaces());
     for (const auto& camera : parts_.cameras) {
+    log_.compare(now_ns(), parts_.driver.devices());
       for (const CaptureEvent& event : camera->take_events())
         log_.add(event.stamp_ns, camera->status().sensor, event.text, event.is_gap);
     }
@@ -257,6 +259,7 @@ class Capture {
   void shut_down(const RunContext& context) {
     const auto begun = Clock::now();
     look();
+    end_ns_ = now_ns();
     log_.end();
     if (parts_.trigger != nullptr) parts_.trigger->finish();
     for (const auto& camera : parts_.cameras) camera->stop();
@@ -291,6 +294,7 @@ class Capture {
   DiskWatch disk_;
   ThreadWatch threads_;
   double closing_s_ = 0.0;
+  std::int64_t end_ns_ = 0;
   std::int64_t worst_behind_ns_ = 0;
   std::optional<StopReading> reading_;
 };
@@ -298,8 +302,14 @@ class Capture {
 }  // namespace
 
 bool CaptureSummary::is_complete() const {
-  const bool all_there = std::all_of(status.devices.begin(), status.devices.end(), [](const CaptureDevice& device) {
-    return device.report.packets > 0 && device.report.link.counters.losses == 0;
+std::int64_t CaptureSummary::silence_ns(const CaptureDevice& device) const {
+  return std::max<std::int64_t>(0, end_ns - device.report.last_packet_ns);
+}
+
+  const bool all_there = std::all_of(status.devices.begin(), status.devices.end(), [this](const CaptureDevice& device) {
+    const livox::LinkCounters& link = device.report.link.counters;
+    return device.report.packets > 0 && link.losses == 0 && link.interruptions == 0 &&
+           silence_ns(device) <= kLongestSilenceNs;
   });
   const bool all_kept = std::all_of(interfaces.begin(), interfaces.end(), [](const livox::InterfaceReport& report) {
     return report.counters.dropped_by_kernel == 0 && report.counters.dropped_by_queue == 0;
@@ -310,7 +320,7 @@ bool CaptureSummary::is_complete() const {
   });
   const CaptureProgress& progress = status.progress;
   const bool all_in = progress.state != CaptureState::failed && progress.stops >= progress.wanted_stops;
-  return all_there && all_kept && all_seen && all_in;
+  return all_there && all_kept && dropped_control == 0 && all_seen && all_in;
 }
 
 Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver_options,

@@ -30,14 +30,17 @@ struct CaptureSummary {
   std::uint64_t recorded = 0;           ///< All datagrams, also those that --keep has thrown away since.
   std::uint64_t dropped_control = 0;
   std::optional<std::int64_t> forgotten_until_ns;
+  std::int64_t end_ns = 0;  ///< Session time at which it was ended; closing comes after that.
   std::vector<std::string> gaps;
   std::vector<std::string> notes;      ///< What was less good than it could be, with its mend.
   double closing_s = 0.0;              ///< From its end until all was recorded, the devices free and the stops read.
   std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
 
-  /// Every LiDAR and every camera has sent and was there to the end, nothing got lost in this machine, and all stops
-  /// that were asked for are in.
+  /// Every LiDAR and every camera has sent, without interruption and to the end, nothing got lost in this machine, and
+  /// all stops that were asked for are in.
   [[nodiscard]] bool is_complete() const;
+  /// How long nothing had come from a LiDAR when the capture was ended.
+  [[nodiscard]] std::int64_t silence_ns(const CaptureDevice& device) const;
 };
 
 /// Records the LiDARs and cameras of a rig into a session until it is told to stop, its time is over or its stops are

@@ -55,6 +55,18 @@ void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::Interface
   }
 }
 
+void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::DeviceReport>& devices) {
+  for (std::size_t i = 0; i < devices.size() && i < sensors_.size(); ++i) {
+    const livox::DeviceReport& device = devices[i];
+    const bool is_sampling = device.link.state == livox::LinkState::sampling && device.packets > 0;
+    const bool is_silent = is_sampling && now_ns - device.last_packet_ns > kLongestSilenceNs;
+    if (is_silent == is_silent_[i]) continue;
+    is_silent_[i] = is_silent;
+    if (is_silent) add(now_ns, sensors_[i], "no packet has come for 2 s, though it answers", true);
+    if (!is_silent && is_sampling) add(now_ns, sensors_[i], "packets come again", false);
+  }
+}
+
 void CaptureLog::add(std::int64_t stamp_ns, const std::string& about, const std::string& what, bool is_gap) {
   const std::string text = about + ": " + what;
   std::string& last = last_[about];

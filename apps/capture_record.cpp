@@ -65,8 +65,10 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
     counters.erase("points");  // Nobody has looked at them.
     counters.erase("imu_samples");
   }
-  for (const CaptureDevice& device : status.devices)
+  for (const CaptureDevice& device : status.devices) {
     all[device.sensor]["connection_losses"] = device.report.link.counters.losses;
+    all[device.sensor]["interruptions"] = device.report.link.counters.interruptions;
+  }
   for (const CaptureCamera& camera : status.cameras) {
     const camera::CameraCounters& counters = camera.counters;
     all[camera.sensor] = {{"frames", counters.whole()},

@@ -141,6 +141,7 @@ nlohmann::ordered_json device_json(const CaptureDevice& device) {
           {"drift_ppm", device.drift_ppm},
           {"connection_losses", link.counters.losses},
           {"status", link.status},
+          {"interruptions", link.counters.interruptions},
           {"says", status_words(link.status)}};
 }
 
@@ -158,6 +159,17 @@ nlohmann::ordered_json interface_json(const livox::InterfaceReport& report) {
 }
 
 }  // namespace
+// What keeps it from being complete.
+std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& device) {
+  if (device.report.packets == 0) return ": it never sent anything";
+  std::string text;
+  if (const std::uint64_t times = device.report.link.counters.interruptions; times > 0)
+    text += ", interrupted " + std::to_string(times) + (times == 1 ? " time" : " times");
+  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
+    text += ", nothing in the last " + std::to_string(silence_ns / 1'000'000'000) + " s";
+  return text;
+}
+
 
 std::vector<std::string> capture_lines(const CaptureStatus& status) {
   std::array<char, 96> head{};
@@ -189,11 +201,8 @@ std::string capture_text(const CaptureSummary& summary) {
     text += "; " + std::to_string(summary.status.stops.size()) + " stops found\n";
   }
   for (const CaptureDevice& device : summary.status.devices) {
-    std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(), "  %s: %llu packets, %llu lost%s\n", device.sensor.c_str(),
-                  static_cast<unsigned long long>(device.report.packets), static_cast<unsigned long long>(device.lost),
-                  device.report.packets == 0 ? ": it never sent anything" : "");
-    text += line.data();
+    text += "  " + device.sensor + ": " + std::to_string(device.report.packets) + " packets, " +
+            std::to_string(device.lost) + " lost" + lidar_trouble(summary, device) + "\n";
   }
   for (const CaptureCamera& camera : summary.status.cameras) {
     std::array<char, 200> line{};

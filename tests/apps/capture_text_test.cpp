@@ -111,6 +111,27 @@ TEST(CaptureSummary, IsAsItsSchemaSays) {
   summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
   EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
   summary.forgotten_until_ns = noon_ns;
+TEST(CaptureSummary, IsNotCompleteWhereALidarStoppedToSendThoughItAnswered) {
+  CaptureSummary summary = two_lidars();
+  summary.end_ns = noon_ns;
+  for (CaptureDevice& device : summary.status.devices) device.report.last_packet_ns = noon_ns - 1'900'000'000;
+  EXPECT_TRUE(summary.is_complete());
+  summary.status.devices[0].report.last_packet_ns = noon_ns - 12'500'000'000;
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("avia: 30000 packets, 303 lost, nothing in the last 12 s\n"));
+  summary.status.devices[0].report.last_packet_ns = noon_ns + 5;  // It came while the devices were being freed.
+  EXPECT_TRUE(summary.is_complete());
+  summary.status.devices[1].report.link.counters.interruptions = 2;
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost, interrupted 2 times\n"));
+}
+
+TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
+  CaptureSummary summary = two_lidars();
+  summary.dropped_control = 1;
+  EXPECT_FALSE(summary.is_complete());
+}
+
   EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
   EXPECT_THAT(capture_text(summary), HasSubstr("everything before 2026-09-21 14:13:20.000 UTC was thrown away"));
 }
@@ -160,6 +181,26 @@ TEST_F(Log, TellsOfLossesInThisMachineAsTheyGrow) {
   log.compare(noon_ns, interfaces);
   interfaces[0].counters.dropped_by_kernel = 40;
   log.compare(noon_ns, interfaces);
+TEST_F(Log, TellsOnceOfALidarThatSendsNothingThoughItAnswers) {
+  std::vector<livox::DeviceReport> devices(2);
+  for (livox::DeviceReport& device : devices) {
+    device.link.state = livox::LinkState::sampling;
+    device.packets = 9;
+    device.last_packet_ns = noon_ns;
+  }
+  log.compare(noon_ns + 1'900'000'000, devices);
+  EXPECT_THAT(log.events(), IsEmpty());
+  devices[0].last_packet_ns = noon_ns + 4'000'000'000;
+  for (int i = 0; i < 3; ++i) log.compare(noon_ns + 5'000'000'000, devices);
+  EXPECT_THAT(log.gaps(), ElementsAre("2026-09-21 14:13:25.000 left: no packet has come for 2 s, though it answers"));
+  devices[1].last_packet_ns = noon_ns + 5'900'000'000;
+  log.compare(noon_ns + 6'000'000'000, devices);
+  EXPECT_EQ(log.events().back(), "2026-09-21 14:13:26.000 left: packets come again");
+  devices[1].link.state = livox::LinkState::preparing;  // Then it is known why.
+  log.compare(noon_ns + 60'000'000'000, {devices[1], devices[1]});
+  EXPECT_THAT(log.events(), SizeIs(2));
+}
+
   log.compare(noon_ns, interfaces);
   interfaces[0].counters.dropped_by_kernel = 42;
   interfaces[0].counters.dropped_by_queue = 3;

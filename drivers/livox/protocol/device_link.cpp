@@ -179,7 +179,7 @@ void DeviceLink::take_heartbeat_ack(std::int64_t now_ns, const HeartbeatAck& ack
   }
   const bool set_up = info_.state == LinkState::configuring || info_.state == LinkState::resting ||
                       info_.state == LinkState::idle || info_.state == LinkState::sampling;
-  if (set_up && !is_wanted_work_state()) prepare(now_ns, out);
+  if (set_up && !is_wanted_work_state()) prepare(now_ns, false, out);
   advance(now_ns, out);
 }
 

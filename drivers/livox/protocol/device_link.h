@@ -63,9 +63,10 @@ struct WantedDevice {
 struct LinkCounters {
   std::uint64_t handshakes = 0;
   std::uint64_t losses = 0;
-  std::uint64_t repeated = 0;    ///< Requests sent again.
-  std::uint64_t stray_acks = 0;  ///< That answer nothing: late, twice, or with a wrong number.
-  std::uint64_t unreadable = 0;  ///< Acks and messages whose payload makes no sense.
+  std::uint64_t interruptions = 0;  ///< Times that sampling ended though nobody here wanted it to; also by losses.
+  std::uint64_t repeated = 0;       ///< Requests sent again.
+  std::uint64_t stray_acks = 0;     ///< That answer nothing: late, twice, or with a wrong number.
+  std::uint64_t unreadable = 0;     ///< Acks and messages whose payload makes no sense.
   std::uint64_t refused_heartbeats = 0;
   std::uint64_t utc_taken = 0;    ///< Times of day that the device took,
   std::uint64_t utc_refused = 0;  ///< and that it did not.
@@ -139,7 +140,8 @@ class DeviceLink {
   void identify(std::int64_t now_ns, const DeviceInformationAck& ack, ProtocolOutput& out);
   void advance(std::int64_t now_ns, ProtocolOutput& out);
   bool advance_once(std::int64_t now_ns, ProtocolOutput& out);
-  void prepare(std::int64_t now_ns, ProtocolOutput& out);
+  void prepare(std::int64_t now_ns, bool is_wanted, ProtocolOutput& out);
+  void end_sampling(std::int64_t now_ns, bool is_wanted, ProtocolOutput& out);
   void lose(std::int64_t now_ns, LossCause cause, ProtocolOutput& out);
   void close(std::int64_t now_ns, ProtocolOutput& out);
   void send(const Endpoint& to, std::vector<std::uint8_t> bytes, ProtocolOutput& out) const;
@@ -154,9 +156,9 @@ class DeviceLink {
   std::uint16_t seq_ = 0;
 
   std::uint16_t handshake_seq_ = 0;
+  bool tries_other_form_ = false;  ///< Of the handshake than the model's usual one.
   std::int64_t handshake_due_ns_ = 0;
   std::optional<std::int64_t> last_handshake_ns_;
-  bool tries_other_form_ = false;  ///< Of the handshake than the model's usual one.
   std::int64_t life_ns_ = 0;  ///< Of the handshake's or the last heartbeat's ack.
   std::int64_t heartbeat_due_ns_ = 0;
   std::array<std::optional<std::uint16_t>, 4> heartbeats_{};  ///< Numbers not answered yet, newest first.

@@ -140,10 +140,16 @@ bool DeviceLink::advance_once(std::int64_t now_ns, ProtocolOutput& out) {
 }
 
 // Back to where the wanted work state is waited for; the settings are sent again then.
-void DeviceLink::prepare(std::int64_t now_ns, ProtocolOutput& out) {
+void DeviceLink::prepare(std::int64_t now_ns, bool is_wanted, ProtocolOutput& out) {
   if (exchange_ && (exchange_->purpose == Purpose::setup || exchange_->purpose == Purpose::sampling)) exchange_.reset();
-  if (info_.state == LinkState::sampling) tell(now_ns, SamplingChanged{false}, out);
+  end_sampling(now_ns, is_wanted, out);
   info_.state = LinkState::preparing;
+}
+
+void DeviceLink::end_sampling(std::int64_t now_ns, bool is_wanted, ProtocolOutput& out) {
+  if (info_.state != LinkState::sampling) return;
+  if (!is_wanted) ++info_.counters.interruptions;
+  tell(now_ns, SamplingChanged{false}, out);
 }
 
 Expected<void> DeviceLink::request(std::int64_t now_ns, ControlPayload request, ProtocolOutput& out) {
@@ -175,14 +181,14 @@ void DeviceLink::set_power(std::int64_t now_ns, PowerMode mode, ProtocolOutput& 
   wanted_.power = mode;
   power_due_ns_ = now_ns;
   const bool set_up = is_connected() && info_.state != LinkState::identifying && info_.state != LinkState::leaving;
-  if (set_up && !is_wanted_work_state()) prepare(now_ns, out);
+  if (set_up && !is_wanted_work_state()) prepare(now_ns, true, out);
   advance(now_ns, out);
 }
 
 void DeviceLink::leave(std::int64_t now_ns, ProtocolOutput& out) {
   if (info_.state == LinkState::leaving || info_.state == LinkState::closed) return;
   if (!is_connected()) return close(now_ns, out);
-  if (info_.state == LinkState::sampling) tell(now_ns, SamplingChanged{false}, out);
+  end_sampling(now_ns, true, out);
   exchange_.reset();
   requests_.clear();
   info_.state = LinkState::leaving;
@@ -192,7 +198,7 @@ void DeviceLink::leave(std::int64_t now_ns, ProtocolOutput& out) {
 }
 
 void DeviceLink::lose(std::int64_t now_ns, LossCause cause, ProtocolOutput& out) {
-  if (info_.state == LinkState::sampling) tell(now_ns, SamplingChanged{false}, out);
+  end_sampling(now_ns, cause == LossCause::rebooting || cause == LossCause::disconnected, out);
   if (exchange_ && exchange_->purpose == Purpose::user)
     tell(now_ns, RequestEnded{exchange_->command, Outcome::lost, RawControl{}}, out);
   for (const ControlPayload& request : requests_)

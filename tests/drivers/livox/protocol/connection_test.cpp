@@ -198,6 +198,50 @@ TEST(Connection, ADeviceThatSpinsDownAndUpIsSetUpAgain) {
   EXPECT_EQ(desk.state(), LinkState::sampling);
 }
 
+TEST(Connection, CountsHowOftenSamplingEndedUnasked) {
+  Desk desk;
+  desk.sample();
+  desk.pass(800);
+  desk.beat(WorkState::standby);  // It is too hot, or somebody else has told it to.
+  EXPECT_EQ(desk.info().counters.interruptions, 1U);
+  EXPECT_EQ(desk.info().counters.losses, 0U);
+  desk.pass(800);
+  desk.beat(WorkState::standby);
+  EXPECT_EQ(desk.info().counters.interruptions, 1U);
+  desk.pass(800);
+  desk.beat();
+  desk.answer(CoordinatesAck{});
+  desk.answer(SamplingAck{});
+  ASSERT_EQ(desk.state(), LinkState::sampling);
+  desk.pass(3100);
+  EXPECT_EQ(desk.info().counters.interruptions, 2U);
+  EXPECT_EQ(desk.info().counters.losses, 1U);
+}
+
+TEST(Connection, WhatWasAskedForIsNoInterruption) {
+  const auto interruptions_after = [](const auto& act) {
+    Desk desk;
+    desk.sample();
+    act(desk);
+    EXPECT_NE(desk.state(), LinkState::sampling);
+    return desk.info().counters.interruptions;
+  };
+  EXPECT_EQ(interruptions_after([](Desk& desk) { desk.protocol.leave(desk.now_ns, desk.out); }), 0U);
+  EXPECT_EQ(
+      interruptions_after([](Desk& desk) { desk.protocol.set_power(desk.now_ns, 0, PowerMode::standby, desk.out); }),
+      0U);
+  EXPECT_EQ(interruptions_after([](Desk& desk) {
+              desk.protocol.set_sampling(desk.now_ns, 0, false, desk.out);
+              desk.answer(SamplingAck{});
+            }),
+            0U);
+  EXPECT_EQ(interruptions_after([](Desk& desk) {
+              ASSERT_TRUE(desk.protocol.request(desk.now_ns, 0, RebootRequest{100}, desk.out).has_value());
+              desk.answer(RebootAck{});
+            }),
+            0U);
+}
+
 TEST(Connection, LeavingStopsAndFreesTheDevice) {
   Desk desk;
   desk.sample();
