@@ -57,6 +57,12 @@ Expected<std::vector<Interface>> list_interfaces() {
   return interfaces;
 }
 
+std::string interface_name(int index) {
+  std::array<char, IF_NAMESIZE> name{};
+  if (if_indextoname(static_cast<unsigned>(index), name.data()) == nullptr) return "interface " + std::to_string(index);
+  return name.data();
+}
+
 bool is_in_subnet(const Interface& interface, const Ipv4& ip) {
   for (std::size_t i = 0; i < ip.size(); ++i)
     if (((ip[i] ^ interface.ip[i]) & interface.mask[i]) != 0) return false;

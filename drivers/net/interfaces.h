@@ -25,6 +25,9 @@ struct Interface {
 /// In the system's order. Errors: the system refuses.
 [[nodiscard]] Expected<std::vector<Interface>> list_interfaces();
 
+/// By the system's number; in words where there is none of it any more.
+[[nodiscard]] std::string interface_name(int index);
+
 /// Whether an address lies in the subnet of an interface.
 [[nodiscard]] bool is_in_subnet(const Interface& interface, const Ipv4& ip);
 

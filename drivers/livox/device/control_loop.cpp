@@ -98,10 +98,15 @@ void ControlLoop::hear(net::UdpSocket& socket, std::optional<std::size_t> host) 
   if (!count) return;  // The interface is down; heartbeats tell what comes of it.
   for (std::size_t i = 0; i < *count; ++i) {
     const net::Received& received = batch_[i];
-    const std::size_t at = host ? *host : host_of(wiring_.hosts, received.interface, received.from.ip);
-    if (at >= wiring_.hosts.size()) continue;  // Of an interface that was not chosen.
-    ring_.push({clock_.from_realtime(received.realtime_ns), received.from, received.to, received.bytes});
-    protocol_.receive(clock_.latest().monotonic_ns, at, received.from, received.bytes, output_);
+    const std::size_t at = host ? *host : host_of(wiring_.hosts, received);
+    const net::ClockReading& now = clock_.latest();
+    if (at >= wiring_.hosts.size()) {
+      protocol_.receive_elsewhere(now.monotonic_ns, net::interface_name(received.interface), received.from,
+                                  received.bytes, output_);
+      continue;
+    }
+    ring_.push({clock_.from_recent_realtime(received.realtime_ns, now), received.from, received.to, received.bytes});
+    protocol_.receive(now.monotonic_ns, at, received.from, received.bytes, output_);
   }
 }
 

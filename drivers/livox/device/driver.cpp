@@ -27,6 +27,10 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
   driver->session_start_ = net::read_clocks();
   std::vector<std::uint16_t> data_ports;
   for (const net::Interface& host : driver->hosts_) {
+    if (!host.is_up)
+      driver->notes_.push_back(host.name +
+                               " has no carrier yet; LiDARs behind it are waited for: plug the cable in and " +
+                               "switch on what is at its other end, or: sudo ip link set " + host.name + " up");
     net::UdpOptions socket;
     socket.local = {host.ip, 0};
     socket.receive_bytes = options.receive_bytes;

@@ -22,6 +22,11 @@ struct EventText {
   std::string operator()(const Unreachable& event) const {
     return device_text(event.broadcast, event.ip) + " is not in the subnet of the interface that hears it";
   }
+  std::string operator()(const HeardElsewhere& event) const {
+    return device_text(event.broadcast, event.ip) + " is heard on " + event.interface +
+           ", which is not listened on: end and start again, where that is the right interface; `lidar: {interface: "
+           "...}` of the rig file names it";
+  }
   std::string operator()(const AddressConflict& event) const {
     return "another device has the same address: " + device_text(event.broadcast, event.ip);
   }

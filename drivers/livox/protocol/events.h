@@ -22,6 +22,12 @@ struct Unreachable {
   Broadcast broadcast;
   Ipv4 ip{};
 };
+/// A device that is wanted broadcasts where this host does not listen for packets.
+struct HeardElsewhere {
+  Broadcast broadcast;
+  Ipv4 ip{};
+  std::string interface;
+};
 /// Another device (this one) speaks from the address of the connected one.
 struct AddressConflict {
   Broadcast broadcast;
@@ -74,8 +80,9 @@ struct Lost {
 /// The device was given free; nothing more comes of it.
 struct Closed {};
 
-using EventContent = std::variant<Seen, Unreachable, AddressConflict, HandshakeRefused, HandshakeUnanswered, Connected,
-                                  WorkStateChanged, StatusChanged, SamplingChanged, RequestEnded, Lost, Closed>;
+using EventContent =
+    std::variant<Seen, Unreachable, HeardElsewhere, AddressConflict, HandshakeRefused, HandshakeUnanswered, Connected,
+                 WorkStateChanged, StatusChanged, SamplingChanged, RequestEnded, Lost, Closed>;
 
 constexpr std::size_t kNoDevice = SIZE_MAX;
 

@@ -37,7 +37,7 @@ Expected<HostProtocol> HostProtocol::create(std::vector<HostAddress> hosts, std:
 }
 
 HostProtocol::HostProtocol(std::vector<HostAddress> hosts, std::vector<WantedDevice> devices)
-    : hosts_(std::move(hosts)) {
+    : hosts_(std::move(hosts)), is_told_elsewhere_(devices.size(), false) {
   links_.reserve(devices.size());
   for (WantedDevice& device : devices) links_.emplace_back(links_.size(), std::move(device));
   sightings_.reserve(kMaxSightings);
@@ -90,6 +90,19 @@ void HostProtocol::receive_broadcast(std::int64_t now_ns, std::size_t host, cons
     return;
   }
   links_[device].receive_broadcast(now_ns, *broadcast, from, hosts_[host], host, out);
+}
+
+void HostProtocol::receive_elsewhere(std::int64_t now_ns, const std::string& interface, const Endpoint& from,
+                                     ByteView bytes, ProtocolOutput& out) {
+  const std::int64_t now = forward(now_ns);
+  const auto frame = parse_control_frame(bytes);
+  if (!frame || !is_broadcast(*frame)) return;
+  const auto broadcast = parse_broadcast(*frame);
+  if (!broadcast) return;
+  const std::size_t device = find_wanted(*broadcast, from.ip);
+  if (device == kNoDevice || links_[device].is_connected() || is_told_elsewhere_[device]) return;
+  is_told_elsewhere_[device] = true;
+  out.events.push_back({now, device, HeardElsewhere{*broadcast, from.ip, interface}});
 }
 
 std::size_t HostProtocol::find_wanted(const Broadcast& broadcast, const Ipv4& ip) const {

@@ -44,6 +44,10 @@ class HostProtocol {
 
   /// A datagram that came in on the interface of `host`, on the discovery or the command port. Any bytes are safe.
   void receive(std::int64_t now_ns, std::size_t host, const Endpoint& from, ByteView bytes, ProtocolOutput& out);
+  /// A datagram that came in for discovery on an interface without a host address: a wanted device there is told of
+  /// once.
+  void receive_elsewhere(std::int64_t now_ns, const std::string& interface, const Endpoint& from, ByteView bytes,
+                         ProtocolOutput& out);
   /// To be called at `deadline_ns`, or more often.
   void tick(std::int64_t now_ns, ProtocolOutput& out);
   [[nodiscard]] std::optional<std::int64_t> deadline_ns() const;
@@ -77,6 +81,7 @@ class HostProtocol {
 
   std::vector<HostAddress> hosts_;
   std::vector<DeviceLink> links_;
+  std::vector<bool> is_told_elsewhere_;  ///< By device.
   std::vector<Sighting> sightings_;
   ProtocolCounters counters_;
   std::int64_t now_ns_ = INT64_MIN;

@@ -21,7 +21,10 @@ TEST(Interfaces, ListTheLoopback) {
   EXPECT_EQ(prefix_length(loopback->mask), 8);
   EXPECT_TRUE(is_in_subnet(*loopback, {127, 0, 0, 179}));
   EXPECT_FALSE(is_in_subnet(*loopback, {128, 0, 0, 1}));
+  EXPECT_EQ(interface_name(loopback->index), loopback->name);
 }
+
+TEST(Interfaces, HaveANumberWhereTheyHaveNoNameAnyMore) { EXPECT_EQ(interface_name(1 << 30), "interface 1073741824"); }
 
 }  // namespace
 }  // namespace rigcal::net

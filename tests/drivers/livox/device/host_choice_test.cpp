@@ -6,6 +6,7 @@
 namespace rigcal::livox {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
 
@@ -49,13 +50,46 @@ TEST(HostChoice, TakesWhatIsNamed) {
   EXPECT_THAT(none.error().message(), HasSubstr("eth2 192.168.1.6 (down)"));
 }
 
+TEST(HostChoice, ListensWhereACarrierMayComeLater) {
+  const net::Interface dark{"eth3", 5, {192, 168, 3, 5}, {255, 255, 255, 0}, false, false, 1500};
+  const auto names_of = [](const Expected<std::vector<net::Interface>>& hosts) {
+    std::vector<std::string> names;
+    if (hosts) {
+      for (const net::Interface& host : *hosts) names.push_back(host.name);
+    }
+    return names;
+  };
+  EXPECT_THAT(names_of(choose_hosts({dark, eth0}, device_at({192, 168, 3, 21}), "auto", "auto")),
+              ElementsAre("eth0", "eth3"));
+  EXPECT_THAT(names_of(choose_hosts({dark, eth0}, device_at({10, 0, 0, 21}), "auto", "auto")), ElementsAre("eth0"));
+  // Where nothing else is up, the address of the device in the rig file need not be right.
+  EXPECT_THAT(names_of(choose_hosts({lo, dark}, device_at({10, 0, 0, 21}), "auto", "auto")), ElementsAre("eth3"));
+  EXPECT_THAT(names_of(choose_hosts({dark, eth0}, {WantedDevice{"3JEDHC900100791", {}, {}}}, "auto", "auto")),
+              ElementsAre("eth0", "eth3"));
+}
+
+net::Received came_in(int interface, const Ipv4& from, const Ipv4& local_ip = {}) {
+  net::Received received;
+  received.interface = interface;
+  received.from.ip = from;
+  received.local_ip = local_ip;
+  return received;
+}
+
 TEST(HostChoice, KnowsWhereADatagramCameIn) {
   const std::vector<net::Interface> hosts{eth0, eth1, eth1b};
-  EXPECT_EQ(host_of(hosts, 3, {192, 168, 2, 40}), 2U);
-  EXPECT_EQ(host_of(hosts, 3, {192, 168, 1, 40}), 1U);
-  EXPECT_EQ(host_of(hosts, 3, {172, 16, 0, 1}), 1U);  // Of no subnet: the interface tells.
-  EXPECT_EQ(host_of(hosts, 2, {192, 168, 1, 40}), 0U);
-  EXPECT_EQ(host_of(hosts, 9, {192, 168, 1, 40}), 3U);
+  EXPECT_EQ(host_of(hosts, came_in(3, {192, 168, 2, 40})), 2U);
+  EXPECT_EQ(host_of(hosts, came_in(3, {192, 168, 1, 40})), 1U);
+  EXPECT_EQ(host_of(hosts, came_in(3, {172, 16, 0, 1})), 1U);  // Of no subnet: the interface tells.
+  EXPECT_EQ(host_of(hosts, came_in(2, {192, 168, 1, 40})), 0U);
+  EXPECT_EQ(host_of(hosts, came_in(9, {192, 168, 1, 40})), 3U);
+}
+
+TEST(HostChoice, KnowsAnAdapterThatWasPluggedInAnewByItsAddress) {
+  const std::vector<net::Interface> hosts{eth0, eth1, eth1b};
+  EXPECT_EQ(host_of(hosts, came_in(9, {192, 168, 2, 40}, {192, 168, 2, 5})), 2U);
+  EXPECT_EQ(host_of(hosts, came_in(9, {192, 168, 2, 40}, {192, 168, 2, 6})), 3U);
+  EXPECT_EQ(host_of(hosts, came_in(2, {192, 168, 2, 40}, {192, 168, 2, 5})), 0U);  // The number goes before.
 }
 
 }  // namespace

@@ -102,6 +102,20 @@ TEST_F(TwoHosts, TellOfDevicesInAnotherSubnetAndDoNotTakeThem) {
   EXPECT_EQ(protocol.device(0).state, LinkState::waiting);
 }
 
+TEST_F(TwoHosts, TellOnceOfADeviceThatIsHeardWhereNobodyListens) {
+  const Endpoint from{{192, 168, 9, 21}, kDevicePort};
+  const std::vector<std::uint8_t> bytes = make_broadcast(mid40("0TFDG3B00600552"), 1);
+  for (int i = 0; i < 3; ++i) protocol.receive_elsewhere(now, "eth3", from, bytes, out);
+  protocol.receive_elsewhere(now, "eth3", from, make_broadcast(mid40("0TFDOTHER600551"), 1), out);
+  protocol.receive_elsewhere(now, "eth3", from, ByteView{}, out);
+  const auto elsewhere = told<HeardElsewhere>(out);
+  ASSERT_THAT(elsewhere, SizeIs(1));
+  EXPECT_EQ(elsewhere[0].device, 1U);
+  EXPECT_THAT(event_text(elsewhere[0].content), HasSubstr("0TFDG3B00600552 at 192.168.9.21 is heard on eth3"));
+  EXPECT_TRUE(out.frames.empty());
+  EXPECT_EQ(protocol.device(1).state, LinkState::waiting);
+}
+
 TEST_F(TwoHosts, TellOfTwoDevicesWithOneAddress) {
   hear(mid40("0TFDG3B00600551"), {192, 168, 1, 21});
   take_all();

@@ -201,6 +201,10 @@ const std::vector<Row>& table() {
        [](Desk& d) {
          d.hear({{10, 0, 0, 139}, kDevicePort}, make_broadcast(d.broadcast, 1));
        }},
+      {"a broadcast where nobody listens", "whipcrdslx",
+       [](Desk& d) {
+         d.protocol.receive_elsewhere(d.now_ns, "eth3", d.device, make_broadcast(d.broadcast, 1), d.out);
+       }},
       {"a user's requests of every kind, not answered", "whipcrdslx",
        [](Desk& d) {
          for_each_payload([&d](const ControlPayload& payload) {
