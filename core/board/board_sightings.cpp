@@ -16,6 +16,11 @@ constexpr double most_agree_plate = 0.2;    // beyond which a board is another o
 constexpr double same_motion_rad = to_rad(5.0);
 constexpr double same_motion_share = 0.3;  // of the plate's shorter side
 constexpr std::size_t most_hypotheses = 600;
+constexpr std::size_t most_refined = 4;
+constexpr double as_good = 0.8;  // of the best score: then a guess chooses
+constexpr double clearly_farther = 3.0;
+constexpr double clearly_farther_rad = 0.2;
+constexpr double clearly_farther_share = 0.2;  // of the plate's shorter side
 
 struct Match {
   const BoardSighting* a = nullptr;
@@ -81,6 +86,44 @@ bool is_same(const SE3& a, const SE3& b, const BoardModel& board) {
          (a.t - b.t).norm() < same_motion_share * board.size().minCoeff();
 }
 
+// How far a motion is from a guess. Of motions that turn the boards differently the turn tells, since a rough guess is
+// better known in it than where boards stand far away; else, where boards look alike, where they are put.
+class Closeness {
+ public:
+  Closeness(const SE3& guess_T_a_b, const Stops& stops, const BoardModel& board)
+      : guess_T_a_b_(guess_T_a_b), stops_(stops), board_(board) {}
+
+  [[nodiscard]] bool is_nearer(const SE3& x, const SE3& y) const { return is_nearer(x, y, 1.0, 0.0, 0.0); }
+
+  /// So much nearer that the guess leaves nothing of `y`.
+  [[nodiscard]] bool rules_out(const SE3& x, const SE3& y) const {
+    return is_nearer(x, y, clearly_farther, clearly_farther_rad, clearly_farther_share * board_.size().minCoeff());
+  }
+
+ private:
+  [[nodiscard]] bool is_nearer(const SE3& x, const SE3& y, double times, double more_rad, double more_m) const {
+    if (rotation_distance(x.R, y.R) > same_motion_rad)
+      return times * rotation_distance(x.R, guess_T_a_b_.R) + more_rad < rotation_distance(y.R, guess_T_a_b_.R);
+    return times * off_m(x) + more_m < off_m(y);
+  }
+
+  [[nodiscard]] double off_m(const SE3& T_a_b) const {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const auto& [stop, both] : stops_) {
+      for (const BoardSighting* b : both.second) {
+        sum += board_.corner_distance(T_a_b * b->T_sensor_board, guess_T_a_b_ * b->T_sensor_board);
+        count += 1.0;
+      }
+    }
+    return sum / count;
+  }
+
+  const SE3& guess_T_a_b_;
+  const Stops& stops_;
+  const BoardModel& board_;
+};
+
 std::vector<SE3> hypotheses(const Stops& stops) {
   std::vector<SE3> out;
   for (const auto& [stop, both] : stops) {
@@ -98,6 +141,39 @@ std::vector<SE3> hypotheses(const Stops& stops) {
   std::vector<SE3> few;
   for (std::size_t k = 0; k < most_hypotheses; ++k) few.push_back(out[k * out.size() / most_hypotheses]);
   return few;
+}
+
+// Of those that explain the boards about as well as the first, which is best, the one nearest to the guess.
+std::size_t chosen(const std::vector<Scored>& best_first, const std::optional<Closeness>& guess) {
+  std::size_t best = 0;
+  if (!guess) return best;
+  for (std::size_t k = 1; k < best_first.size() && best_first[k].score > as_good * best_first[0].score; ++k) {
+    if (guess->is_nearer(best_first[k].T_a_b, best_first[best].T_a_b)) best = k;
+  }
+  return best;
+}
+
+// Of the best, and of what is as good and nearest to the guess, each by all boards that agree with it; best first.
+std::vector<Scored> refined_motions(const std::vector<Scored>& scored, const Stops& stops, const BoardModel& board,
+                                    const std::optional<Closeness>& guess) {
+  std::vector<Scored> refined;
+  const auto refine = [&](Scored better) {
+    for (int pass = 0; pass < 3; ++pass) {
+      Scored next = score_of(closed_form_of(better, board), stops, board);
+      if (next.score <= better.score) break;
+      better = std::move(next);
+    }
+    const bool known = std::any_of(refined.begin(), refined.end(),
+                                   [&](const Scored& r) { return is_same(r.T_a_b, better.T_a_b, board); });
+    if (!known) refined.push_back(std::move(better));
+  };
+  if (guess) refine(scored[chosen(scored, guess)]);
+  for (const Scored& candidate : scored) {
+    if (refined.size() >= most_refined) break;
+    refine(candidate);
+  }
+  std::stable_sort(refined.begin(), refined.end(), [](const Scored& x, const Scored& y) { return x.score > y.score; });
+  return refined;
 }
 
 }  // namespace
@@ -171,46 +247,21 @@ std::optional<PairPlacementByBoards> place_pair(const std::vector<BoardSighting>
   }
   std::erase_if(stops, [](const auto& entry) { return entry.second.first.empty() || entry.second.second.empty(); });
   if (stops.empty()) return std::nullopt;
+  std::optional<Closeness> guess;
+  if (guess_T_a_b) guess.emplace(*guess_T_a_b, stops, board);
   std::vector<Scored> scored;
   for (const SE3& T : hypotheses(stops)) scored.push_back(score_of(T, stops, board));
   std::stable_sort(scored.begin(), scored.end(), [](const Scored& x, const Scored& y) { return x.score > y.score; });
-  // The few best, each by all boards that agree with it.
-  std::vector<Scored> refined;
-  for (const Scored& candidate : scored) {
-    if (refined.size() >= 4) break;
-    Scored better = candidate;
-    for (int pass = 0; pass < 3; ++pass) {
-      Scored next = score_of(closed_form_of(better, board), stops, board);
-      if (next.score <= better.score) break;
-      better = std::move(next);
-    }
-    const bool known = std::any_of(refined.begin(), refined.end(),
-                                   [&](const Scored& r) { return is_same(r.T_a_b, better.T_a_b, board); });
-    if (!known) refined.push_back(std::move(better));
-  }
-  std::stable_sort(refined.begin(), refined.end(), [](const Scored& x, const Scored& y) { return x.score > y.score; });
-  std::size_t best = 0;
-  if (guess_T_a_b) {
-    // Of those that explain the boards about as well, the one nearest to the guess.
-    for (std::size_t k = 1; k < refined.size() && refined[k].score > 0.8 * refined[0].score; ++k) {
-      if (rotation_distance(refined[k].T_a_b.R, guess_T_a_b->R) <
-          rotation_distance(refined[best].T_a_b.R, guess_T_a_b->R)) {
-        best = k;
-      }
-    }
-  }
+  const std::vector<Scored> refined = refined_motions(scored, stops, board, guess);
+  const std::size_t best = chosen(refined, guess);
   PairPlacementByBoards out;
   out.T_a_b = closed_form_of(refined[best], board);
   out.agreeing = refined[best].agreeing;
   out.shared = static_cast<int>(stops.size());
   for (std::size_t k = 0; k < refined.size(); ++k) {
-    if (k == best || out.other) continue;
-    out.other = refined[k].T_a_b;
-    out.runner_up = refined[best].score > 0.0 ? refined[k].score / refined[best].score : 1.0;
-  }
-  if (guess_T_a_b && best == 0 && out.other &&
-      rotation_distance(out.other->R, guess_T_a_b->R) > 3.0 * rotation_distance(out.T_a_b.R, guess_T_a_b->R) + 0.2) {
-    out.runner_up = 0.0;  // the guess rules it out
+    if (k == best || (guess && guess->rules_out(out.T_a_b, refined[k].T_a_b))) continue;
+    out.runner_up = refined[best].score > 0.0 ? std::min(1.0, refined[k].score / refined[best].score) : 1.0;
+    break;
   }
   return out;
 }

@@ -34,10 +34,9 @@ struct BoardSighting {
 /// Where one sensor sits in the frame of another, by the boards that both saw.
 struct PairPlacementByBoards {
   SE3 T_a_b;
-  int agreeing = 0;          ///< Stops at which a board of both lies on one place under T_a_b,
-  int shared = 0;            ///< of so many at which both saw any.
-  double runner_up = 0.0;    ///< Score of the best other motion over this one's, 0 .. 1.
-  std::optional<SE3> other;  ///< That motion.
+  int agreeing = 0;        ///< Stops at which a board of both lies on one place under T_a_b,
+  int shared = 0;          ///< of so many at which both saw any.
+  double runner_up = 0.0;  ///< Score of the best other motion that no guess rules out over this one's, 0 .. 1.
 };
 
 /// Tries the motion that each pair of sightings of one stop, in each of their turns, would mean, and takes the one

@@ -193,6 +193,19 @@ class BoardCalibration {
     return false;
   }
 
+  [[nodiscard]] int shared_places(std::size_t a, std::size_t b) const {
+    std::set<int> stops;
+    for (const BoardPlace& place : found_.places) {
+      const auto saw = [&](std::size_t sensor) {
+        return std::any_of(place.sightings.begin(), place.sightings.end(), [&](const BoardSighting& sighting) {
+          return static_cast<std::size_t>(sighting.sensor) == sensor;
+        });
+      };
+      if (place.why_out.empty() && saw(a) && saw(b)) stops.insert(place.stop);
+    }
+    return static_cast<int>(stops.size());
+  }
+
   [[nodiscard]] Verdict judge(std::size_t s) const {
     Verdict verdict;
     if (!placed_[s].known) {
@@ -204,13 +217,19 @@ class BoardCalibration {
     e.name = rig_.sensors[s].name;
     e.via = rig_.sensors[via].name;
     e.shared = placed_[s].pair.shared;
-    e.agreeing = placed_[s].pair.agreeing;
+    // Boards that the adjustment took for others no longer hold it.
+    e.agreeing = std::min(placed_[s].pair.agreeing, shared_places(s, via));
     e.runner_up = placed_[s].pair.runner_up;
     e.several_boards = saw_several(s) || saw_several(via);
     e.covariance = found_.covariances[s] * std::max(1.0, found_.chi2);
     e.observable = found_.observable;
     e.converged = found_.converged;
     e.hold_out = hold_out_[s];
+    if (placed_[s].via != rig_.base) {
+      e.via_failed = judge(via).status == Status::failed;
+      e.via_agreeing =
+          std::min(placed_[via].pair.agreeing, shared_places(via, static_cast<std::size_t>(placed_[via].via)));
+    }
     Verdict out = judge_by_boards(e, options_.require, advice_on_poses(found_, s));
     if (out.status != Status::failed && scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
       weaken(out, "the board's squares have another size than the rig file says (see the warnings)");

@@ -65,6 +65,16 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
                "both in more poses, or give a rough pose in the rig file");
     return verdict;
   }
+  if (e.via_failed) {
+    fail(verdict, "it was placed by boards that it shares with " + e.via +
+                      ", which failed: mend that, or show the board to it and to another sensor at once");
+    return verdict;
+  }
+  if (e.via_agreeing && *e.via_agreeing < least_boards) {
+    weaken(verdict, "it was placed by boards that it shares with " + e.via +
+                        ", whose own place hangs on the board at " + std::to_string(*e.via_agreeing) +
+                        (*e.via_agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
+  }
   if (2 * e.agreeing < e.shared) {
     weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
                         " stops at which it and " + e.via + " saw a board do these agree");

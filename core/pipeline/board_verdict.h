@@ -14,10 +14,12 @@ namespace rigcal {
 /// What speaks for or against the place of one sensor that boards hold.
 struct BoardEvidence {
   std::string name;
-  std::string via;         ///< The sensor that it shares most boards with,
-  int shared = 0;          ///< at so many stops,
-  int agreeing = 0;        ///< at so many of which the boards agree.
-  double runner_up = 0.0;  ///< Score of the best other place over this one's.
+  std::string via;                  ///< The sensor that it shares most boards with,
+  int shared = 0;                   ///< at so many stops,
+  int agreeing = 0;                 ///< at so many of which the boards agree.
+  double runner_up = 0.0;           ///< Score of the best other place over this one's.
+  bool via_failed = false;          ///< What is wrong with that sensor's place is wrong with this one's.
+  std::optional<int> via_agreeing;  ///< And of its own boards, where it is not the base.
   bool several_boards = false;
   Matrix6d covariance = Matrix6d::Zero();
   bool observable = true;

@@ -302,10 +302,45 @@ TEST(PlacePair, CannotTellHalfATurnByOneBoardButByAGuess) {
   const auto blind = place_pair(world.sightings, 0, 1, test_board(), std::nullopt);
   ASSERT_TRUE(blind);
   EXPECT_GT(blind->runner_up, 0.8);
-  const auto guided = place_pair(world.sightings, 0, 1, test_board(), world.T_lidar_camera);
-  ASSERT_TRUE(guided);
-  EXPECT_EQ(guided->runner_up, 0.0);
-  EXPECT_LT(rotation_distance(guided->T_a_b.R, world.T_lidar_camera.R), to_rad(3.0));
+  // Both explain the board as well, and either is what a guess near it leads to.
+  const SE3& T_camera_board = world.sightings[0].T_sensor_board;
+  const SE3 half_turn{exp_so3(Vector3d(0.0, 0.0, pi)), Vector3d::Zero()};
+  const SE3 turned = world.T_lidar_camera * T_camera_board * half_turn * T_camera_board.inverse();
+  for (const SE3& T : {world.T_lidar_camera, turned}) {
+    const SE3 guess = T * SE3{exp_so3(Vector3d(0.1, -0.1, 0.1)), Vector3d(0.1, 0.1, -0.1)};
+    const auto guided = place_pair(world.sightings, 0, 1, test_board(), guess);
+    ASSERT_TRUE(guided);
+    EXPECT_EQ(guided->runner_up, 0.0);
+    EXPECT_LT(rotation_distance(guided->T_a_b.R, T.R), to_rad(3.0));
+  }
+}
+
+TEST(PlacePair, TellsBoardsSideBySideByAGuess) {
+  Random random(11);
+  World world = make_world(1, 0.0, random);
+  ASSERT_EQ(world.sightings.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    BoardSighting& first = world.sightings[k];
+    first.alternatives = {SE3{}};
+    for (const double shift_m : {0.8, 1.6}) {
+      BoardSighting beside = world.sightings[k];
+      beside.T_sensor_board = beside.T_sensor_board * SE3{Matrix3d::Identity(), Vector3d(shift_m, 0.0, 0.0)};
+      world.sightings.push_back(beside);
+    }
+  }
+  const auto blind = place_pair(world.sightings, 0, 1, test_board(), std::nullopt);
+  ASSERT_TRUE(blind);
+  EXPECT_EQ(blind->runner_up, 1.0);
+  for (const double shift_m : {0.0, 0.8, -1.6}) {
+    const SE3& T_camera_board = world.sightings[0].T_sensor_board;
+    const SE3 shift{Matrix3d::Identity(), Vector3d(shift_m, 0.0, 0.0)};
+    const SE3 T = world.T_lidar_camera * T_camera_board * shift * T_camera_board.inverse();
+    const auto guided =
+        place_pair(world.sightings, 0, 1, test_board(), T * SE3{Matrix3d::Identity(), {0.1, 0.05, 0.0}});
+    ASSERT_TRUE(guided);
+    EXPECT_EQ(guided->runner_up, 0.0) << shift_m;
+    EXPECT_LT((guided->T_a_b.t - T.t).norm(), 0.15) << shift_m;
+  }
 }
 
 }  // namespace

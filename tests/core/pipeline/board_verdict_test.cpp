@@ -80,6 +80,25 @@ TEST(AdviceOnPoses, NamesWhatIsLacking) {
   }
 }
 
+TEST(JudgeByBoards, PassesOnWhatIsWrongWithTheSensorBetween) {
+  BoardEvidence evidence;
+  evidence.name = "side";
+  evidence.via = "front";
+  evidence.shared = evidence.agreeing = 12;
+  evidence.covariance = 1e-10 * Matrix6d::Identity();
+  evidence.via_agreeing = 12;
+  EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
+  evidence.via_agreeing = 1;
+  Verdict verdict = judge_by_boards(evidence, {}, "");
+  EXPECT_EQ(verdict.status, Status::weak);
+  EXPECT_THAT(verdict.reasons,
+              testing::Contains(HasSubstr("front, whose own place hangs on the board at 1 stop only")));
+  evidence.via_failed = true;
+  verdict = judge_by_boards(evidence, {}, "");
+  EXPECT_EQ(verdict.status, Status::failed);
+  EXPECT_THAT(verdict.reasons, testing::Contains(HasSubstr("shares with front, which failed")));
+}
+
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
   BoardEvidence evidence;
   evidence.name = "side";
