@@ -123,6 +123,7 @@ class CameraCalibration {
 
   // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
   // another place, and edges end there with them, two agree against one. What was found before is then the runner-up.
+  // True where that settles it.
   bool agree_with_second_opinion() {
     if (!estimate_.information) return false;
     const bool is_sure = estimate_.disagreement_chi2 > differing_chi2;
@@ -132,6 +133,9 @@ class CameraCalibration {
     const EdgePriors priors_before = priors_;
     best_.state.T_base_camera = estimate_.information->T_base_camera;
     widen_priors(best_.state.T_base_camera);
+    // A false match bends the lens, which was then let free.
+    priors_.focal_scale = options_.focal_sigma;
+    priors_.k1 = options_.k1_sigma;
     finish();
     if (context_.cancelled()) return false;
     const bool agrees = estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
@@ -139,9 +143,11 @@ class CameraCalibration {
                                      !is_elsewhere(*estimate_.information, end_share)));
     const bool is_as_firm = estimate_.halves_m < less_firm * estimate_before.halves_m + less_firm_m;
     if (agrees && is_as_firm && best_.score > unclear_ratio * before.score) {
+      const bool is_settled = is_sure || !is_doubtful();
+      if (is_same_minimum(before.state, best_.state, 1.0)) return is_settled;
       estimate_.runner_up = before.state.T_base_camera;
       estimate_.runner_up_ratio = std::min(1.0, before.score / best_.score);
-      return true;
+      return is_settled;
     }
     best_ = before;
     estimate_ = estimate_before;
@@ -319,13 +325,12 @@ class CameraCalibration {
     estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
     estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
     estimate_.radial_trend = corner_shift(camera_.intrinsics, freed.state, covariance.bottomRightCorner<2, 2>());
-    // A few images can be explained by many intrinsics: only who asks for them gets to see what they would be.
-    const bool enough = stops_of(views_) >= least_stops_for_intrinsics;
-    if (!enough && !options_.refine_intrinsics)
+    // A few images can be explained by many intrinsics, and those that never came to rest say nothing: only who asks
+    // for them gets to see what they would be.
+    const bool are_known = freed.converged && stops_of(views_) >= least_stops_for_intrinsics;
+    if (!are_known && !options_.refine_intrinsics)
       estimate_.focal_scale = estimate_.k1_change = estimate_.radial_trend = {};
-    // Intrinsics that never came to rest say nothing.
-    const bool off = freed.converged && enough && (is_off(estimate_.focal_scale) || is_off(estimate_.k1_change));
-    if (options_.refine_intrinsics || off) {
+    if (options_.refine_intrinsics || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change)) {
       priors_ = free;
       best_ = freed;
     } else {

@@ -14,16 +14,22 @@ constexpr std::size_t least_stops_of_half = 6;
 // From the end it is not far, and half of the stops need not be as exact as all.
 constexpr int iterations_again = 12;
 
-// Views whose stop is `remainder` of `modulus`, and the others.
 struct Parts {
   std::vector<EdgeView> some;
   std::vector<EdgeView> others;
 };
 
-Parts divide(const std::vector<EdgeView>& views, int modulus, int remainder) {
+// Views of every `modulus`th stop, from the one after `remainder` others, and the rest. Stops without a view do not
+// count: images of odd stops alone have halves, too.
+Parts divide(const std::vector<EdgeView>& views, std::ptrdiff_t modulus, std::ptrdiff_t remainder) {
+  std::vector<int> stops;
+  for (const EdgeView& view : views) stops.push_back(view.stop);
+  std::sort(stops.begin(), stops.end());
+  stops.erase(std::unique(stops.begin(), stops.end()), stops.end());
   Parts parts;
   for (const EdgeView& view : views) {
-    (view.stop % modulus == remainder ? parts.some : parts.others).push_back(view);
+    const std::ptrdiff_t place = std::lower_bound(stops.begin(), stops.end(), view.stop) - stops.begin();
+    (place % modulus == remainder ? parts.some : parts.others).push_back(view);
   }
   return parts;
 }

@@ -35,9 +35,10 @@ void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Ver
                         " times what noise explains; was the camera moved or refocused during the recording?");
   }
   if (e.hold_out == 0.0) {
-    weaken(verdict, "no stop could be held out to check it, for its images come from too few stops (" +
-                        std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
-                        "); record four stops or more");
+    weaken(verdict, e.views < 4 ? "no stop could be held out to check it, for its images come from too few stops (" +
+                                      std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
+                                      "); record four stops or more"
+                                : "too few edges were seen in the stops that were held out to check it; add stops");
   }
 }
 
@@ -123,11 +124,13 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
                         " apart; add stops, or check that the camera sits firmly");
   }
   const bool is_elsewhere = e.information && !is_confirmed(e, require, limits);
-  if (e.runner_up && e.runner_up_ratio > (is_elsewhere ? limits.doubtful_runner_up_ratio : limits.runner_up_ratio)) {
+  const bool is_as_good = e.runner_up_ratio > limits.runner_up_ratio;
+  if (e.runner_up && (is_as_good || (is_elsewhere && e.runner_up_ratio > limits.doubtful_runner_up_ratio))) {
     const SE3 between = e.pose.T_base_camera.inverse() * *e.runner_up;
-    weaken(verdict, "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) +
-                        " away, fits nearly as well (" + number(100.0 * e.runner_up_ratio, 0) +
-                        " %); give a closer guess or add stops that face other things");
+    weaken(verdict,
+           "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) + " away, fits " +
+               (is_as_good ? "nearly as well" : "well, too, and grey values do not lead to this one") + " (" +
+               number(100.0 * e.runner_up_ratio, 0) + " %); give a closer guess or add stops that face other things");
   }
 }
 

@@ -71,6 +71,19 @@ TEST(CameraCalibration, LooksElsewhereWhereTheEndIsDoubtful) {
   EXPECT_LT(estimate.runner_up_ratio, 0.8);
 }
 
+TEST(CameraCalibration, ChecksByTheStopsThatHaveImages) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 4));
+  std::erase_if(task.views, [](const CameraView& view) { return view.stop % 2 == 0; });
+  const CameraEstimate odd = calibrate(task);
+  ASSERT_TRUE(odd.found) << odd.why_not;
+  EXPECT_GT(odd.hold_out, 0.0);
+  EXPECT_GT(odd.halves_m, 0.0);
+  task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 4));
+  std::erase_if(task.views, [](const CameraView& view) { return view.stop == 3 || view.stop > 4; });
+  ASSERT_EQ(task.views.size(), 4U);
+  EXPECT_GT(calibrate(task).hold_out, 0.0) << "of four the last is held out, whatever its number";
+}
+
 TEST(CameraCalibration, SeesThatHalvesOfTheStopsDifferWhereTheCameraSways) {
   const BoxRoom room(12);
   const SE3 guess = BoxRoom::spoiled(to_rad(2.0), 0.03, 4);

@@ -59,6 +59,14 @@ TEST(CameraVerdict, FailsWhatDoesNotConverge) {
   EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("still moved")));
 }
 
+TEST(CameraVerdict, SaysWhyNothingWasHeldOut) {
+  CameraEstimate e = sound();
+  e.hold_out = 0.0;
+  expect_weak(e, "too few edges were seen in the stops that were held out");
+  e.views = 3;
+  expect_weak(e, "too few stops (3 images)");
+}
+
 TEST(CameraVerdict, FailsWhatIsWorseThanItsStart) {
   CameraEstimate e = sound();
   e.hold_out_px = 18.2;
@@ -172,7 +180,7 @@ TEST(CameraVerdict, WeakensOpinionsThatDiffer) {
   e.runner_up_ratio = 0.8;
   EXPECT_EQ(judge(e).status, Status::good);
   e.information->T_base_camera.t = Vector3d(0.03, 0.0, 0.0);
-  expect_weak(e, "another pose, 100.0 mm");
+  expect_weak(e, "fits well, too, and grey values do not lead to this one (80 %)");
 }
 
 TEST(CameraVerdict, FailsWhereHalvesOfTheStopsDifferByFarMoreThanTheyMay) {
