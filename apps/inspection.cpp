@@ -151,6 +151,7 @@ Inspection stop_json(const Rig& rig, const StopRecord& stop) {
 
 Inspection gyro_json(const Rig& rig, const StopReading& summary) {
   Inspection json{{"samples", summary.gyro.imu_samples},
+                  {"unusable", summary.gyro.imu_unusable},
                   {"noise_deg_s", to_deg(summary.gyro.gyro_noise_rad_s)},
                   {"longest_rest_s", summary.gyro.longest_still_s}};
   if (summary.source == StopSource::gyro && !summary.stops.empty()) {

@@ -32,8 +32,9 @@ void append_stop_warnings(const StopReading& summary, std::vector<std::string>& 
   for (const StopRecord& stop : summary.stops) {
     const int index = stop.stop.index;
     if (!stop.rotation_known && summary.source == StopSource::gyro) {
-      warnings.push_back("the inertial unit was silent before stop " + std::to_string(index) +
-                         ": how far the rig turned there is not known");
+      const bool vague = !(stop.rotation_sigma_rad <= StopOptions{}.most_rotation_sigma_rad);
+      warnings.push_back(std::string("the inertial unit ") + (vague ? "is too vague about the way" : "was silent") +
+                         " before stop " + std::to_string(index) + ": how far the rig turned there is not known");
     }
     if (stop.end == StopEnd::creep) {
       std::snprintf(text, sizeof text, "the rig slowly crept away in stop %d: it ends there, after %.1f s", index,
@@ -104,6 +105,11 @@ std::vector<std::string> reading_warnings(const StreamSource& source, const Stop
   }
   if (summary.gyro.bias_changes > 0) {
     warnings.emplace_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
+  }
+  if (summary.gyro.imu_unusable > 0) {
+    warnings.push_back(std::to_string(summary.gyro.imu_unusable) +
+                       " readings of the inertial unit were left out: they came too late, or no unit can read such "
+                       "values; is the recording damaged?");
   }
   const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
   if (overflow > 0) {

@@ -8,9 +8,17 @@ namespace {
 constexpr std::int64_t hold_back_ns = 20'000'000;  // four samples at 200 Hz: a switch never mixes packets further
 constexpr std::int64_t last_stamp_ns = std::numeric_limits<std::int64_t>::max() / 4;
 
+// What no unit can measure is a damaged packet: one such reading would spoil a whole turn. MEMS gyros end at 4000
+// deg/s.
+constexpr double most_gyro_rad_s = 70.0;
+constexpr double most_acceleration_g = 1000.0;
+
+// Nor is what is no number.
+bool is_possible(const Vector3d& reading, double most) { return (reading.array().abs() <= most).all(); }
+
 bool is_usable(const ImuSample& sample) {
-  return sample.stamp_ns >= -last_stamp_ns && sample.stamp_ns <= last_stamp_ns && sample.gyro_rad_s.allFinite() &&
-         sample.acceleration_g.allFinite();
+  return sample.stamp_ns >= -last_stamp_ns && sample.stamp_ns <= last_stamp_ns &&
+         is_possible(sample.gyro_rad_s, most_gyro_rad_s) && is_possible(sample.acceleration_g, most_acceleration_g);
 }
 
 }  // namespace

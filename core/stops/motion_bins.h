@@ -41,7 +41,7 @@ class MotionBinner {
 
   [[nodiscard]] std::uint64_t used() const { return used_; }
   [[nodiscard]] std::uint64_t doubles() const { return doubles_; }    ///< Samples that came twice.
-  [[nodiscard]] std::uint64_t unusable() const { return unusable_; }  ///< Too late, not finite, time out of range.
+  [[nodiscard]] std::uint64_t unusable() const { return unusable_; }  ///< Too late, impossible values or time.
 
  private:
   void release(const ImuSample& sample);

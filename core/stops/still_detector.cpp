@@ -127,7 +127,9 @@ void StillDetector::end_stop() {
     const Turn turn = turn_.finish(gyro, judge_.noise_variance().sum() / 3.0, options_.gyro_scale_sigma);
     open_.R_previous_this = turn.R_previous_this;
     open_.rotation_sigma_rad = turn.sigma_rad;
-    open_.rotation_known = turn.longest_interval_s <= options_.max_turn_gap_s;
+    // So that what is no number is not known either.
+    open_.rotation_known =
+        turn.longest_interval_s <= options_.max_turn_gap_s && turn.sigma_rad <= options_.most_rotation_sigma_rad;
   }
   turn_.begin(gyro);
   not_still(still_end_ns_, DropReason::moving);

@@ -38,6 +38,8 @@ struct StopOptions {
   double bridge_gap_s = 0.2;
   /// Longer silence while the rig turns makes the rotation unknown: at 100 deg/s^2 this leaves 0.05 deg.
   double max_turn_gap_s = 0.06;
+  /// A rotation less sure than that (1 sigma) is not known: a start must be nearer.
+  double most_rotation_sigma_rad = to_rad(10.0);
   /// Longest wait for a swing to fade, after nothing of it stands out of the noise.
   double max_settle_s = 2.0;
   /// Scale and alignment error of the gyro, 1 sigma: enters the sigma of a rotation only. MEMS: 0.5 %.

@@ -7,9 +7,10 @@
 namespace rigcal {
 namespace {
 
-std::vector<StillStop> find(const std::vector<ImuSample>& samples, StillFigures* figures = nullptr) {
+std::vector<StillStop> find(const std::vector<ImuSample>& samples, StillFigures* figures = nullptr,
+                            const StopOptions& options = {}) {
   CollectingListener listener;
-  StillDetector detector(StopOptions{}, listener);
+  StillDetector detector(options, listener);
   for (const ImuSample& sample : samples) detector.add(sample);
   detector.flush();
   if (figures != nullptr) *figures = detector.figures();
@@ -350,6 +351,50 @@ TEST(StillDetector, IgnoresNonsenseAndOtherUnits) {
   expect_rests_found(motion, find(samples, &figures));
   EXPECT_EQ(figures.imu_unusable, 2U);
   EXPECT_EQ(figures.imu_of_others, 1U);
+}
+
+TEST(StillDetector, LeavesImpossibleReadingsOutOfATurn) {
+  RigMotion motion;
+  motion.rest(3.0);
+  motion.turn(18.0, 60.0, 100.0);
+  motion.rest(3.0);
+  Random random(1);
+  const std::vector<ImuSample> samples = read_gyro(motion, GyroModel{}, random);
+  const auto spoil_turn = [&](auto spoil) {
+    std::vector<ImuSample> spoiled = samples;
+    const auto turning = std::max_element(spoiled.begin(), spoiled.end(), [](const ImuSample& a, const ImuSample& b) {
+      return a.gyro_rad_s.norm() < b.gyro_rad_s.norm();
+    });
+    spoil(*turning);
+    return spoiled;
+  };
+  for (const double reading : {6.8e37, 1e200, -71.0}) {
+    StillFigures figures;
+    const auto stops = find(spoil_turn([&](ImuSample& s) { s.gyro_rad_s.y() = reading; }), &figures);
+    ASSERT_EQ(stops.size(), 2U) << reading;
+    EXPECT_TRUE(stops[1].rotation_known) << reading;
+    EXPECT_NEAR(log_so3(stops[1].R_previous_this).norm(), to_rad(18.0), to_rad(0.3)) << reading;
+    EXPECT_EQ(figures.imu_unusable, 1U) << reading;
+  }
+  StillFigures figures;
+  EXPECT_EQ(find(spoil_turn([](ImuSample& s) { s.acceleration_g.z() = 6.8e37; }), &figures).size(), 2U);
+  EXPECT_EQ(figures.imu_unusable, 1U);
+}
+
+TEST(StillDetector, DoesNotKnowATurnThatItIsNotSureOf) {
+  RigMotion motion;
+  motion.rest(3.0);
+  motion.turn(90.0, 60.0, 100.0);
+  motion.rest(3.0);
+  Random random(1);
+  const std::vector<ImuSample> samples = read_gyro(motion, GyroModel{}, random);
+  StopOptions options;
+  for (const double scale_sigma : {0.2, std::numeric_limits<double>::quiet_NaN()}) {
+    options.gyro_scale_sigma = scale_sigma;
+    const auto stops = find(samples, nullptr, options);
+    ASSERT_EQ(stops.size(), 2U);
+    EXPECT_FALSE(stops[1].rotation_known) << scale_sigma;
+  }
 }
 
 TEST(StillDetector, HasNothingToSayOfAnEmptyStream) {
