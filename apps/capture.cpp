@@ -213,8 +213,8 @@ class Capture {
     clock_pairs_.add(net::read_clocks());
     for (const livox::Event& event : parts_.driver.control().take_events()) log_.add(event);
     log_.compare(now_ns(), parts_.driver.interfaces());
-    for (const auto& camera : parts_.cameras) {
     log_.compare(now_ns(), parts_.driver.devices());
+    for (const auto& camera : parts_.cameras) {
       for (const CaptureEvent& event : camera->take_events())
         log_.add(event.stamp_ns, camera->status().sensor, event.text, event.is_gap);
     }
@@ -301,11 +301,11 @@ class Capture {
 
 }  // namespace
 
-bool CaptureSummary::is_complete() const {
 std::int64_t CaptureSummary::silence_ns(const CaptureDevice& device) const {
   return std::max<std::int64_t>(0, end_ns - device.report.last_packet_ns);
 }
 
+bool CaptureSummary::is_complete() const {
   const bool all_there = std::all_of(status.devices.begin(), status.devices.end(), [this](const CaptureDevice& device) {
     const livox::LinkCounters& link = device.report.link.counters;
     return device.report.packets > 0 && link.losses == 0 && link.interruptions == 0 &&

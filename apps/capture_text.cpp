@@ -158,7 +158,6 @@ nlohmann::ordered_json interface_json(const livox::InterfaceReport& report) {
           {"queue_capacity", report.queue_capacity}};
 }
 
-}  // namespace
 // What keeps it from being complete.
 std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& device) {
   if (device.report.packets == 0) return ": it never sent anything";
@@ -170,6 +169,7 @@ std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& de
   return text;
 }
 
+}  // namespace
 
 std::vector<std::string> capture_lines(const CaptureStatus& status) {
   std::array<char, 96> head{};
