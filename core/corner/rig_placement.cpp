@@ -74,6 +74,7 @@ class RigPlacer {
       }
       if (which < 0) break;
       out_.state.T_base_sensor[index(which)] = out_.state.T_base_sensor[index(best.via)] * best.pair.T_a_b;
+      best.follows = best.pair.by_shapes.has_value() || out_.lidars[index(best.via)].follows;
       out_.lidars[index(which)] = std::move(best);
       order_.push_back(which);
       found = true;
@@ -123,14 +124,14 @@ class RigPlacer {
 
   [[nodiscard]] bool is_held_by_planes(int i) const {
     const LidarPlacement& placed = out_.lidars[index(i)];
-    return placed.known && !placed.pair.by_shapes;
+    return placed.known && !placed.follows;
   }
 
-  // Those that shapes hold move with the LiDAR that they were laid on.
+  // Those that shapes hold move with the LiDAR that they were laid on, and those on them.
   void follow() {
     for (const int i : order_) {
       const LidarPlacement& placed = out_.lidars[index(i)];
-      if (placed.pair.by_shapes) {
+      if (placed.follows) {
         out_.state.T_base_sensor[index(i)] = out_.state.T_base_sensor[index(placed.via)] * placed.pair.T_a_b;
       }
     }

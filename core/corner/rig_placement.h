@@ -16,6 +16,9 @@ struct LidarPlacement {
   PairPlacement pair;   ///< On `via`, at `stop`.
   int via = 0;
   int stop = 0;
+  /// Shapes hold it, or one on the way to the base that it was laid on: no planes join it with the base, and it stays
+  /// on `via`.
+  bool follows = false;
 };
 
 /// All LiDARs in the frame of the base, as one solution: every plane that several saw at one moment holds them all.
@@ -32,7 +35,8 @@ struct RigPlacement {
 };
 
 /// Lays each LiDAR on the base, or on one that is known already where they see more in common, at the stop where they
-/// fit best, then adjusts those that planes hold all at once; what shapes hold stays on the LiDAR that it was laid on.
+/// fit best, then adjusts those that planes join with the base all at once; what shapes hold stays on the LiDAR that it
+/// was laid on, and so does what was laid on it.
 /// `guess_T_base_sensor` has an entry for each LiDAR.
 [[nodiscard]] RigPlacement place_rig(const RigViews& views, const std::vector<std::optional<SE3>>& guess_T_base_sensor);
 

@@ -95,6 +95,32 @@ class CornerCalibration {
                        [&](const PatchCells& p) { return p.lidar == static_cast<int>(lidar) && !p.thinned.empty(); });
   }
 
+  // By how it lies on the LiDAR that it was laid on, and that one on the next.
+  [[nodiscard]] Matrix6d covariance_of_follower(std::size_t lidar, const RigPlacement& placed) const {
+    const LidarPlacement& how = placed.lidars[lidar];
+    if (!how.follows) return Matrix6d::Zero();
+    const auto via = static_cast<std::size_t>(how.via);
+    const Matrix6d A = how.pair.T_a_b.inverse().adjoint();
+    return (how.pair.by_shapes ? how.pair.by_shapes->covariance : covariance_by_pair(lidar, placed)) +
+           A * covariance_of_follower(via, placed) * A.transpose();
+  }
+
+  // Of a LiDAR on the one that it was laid on, by the planes that both saw.
+  [[nodiscard]] Matrix6d covariance_by_pair(std::size_t lidar, const RigPlacement& placed) const {
+    const LidarPlacement& how = placed.lidars[lidar];
+    const std::vector<std::optional<PlaneView>>& views = views_.stops[static_cast<std::size_t>(how.stop)];
+    const std::vector<SeenPlane>& of_via = views[static_cast<std::size_t>(how.via)]->planes;
+    const std::vector<SeenPlane>& own = views[lidar]->planes;
+    std::vector<CommonPlane> planes;
+    for (const auto& [a, b] : how.pair.matches) {
+      planes.push_back({how.stop, {{how.via, of_via[a]}, {static_cast<int>(lidar), own[b]}}});
+    }
+    ParameterLayout layout(placed.layout.stops(), placed.layout.lidars());
+    layout.free_lidar(static_cast<int>(lidar));
+    return lidar_covariances({features_of(planes, placed.state), placed.state, layout, placed.adjust})
+        .with_priors[lidar];
+  }
+
   [[nodiscard]] Verdict judge(std::size_t lidar, const RigPlacement& placed, const LidarCovariances& covariances,
                               Matrix6d& covariance) const {
     const LidarPlacement& how = placed.lidars[lidar];
@@ -107,12 +133,12 @@ class CornerCalibration {
       fail(verdict, how.why_not + "; show both a corner: three large flat surfaces that face clearly different ways");
       return verdict;
     }
-    e.observable = covariances.observable || how.pair.by_shapes;
-    e.converged = how.pair.by_shapes || placed.adjusted.converged;
+    e.observable = how.follows || (lidar < covariances.observable.size() && covariances.observable[lidar] != 0);
+    e.converged = how.follows || placed.adjusted.converged;
     e.match_score = how.pair.score;
     e.runner_up_score = how.pair.runner_up_score;
-    if (how.pair.by_shapes) {
-      e.covariance = e.covariance_data_only = covariance = how.pair.by_shapes->covariance;
+    if (how.follows) {
+      e.covariance = e.covariance_data_only = covariance = covariance_of_follower(lidar, placed);
     } else if (e.observable) {
       // Planes that disagree are known no better than by what they disagree.
       const double factor =
@@ -129,6 +155,11 @@ class CornerCalibration {
                           views_.names[static_cast<std::size_t>(how.via)] +
                           ": all the shapes that both saw hold it, which is known to centimetres; show both a corner "
                           "of three large flat surfaces");
+    } else if (how.follows) {
+      weaken(verdict, "it was laid on " + views_.names[static_cast<std::size_t>(how.via)] +
+                          ", which no planes join with " + e.base_name +
+                          ": it is known no better than that one; show that one and " + e.base_name +
+                          " a corner of three large flat surfaces");
     }
     if (how.pair.score < least_overlap) {
       weaken(verdict, "only " + number(100.0 * how.pair.score, 0) + " % of what it and " +

@@ -114,7 +114,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   }
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
   const LidarCovariances& covariances = findings.quality.covariances;
-  e.observable = covariances.observable && !covariances.with_priors.empty();
+  e.observable = i < covariances.observable.size() && covariances.observable[i] != 0;
   if (e.observable) {
     const std::size_t places = stops_with_points(recording);
     e.covariance = with_unevenness(covariances.with_priors[i], s.unevenness_m, places);

@@ -78,6 +78,10 @@ Eigen::MatrixXd damped(const NormalEquations& sum, const AdjustOptions& options,
       A.diagonal().segment<3>(i + 3).array() += 2.0 / (options.step_translation_m * options.step_translation_m);
     }
   }
+  // What nothing holds at all, a LiDAR or stop on no plane, has no gradient and stays: it must not stop the others.
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    if (A(i, i) == 0.0) A(i, i) = 1.0;
+  }
   return A;
 }
 

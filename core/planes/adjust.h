@@ -40,7 +40,8 @@ struct AdjustSummary {
 };
 
 /// Levenberg-Marquardt on the plane costs and priors over the free blocks of `layout`, from and into `state`. Steps
-/// that raise the cost are refused; where the exact Hessian is indefinite the Gauss-Newton one takes its place.
+/// that raise the cost are refused; where the exact Hessian is indefinite the Gauss-Newton one takes its place. A free
+/// block that nothing holds stays where it is.
 AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterLayout& layout,
                      const AdjustOptions& options, RigState& state);
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "core/base/parallel.h"
 #include "core/quality/inverse_information.h"
@@ -11,28 +12,56 @@
 namespace rigcal {
 namespace {
 
-// Who is held out: every fourth of the stops that LiDARs saw, or with fewer than four of them every fifth plane.
-class HeldOut {
+// Fewer offsets of what was held out say nothing.
+constexpr double least_offsets = 6.0;
+
+// Every fourth of some stops, or with fewer than four of them every fifth plane.
+class EveryFourth {
  public:
-  HeldOut(const SolvedPlanes& solved, int base)
-      : base_(base), place_(static_cast<std::size_t>(solved.layout.stops()), -1) {
+  // Of the stops in which any LiDAR saw something, or one.
+  EveryFourth(const SolvedPlanes& solved, std::optional<int> lidar)
+      : place_(static_cast<std::size_t>(solved.layout.stops()), -1) {
     for (const PlaneFeature& feature : solved.features) {
-      for (const PlaneObservation& o : feature.observations) place_[static_cast<std::size_t>(o.stop)] = 0;
+      for (const PlaneObservation& o : feature.observations) {
+        if (!lidar || o.lidar == *lidar) place_[static_cast<std::size_t>(o.stop)] = 0;
+      }
     }
     for (int& place : place_) {
       if (place == 0) place = stops_++;
     }
   }
 
+  [[nodiscard]] bool goes_by_stops() const { return stops_ >= 4; }
+  [[nodiscard]] bool holds_out(std::size_t feature, int stop) const {
+    return goes_by_stops() ? place_[static_cast<std::size_t>(stop)] % 4 == 2 : feature % 5 == 2;
+  }
+
+ private:
+  std::vector<int> place_;  ///< Of each stop among these; -1: it is not.
+  int stops_ = 0;
+};
+
+// Who is held out: all LiDARs but the base by the stops that any saw, some by their own.
+class HeldOut {
+ public:
+  HeldOut(const SolvedPlanes& solved, int base)
+      : base_(base), all_(solved, std::nullopt), own_(static_cast<std::size_t>(solved.layout.lidars())) {}
+
+  void go_by_own_stops(const SolvedPlanes& solved, int lidar) {
+    own_[static_cast<std::size_t>(lidar)].emplace(solved, lidar);
+  }
+
+  [[nodiscard]] bool goes_by_stops() const { return all_.goes_by_stops(); }
   [[nodiscard]] bool operator()(std::size_t feature, const PlaneObservation& o) const {
     if (o.lidar == base_) return false;
-    return stops_ >= 4 ? place_[static_cast<std::size_t>(o.stop)] % 4 == 2 : feature % 5 == 2;
+    const std::optional<EveryFourth>& own = own_[static_cast<std::size_t>(o.lidar)];
+    return (own ? *own : all_).holds_out(feature, o.stop);
   }
 
  private:
   int base_;
-  std::vector<int> place_;  ///< Of each stop among those that LiDARs saw; -1: it is not.
-  int stops_ = 0;
+  EveryFourth all_;
+  std::vector<std::optional<EveryFourth>> own_;
 };
 
 // Of what an observation is off its plane by, from how well poses and extrinsics are known (`C`, of all that is free):
@@ -136,19 +165,29 @@ class OffsetsOfHeldOut {
   PlaneDerivatives plane_;
 };
 
-}  // namespace
+bool lies_on_planes(const SolvedPlanes& solved, int lidar) {
+  return std::any_of(solved.features.begin(), solved.features.end(), [&](const PlaneFeature& feature) {
+    return std::any_of(feature.observations.begin(), feature.observations.end(),
+                       [&](const PlaneObservation& o) { return o.lidar == lidar; });
+  });
+}
 
-HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess) {
+// By who is held out, and how many offsets of each LiDAR that gave.
+HoldOut hold_out_by(const HeldOut& is_held_out, const SolvedPlanes& solved, const std::vector<SE3>& guess,
+                    std::vector<double>& count) {
   const auto lidars = static_cast<std::size_t>(solved.layout.lidars());
   HoldOut out;
   out.normalised.assign(lidars, 0.0);
   out.rms_m.assign(lidars, 0.0);
   out.start_rms_m.assign(lidars, 0.0);
-  const HeldOut is_held_out(solved, base);
+  count.assign(lidars, 0.0);
   const std::vector<PlaneFeature> kept = planes_without(solved.features, is_held_out);
   RigState state = solved.state;
-  adjust(kept, solved.layout, solved.adjust, state);
+  const AdjustSummary adjusted = adjust(kept, solved.layout, solved.adjust, state);
+  // Where nothing could be moved the held-out stops still stand in the extrinsics, and check nothing.
+  const bool is_stuck = !adjusted.converged && adjusted.cost_after >= adjusted.cost_before;
   out.T_base_sensor = state.T_base_sensor;
+  if (is_stuck && solved.layout.size() > 0) return out;
   RigState at_guess = state;
   for (std::size_t i = 0; i < std::min(lidars, guess.size()); ++i) at_guess.T_base_sensor[i] = guess[i];
 
@@ -159,7 +198,6 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
     OffsetsOfHeldOut held_out(solved, is_held_out, state, at_guess, C);
     for (std::size_t k = begin; k < end; ++k) held_out.add(k, offsets[begin / grain]);
   });
-  std::vector<double> count(lidars, 0.0);
   for (const std::vector<HeldOutOffset>& part : offsets) {
     for (const HeldOutOffset& offset : part) {
       out.rms_m[offset.lidar] += offset.square;
@@ -170,10 +208,26 @@ HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& g
   }
   for (std::size_t i = 0; i < lidars; ++i) {
     for (std::vector<double>* of_all : {&out.normalised, &out.rms_m, &out.start_rms_m}) {
-      (*of_all)[i] = count[i] < 6.0 ? 0.0 : std::sqrt((*of_all)[i] / count[i]);
+      (*of_all)[i] = count[i] < least_offsets ? 0.0 : std::sqrt((*of_all)[i] / count[i]);
     }
   }
   return out;
+}
+
+}  // namespace
+
+HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess) {
+  HeldOut is_held_out(solved, base);
+  std::vector<double> count;
+  HoldOut out = hold_out_by(is_held_out, solved, guess, count);
+  if (!is_held_out.goes_by_stops()) return out;
+  bool is_unchecked = false;
+  for (int i = 0; i < solved.layout.lidars(); ++i) {
+    if (i == base || count[static_cast<std::size_t>(i)] >= least_offsets || !lies_on_planes(solved, i)) continue;
+    is_held_out.go_by_own_stops(solved, i);
+    is_unchecked = true;
+  }
+  return is_unchecked ? hold_out_by(is_held_out, solved, guess, count) : out;
 }
 
 }  // namespace rigcal

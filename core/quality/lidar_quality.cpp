@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/text.h"
 #include "core/planes/range_offsets.h"
@@ -13,7 +14,11 @@
 namespace rigcal {
 namespace {
 
-double largest(const Matrix3d& C) { return Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2]; }
+// Nothing can be said of what is no number.
+double largest(const Matrix3d& C) {
+  if (!C.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  return std::max(Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2], 0.0);
+}
 
 // Of all free parameters.
 struct FullCovariances {
@@ -40,6 +45,28 @@ std::vector<Matrix6d> blocks_of(const Eigen::MatrixXd& covariance, const SolvedP
     const Matrix6d cross = A * covariance.block<6, 6>(of_base, index);
     out[si] -= cross + cross.transpose();
   }
+  return out;
+}
+
+// Each by itself, so that one that is not held does not speak against the others. Where it cannot be
+// inverted, one is held where all its directions hold 1e-8 of what they would if nothing else could move.
+std::vector<char> observable_lidars(const Eigen::MatrixXd& H, const Eigen::MatrixXd& covariance,
+                                    const ParameterLayout& layout, std::optional<int> base) {
+  constexpr double widest = 1e8;
+  const bool is_invertible = Eigen::LLT<Eigen::MatrixXd>(H).info() == Eigen::Success;
+  const auto is_held = [&](int lidar) {
+    const int index = layout.lidar_index(lidar);
+    if (index < 0) return true;
+    const Vector6d scale = H.diagonal().segment<6>(index).cwiseMax(0.0).cwiseSqrt();
+    const Matrix6d scaled = scale.asDiagonal() * covariance.block<6, 6>(index, index) * scale.asDiagonal();
+    if (!scaled.allFinite()) return false;
+    if (is_invertible) return true;
+    if (scale.minCoeff() == 0.0) return false;
+    return Eigen::SelfAdjointEigenSolver<Matrix6d>(scaled).eigenvalues()[5] < widest;
+  };
+  std::vector<char> out;
+  const bool is_base_held = !base || is_held(*base);
+  for (int i = 0; i < layout.lidars(); ++i) out.push_back(is_base_held && is_held(i) ? 1 : 0);
   return out;
 }
 
@@ -196,9 +223,8 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int
   FullCovariances full;
   full.data_only = factor * inverse_information(data.H);
   add_priors(solved.layout, held, solved.state, sum);
-  const Eigen::LLT<Eigen::MatrixXd> llt(sum.H);
-  out.observable = llt.info() == Eigen::Success;
   full.with_priors = factor * inverse_information(sum.H);
+  out.observable = observable_lidars(sum.H, full.with_priors, solved.layout, base);
   if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, full, out);
   // Given poses and guesses hold what they hold.
   if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, full, out);
@@ -223,11 +249,11 @@ std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base
 }
 
 double translation_bound(const Matrix6d& covariance) {
-  return std::sqrt(chi2_95_3 * std::max(0.0, largest(covariance.bottomRightCorner<3, 3>())));
+  return std::sqrt(chi2_95_3 * largest(covariance.bottomRightCorner<3, 3>()));
 }
 
 double rotation_bound(const Matrix6d& covariance) {
-  return std::sqrt(chi2_95_3 * std::max(0.0, largest(covariance.topLeftCorner<3, 3>())));
+  return std::sqrt(chi2_95_3 * largest(covariance.topLeftCorner<3, 3>()));
 }
 
 }  // namespace rigcal

@@ -37,7 +37,9 @@ constexpr double usual_range_offset_m = 0.015;
 
 /// How sure the planes are of each LiDAR: marginal covariances of the extrinsics, stops marginalised.
 struct LidarCovariances {
-  bool observable = false;            ///< The normal equations could be inverted at all.
+  /// Of each LiDAR: planes, matches and priors hold it, and the one it is told against, in all directions. Empty: not
+  /// of any.
+  std::vector<char> observable;
   double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
   std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero for the base.
   std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
@@ -62,8 +64,9 @@ struct HoldOut {
   std::vector<SE3> T_base_sensor;   ///< Extrinsics without the held-out stops.
 };
 
-/// Every fourth stop is held out for all LiDARs but `base` (with fewer than four stops: every fifth plane). The planes
-/// and who is on them stay as they are. `guess`: extrinsics before the calibration.
+/// Every fourth stop is held out for all LiDARs but `base` (with fewer than four stops: every fifth plane); of a LiDAR
+/// that saw too little in these every fourth of its own stops (or every fifth plane). The planes and who is on them
+/// stay as they are. `guess`: extrinsics before the calibration.
 [[nodiscard]] HoldOut hold_out(const SolvedPlanes& solved, int base, const std::vector<SE3>& guess);
 
 /// A direction of the base frame in words, for a reason: "z (up and down) of the base frame", or, where it is no axis
@@ -72,7 +75,8 @@ struct HoldOut {
 /// That of the largest uncertainty of a translation covariance.
 [[nodiscard]] std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor);
 
-/// 95 % bound of the length of the translation (m) and rotation (rad) error, from the largest axis of the ellipsoids.
+/// 95 % bound of the length of the translation (m) and rotation (rad) error, from the largest axis of the ellipsoids;
+/// no number where the covariance is none.
 [[nodiscard]] double translation_bound(const Matrix6d& covariance);
 [[nodiscard]] double rotation_bound(const Matrix6d& covariance);
 

@@ -5,6 +5,7 @@
 #include "simdata/corner_clouds.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
+#include "tests/support/stone_field.h"
 
 namespace rigcal {
 namespace {
@@ -104,6 +105,33 @@ TEST(PlaceRig, JoinsLidarsOfWhichSomeSeeNothingOfTheBase) {
   EXPECT_THAT(placed.state.T_base_sensor[2], SE3Near(T_a_b * T_b_c, 0.05, 6.0));
   EXPECT_EQ(placed.features.size(), 6U);
   EXPECT_LT(placed.misfit, 2.5);
+}
+
+TEST(PlaceRig, WhatLiesByPlanesOnOneThatShapesHoldFollowsIt) {
+  Random random(22);
+  const SE3 T_a_b = random_pose(random, 0.1, 0.3);
+  const SE3 T_a_c = random_pose(random, 0.8, 0.4);
+  const SE3 T_b_d = random_pose(random, 0.8, 0.4);
+  const Seen ac = see(75.0, T_a_c, 5);
+  const Seen bd = see(105.0, T_b_d, 6);
+  RigViews views;
+  views.names = {"a", "b", "c", "d"};
+  views.stops.resize(3);
+  views.stops[0] = {view_of(see_stone_field(SE3{}, random)), view_of(see_stone_field(T_a_b, random)), std::nullopt,
+                    std::nullopt};
+  views.stops[1] = {ac.a, std::nullopt, ac.b, std::nullopt};
+  views.stops[2] = {std::nullopt, bd.a, std::nullopt, bd.b};
+  const RigPlacement placed = place_rig(views, {SE3{}, T_a_b, std::nullopt, std::nullopt});
+  ASSERT_TRUE(placed.lidars[1].known && placed.lidars[2].known && placed.lidars[3].known);
+  ASSERT_TRUE(placed.lidars[1].pair.by_shapes);
+  EXPECT_EQ(placed.lidars[3].via, 1);
+  EXPECT_FALSE(placed.lidars[3].pair.by_shapes);
+  EXPECT_TRUE(placed.lidars[1].follows && placed.lidars[3].follows);
+  EXPECT_FALSE(placed.lidars[2].follows);
+  EXPECT_EQ(placed.layout.lidar_index(3), -1);
+  EXPECT_TRUE(placed.adjusted.converged);
+  EXPECT_THAT(placed.state.T_base_sensor[2], SE3Near(T_a_c, 0.03, 3.0));
+  EXPECT_THAT(placed.state.T_base_sensor[1].inverse() * placed.state.T_base_sensor[3], SE3Near(T_b_d, 0.1, 10.0));
 }
 
 TEST(PlaceRig, LeavesOutWhoSawNothingAndSaysSo) {

@@ -5,10 +5,12 @@
 
 #include <Eigen/LU>
 
+#include "core/quality/lidar_quality.h"
 #include "core/voxel/patch_of_points.h"
 #include "simdata/corner_clouds.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
+#include "tests/support/stone_field.h"
 
 namespace rigcal {
 namespace {
@@ -110,6 +112,34 @@ TEST_F(CornerCalibrationTest, FailsWhereTheTwoSeeDifferentPlaces) {
   recording_.patches[1] = patch_of(other.a.points, 1);
   const CalibrationResult result = calibrate();
   EXPECT_EQ(result.sensors[1].status, Status::failed) << testing::PrintToString(result.sensors[1].reasons);
+}
+
+// "front" and "side" share no corner, "rear" sees one with "side" only.
+TEST_F(CornerCalibrationTest, WhatLiesOnOneThatShapesHoldIsWeakAndKnownNoBetter) {
+  Random random(22);
+  const SE3 T_side = random_pose(random, 0.1, 0.3);
+  const SE3 T_side_rear = random_pose(random, 0.8, 0.4);
+  see(fine(105.0, T_side_rear, 6));
+  rig_.sensors.push_back(rig_.sensors[1]);
+  rig_.sensors[2].name = "rear";
+  recording_.lidar_sensors = {0, 1, 2};
+  recording_.stops = {{0, 0, 0}, {1, 0, 0}};
+  for (PatchCells& patch : recording_.patches) patch.lidar += 1;
+  for (const int lidar : {0, 1}) {
+    recording_.patches.push_back(patch_of(see_stone_field(lidar == 0 ? SE3{} : T_side, random), lidar));
+    recording_.patches.back().stop = 1;
+  }
+  SilentReporter reporter;
+  const auto result = calibrate_by_planes(rig_, recording_, {SE3{}, T_side, std::nullopt}, {}, {reporter});
+  ASSERT_TRUE(result);
+  const SensorResult& side = result->sensors[1];
+  const SensorResult& rear = result->sensors[2];
+  EXPECT_EQ(side.status, Status::weak) << testing::PrintToString(side.reasons);
+  EXPECT_EQ(rear.status, Status::weak) << testing::PrintToString(rear.reasons);
+  EXPECT_THAT(rear.reasons, testing::Contains(HasSubstr("it was laid on side, which no planes join with front")));
+  ASSERT_TRUE(side.T_base_sensor && rear.T_base_sensor);
+  EXPECT_THAT(side.T_base_sensor->inverse() * *rear.T_base_sensor, SE3Near(T_side_rear, 0.1, 10.0));
+  EXPECT_GT(rotation_bound(rear.covariance), rotation_bound(side.covariance));
 }
 
 TEST_F(CornerCalibrationTest, IsAnErrorWithoutAStopOrABase) {

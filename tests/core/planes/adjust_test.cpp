@@ -85,5 +85,23 @@ TEST(Adjust, LeavesFixedBlocksUntouchedAndStaysNearThePriorWhereNothingIsSeen) {
   EXPECT_THAT(state.T_G_base[3], SE3Near(unseen, 1e-9, 1e-6));
 }
 
+// It took part, but lies on no plane: the others are solved as without it.
+TEST(Adjust, ALidarOnNoPlaneStaysAndDoesNotStopTheOthers) {
+  for (const HessianForm form : {HessianForm::exact, HessianForm::gauss_newton}) {
+    Problem p = make_problem(5, 0.0);
+    for (PlaneFeature& f : p.features)
+      std::erase_if(f.observations, [](const PlaneObservation& o) { return o.lidar == 2; });
+    Random random(6);
+    RigState state = disturbed(p.truth, random, 0.02, 0.05);
+    const SE3 unseen = state.T_base_sensor[2];
+    AdjustOptions options;
+    options.form = form;
+    options.max_iterations = 50;
+    EXPECT_TRUE(adjust(p.features, p.layout, options, state).converged);
+    EXPECT_THAT(state.T_base_sensor[1], SE3Near(p.truth.T_base_sensor[1], 1e-5, 1e-3));
+    EXPECT_EQ(state.T_base_sensor[2].t, unseen.t);
+  }
+}
+
 }  // namespace
 }  // namespace rigcal

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 
 #include "tests/support/make_planes.h"
 
@@ -55,7 +56,7 @@ TEST(LidarCovariances, HoldTheErrorsOverManyRuns) {
     Solved run(seed);
     run.solve();
     const LidarCovariances c = lidar_covariances(run.planes());
-    ASSERT_TRUE(c.observable);
+    ASSERT_THAT(c.observable, testing::ElementsAre(1, 1));
     EXPECT_EQ(c.with_priors[0], Matrix6d::Zero());  // the base is what the others are measured from
     const Vector6d error = (run.truth.T_base_sensor[1].inverse() * run.state.T_base_sensor[1]).log();
     sum += error.dot(c.with_priors[1].ldlt().solve(error)) / 6.0;
@@ -125,7 +126,43 @@ TEST(LidarCovariances, NothingSeenIsNotObservable) {
   const RigState state{{SE3{}, SE3{}}, {SE3{}, SE3{}}};
   ParameterLayout layout(2, 2);
   layout.free_lidar(1);
-  EXPECT_FALSE(lidar_covariances({{}, state, layout, {}}).observable);
+  EXPECT_TRUE(lidar_covariances({{}, state, layout, {}}).observable.empty());
+}
+
+// Three LiDARs, the last of which sees no plane at all, one, or all but with numbers that are none.
+TEST(LidarCovariances, JudgeEachLidarByWhatHoldsIt) {
+  Random random(12);
+  RigState state;
+  state.T_G_base.emplace_back();
+  for (int j = 1; j < stops; ++j) state.T_G_base.push_back(random_pose(random, 0.6, 0.2));
+  state.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
+  std::vector<PlaneFeature> features = make_plane_features(state, 25, 60, sigma_m, random);
+  for (PlaneFeature& feature : features) {
+    for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
+  }
+  ParameterLayout layout(stops, 3);
+  for (int j = 1; j < stops; ++j) layout.free_stop(j);
+  layout.free_lidar(1);
+  layout.free_lidar(2);
+  const double bound = translation_bound(lidar_covariances({features, state, layout, {}}).with_priors[1]);
+  for (const std::size_t planes : {0U, 1U}) {
+    std::vector<PlaneFeature> few = features;
+    for (std::size_t k = planes; k < few.size(); ++k) {
+      std::erase_if(few[k].observations, [](const PlaneObservation& o) { return o.lidar == 2; });
+    }
+    // Level in its own frame, so that parts of its information are zero to the bit; one stop, so that it has one plane.
+    for (PlaneObservation& o : few[0].observations) {
+      if (o.lidar == 2) o.scatter = (Matrix3d() << 20.0, 0.0, 0.0, 0.0, 20.0, 0.0, 0.0, 0.0, 0.0).finished();
+    }
+    std::erase_if(few[0].observations, [](const PlaneObservation& o) { return o.lidar == 2 && o.stop > 0; });
+    const LidarCovariances c = lidar_covariances({few, state, layout, {}});
+    EXPECT_THAT(c.observable, testing::ElementsAre(1, 1, 0)) << planes;
+    EXPECT_LT(translation_bound(c.with_priors[1]), 2.0 * bound) << planes;
+    // Told against the one that nothing holds nobody is known.
+    EXPECT_THAT(lidar_covariances({few, state, layout, {}}, 2).observable, testing::ElementsAre(0, 0, 0)) << planes;
+  }
+  features[3].observations[4].mean.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(lidar_covariances({features, state, layout, {}}).observable, testing::ElementsAre(1, 0, 0));
 }
 
 TEST(HoldOutOfStops, IsOneWhereNoiseIsAllThereIs) {
@@ -162,6 +199,55 @@ TEST(HoldOutOfStops, IsTheSameWhateverAMergedPlaneTookOver) {
   EXPECT_NEAR(shared.rms_m[1], whole.rms_m[1], 1e-6);
 }
 
+// It lies on a plane in stops only that are held out.
+TEST(HoldOutOfStops, IsOfTheOtherStopsAlsoWhereTheyHoldNothingOfOneLidar) {
+  Solved run(34);
+  run.truth.T_base_sensor.push_back(run.truth.T_base_sensor[1]);
+  run.state = run.truth;
+  run.layout = ParameterLayout(stops, 3);
+  for (int j = 1; j < stops; ++j) run.layout.free_stop(j);
+  run.layout.free_lidar(1);
+  run.layout.free_lidar(2);
+  for (PlaneFeature& feature : run.features) {
+    for (std::size_t k = 0; k < feature.observations.size(); ++k) {
+      PlaneObservation o = feature.observations[k];
+      if (o.stop != 2 || o.lidar != 1) continue;
+      o.lidar = 2;
+      feature.observations.push_back(o);
+    }
+    // Bumped in the stop that is held out.
+    for (PlaneObservation& o : feature.observations) {
+      if (o.stop == 2 && o.lidar == 1) o.mean += Vector3d(0.02, -0.01, 0.02);
+    }
+  }
+  run.solve();
+  const HoldOut held = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+  EXPECT_LT((held.T_base_sensor[1].t - run.truth.T_base_sensor[1].t).norm(), 0.003);
+  EXPECT_GT(held.normalised[1], 2.0);
+}
+
+// One that saw nothing in every fourth of all stops is checked by its own, one of two stops by every fifth plane.
+TEST(HoldOutOfStops, IsByTheOwnStopsOfALidarThatSawNothingInTheOthers) {
+  for (const int last : {4, 1}) {
+    Solved run(35);
+    for (PlaneFeature& feature : run.features) {
+      std::erase_if(feature.observations,
+                    [&](const PlaneObservation& o) { return o.lidar == 1 && (o.stop == 2 || o.stop > last); });
+      for (PlaneObservation& o : feature.observations) {
+        if (o.stop == 3 && o.lidar == 1) o.mean += Vector3d(0.02, -0.01, 0.02);
+      }
+    }
+    run.solve();
+    const HoldOut held = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+    if (last == 4) {
+      EXPECT_GT(held.normalised[1], 2.0) << "bumped at the third of its four stops";
+    } else {
+      EXPECT_GT(held.normalised[1], 0.5);
+      EXPECT_LT(held.normalised[1], 1.5);
+    }
+  }
+}
+
 TEST(HoldOutOfStops, SeesALidarThatWasBumped) {
   Solved run(31);
   for (PlaneFeature& feature : run.features) {
@@ -191,6 +277,13 @@ TEST(Bounds, AreThoseOfTheLargestAxis) {
   EXPECT_NEAR(rotation_bound(C), 0.002 * std::sqrt(7.815), 1e-9);
 }
 
+TEST(Bounds, OfWhatIsNoNumberAreNone) {
+  Matrix6d C = 1e-6 * Matrix6d::Identity();
+  C(0, 0) = C(3, 3) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(translation_bound(C)));
+  EXPECT_TRUE(std::isnan(rotation_bound(C)));
+}
+
 TEST(LidarCovariances, AreWideAlongADirectionThatNoPlaneOfTheLidarFaces) {
   Random random(3);
   RigState truth;
@@ -209,7 +302,7 @@ TEST(LidarCovariances, AreWideAlongADirectionThatNoPlaneOfTheLidarFaces) {
   }
   const auto z_variance = [&] {
     const LidarCovariances c = lidar_covariances({features, truth, layout, {}});
-    EXPECT_TRUE(c.observable);
+    EXPECT_THAT(c.observable, testing::ElementsAre(1, 1));
     return c.with_priors[1](5, 5);
   };
   const double of_all = z_variance();
