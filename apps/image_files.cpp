@@ -9,6 +9,7 @@
 #include "apps/ros_pixels.h"
 #include "core/io/frame_files.h"
 #include "core/io/output_file.h"
+#include "core/records/pixel_format.h"
 
 namespace rigcal {
 namespace {
@@ -71,6 +72,7 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
     if (++camera.unknown == 1) camera.first_unknown = image.image.encoding + " of a size that does not fit";
     return {};
   }
+  if (camera.bayer.empty() && !packed) camera.bayer = bayer_format(image.image);
   camera.frames.push_back(frame);
   return {};
 }
@@ -92,6 +94,18 @@ std::uint64_t ImageFiles::images() const {
   std::uint64_t count = 0;
   for (const auto& [sensor, camera] : cameras_) count += camera.frames.size();
   return count;
+}
+
+std::map<int, std::string> ImageFiles::missing_formats() const {
+  std::map<int, std::string> missing;
+  for (const auto& [sensor, camera] : cameras_) {
+    const auto recorded = parse_pixel_format(camera.bayer);
+    const auto told = parse_pixel_format(rig_.sensors[static_cast<std::size_t>(sensor)].camera->pixel_format);
+    // The rig file may well know better how many of 16 bits count.
+    if (!camera.bayer.empty() && recorded && (!told || told->layout != recorded->layout))
+      missing[sensor] = camera.bayer;
+  }
+  return missing;
 }
 
 std::vector<std::string> ImageFiles::warnings() const {

@@ -28,6 +28,9 @@ class ImageFiles {
   Expected<void> finish(const std::vector<Stop>& stops);
 
   [[nodiscard]] std::uint64_t images() const;
+  /// Where pixels that became grey are of a Bayer mosaic and the rig file does not say so, or names another layout: the
+  /// pixel_format that they want, by sensor.
+  [[nodiscard]] std::map<int, std::string> missing_formats() const;
   /// Of the images that could not be written, because their encoding is not known: one sentence a camera.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
@@ -36,6 +39,7 @@ class ImageFiles {
     std::vector<FrameRecord> frames;
     std::uint64_t unknown = 0;
     std::string first_unknown;
+    std::string bayer;  ///< The pixel_format of the first image that is a mosaic.
   };
   [[nodiscard]] std::string camera_folder(int sensor) const;
   Expected<void> write_frame(const RecordedImage& image, Camera& camera) const;

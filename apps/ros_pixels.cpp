@@ -34,18 +34,6 @@ constexpr std::array<Encoding, 16> encodings{{{"mono8", 1, 8, false},
                                               {"bgra16", 4, 16, true},
                                               {"16UC4", 4, 16, true}}};
 
-// As the rig file calls what sensor_msgs calls by the first two rows of the filter.
-std::string bayer_format(const RosImage& image) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> layouts{
-      {{"bayer_rggb", "BayerRG"}, {"bayer_grbg", "BayerGR"}, {"bayer_gbrg", "BayerGB"}, {"bayer_bggr", "BayerBG"}}};
-  for (const auto& [encoding, format] : layouts) {
-    if (image.encoding.starts_with(encoding)) {
-      return std::string(format) + std::string(std::string_view(image.encoding).substr(encoding.size()));
-    }
-  }
-  return {};
-}
-
 Expected<Image> copy_pixels(const PixelView& pixels) {
   constexpr std::uint64_t max_pixels = 100'000'000;
   const std::uint64_t value = static_cast<std::uint64_t>(pixels.bits / 8);
@@ -88,6 +76,18 @@ std::optional<PixelView> pixels_of(const RosImage& image) {
   const bool deep = image.encoding.ends_with("16");
   if (!bayer || (!deep && !image.encoding.ends_with("8"))) return std::nullopt;
   return PixelView{image.width, image.height, 1, deep ? 16 : 8, false, image.big_endian, image.step, image.data};
+}
+
+std::string bayer_format(const RosImage& image) {
+  // sensor_msgs names them by the first two rows of the filter.
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> layouts{
+      {{"bayer_rggb", "BayerRG"}, {"bayer_grbg", "BayerGR"}, {"bayer_gbrg", "BayerGB"}, {"bayer_bggr", "BayerBG"}}};
+  for (const auto& [encoding, format] : layouts) {
+    if (image.encoding.starts_with(encoding)) {
+      return std::string(format) + std::string(std::string_view(image.encoding).substr(encoding.size()));
+    }
+  }
+  return {};
 }
 
 Expected<Image> image_of(RosType type, const RosImage& image) {

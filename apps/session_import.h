@@ -20,8 +20,9 @@ struct ImportSummary {
 
 /// Turns a foreign recording into a session, which appears as a whole at the end; an existing path is never touched.
 /// Datagrams become lidar.pcapng, every one as it is; bags become the patches of their stops and their images, patch
-/// folders are copied. The rig file is copied to the letter. What is worth telling goes to the reporter. Errors: no
-/// rig, an input that cannot be read or has nothing of this rig, a session (which needs no import), the disk.
+/// folders are copied. The rig file is copied to the letter, unless it does not say of what Bayer layout images are.
+/// What is worth telling goes to the reporter. Errors: no rig, an input that cannot be read or has nothing of this rig,
+/// a session (which needs no import), the disk.
 [[nodiscard]] Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path,
                                                      const std::string& out, const RunContext& context);
 

@@ -130,7 +130,8 @@ TEST_F(Bag, IsImportedWithEveryPointOfItsStopsAndItsImages) {
             image_message(0, 0, 3, 2, "bayer_rggb8", 4, {1, 2, 3, 0, 4, 5, 6, 0}));
   write("images.bag", bytes.finish());
   rig_with("initial_extrinsics:",
-           "  cam: {type: camera, topic: /cam}\n  raw: {type: camera, topic: raw}\ninitial_extrinsics:");
+           "  cam: {type: camera, topic: /cam}\n  raw: {type: camera, topic: raw, pixel_format: "
+           "BayerRG8}\ninitial_extrinsics:");
   const ProgramRun run = rigcal("import images.bag --rig changed.yaml --out imported --json");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("cam: 1 images are of an encoding that is not known (tiff)"));
@@ -158,6 +159,34 @@ TEST_F(Bag, IsImportedWithEveryPointOfItsStopsAndItsImages) {
   // The rotations between the stops have gone through a trajectory: the starts are micrometres apart, so that a cell or
   // two of 300 000 may fall into another voxel. Sigma is 0.6 mm.
   EXPECT_THAT(mid40("from_imported/extrinsics.yaml"), SE3Near(mid40("from_bag/extrinsics.yaml"), 2e-5, 0.02));
+}
+
+TEST_F(Bag, AMosaicIsNamedInTheImportedRigFile) {
+  BagBytes bytes = bag_of_dump((scratch / "session/lidar.pcapng").string(), 21, "lz4");
+  const auto stops = nlohmann::json::parse(rigcal("inspect run.bag --rig rig.yaml --json").out)["stops"];
+  const auto in_stop_ns = (stops[2]["start_ns"].get<std::int64_t>() + stops[2]["end_ns"].get<std::int64_t>()) / 2;
+  for (const auto& [topic, encoding] :
+       {std::pair{"/silent", "bayer_gbrg8"}, {"/wrong", "bayer_rggb8"}, {"/right", "bayer_bggr8"}, {"/grey", "mono8"}})
+    bytes.add(topic, image_type, image_md5, in_stop_ns, image_message(0, 0, 2, 2, encoding, 2, {1, 2, 3, 4}));
+  write("mosaics.bag", bytes.finish());
+  rig_with("initial_extrinsics:",
+           "  silent: {type: camera, topic: /silent}\n"
+           "  wrong: {type: camera, topic: /wrong, pixel_format: BayerGR8}\n"
+           "  right: {type: camera, topic: /right, pixel_format: BayerBG8}\n"
+           "  grey: {type: camera, topic: /grey}\ninitial_extrinsics:");
+  const ProgramRun run = rigcal("import mosaics.bag --rig changed.yaml --out mosaics");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("silent: its images are a mosaic of colours"));
+  EXPECT_THAT(run.err, HasSubstr("rig.yaml has pixel_format: BayerRG8"));
+  const auto rig = load_rig((scratch / "mosaics/rig.yaml").string());
+  ASSERT_TRUE(rig) << rig.error().message();
+  const auto format = [&](const char* name) {
+    return rig->sensors[static_cast<std::size_t>(rig->find(name))].camera->pixel_format;
+  };
+  EXPECT_EQ(format("silent"), "BayerGB8");
+  EXPECT_EQ(format("wrong"), "BayerRG8");
+  EXPECT_EQ(format("right"), "BayerBG8");
+  EXPECT_EQ(format("grey"), "");
 }
 
 TEST_F(Bag, ADumpIsImportedToTheLastDatagram) {
