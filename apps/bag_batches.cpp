@@ -61,6 +61,9 @@ void warn_of(const TopicIngest& counts, std::vector<std::string>& warnings) {
     warnings.push_back(counts.topic + ": " + std::to_string(counts.not_finite) +
                        " points with NaN or infinite coordinates left out");
   }
+  if (const std::string complaint = counts.intensity.complaint(); !complaint.empty()) {
+    warnings.push_back(counts.topic + ": its " + complaint);
+  }
   const auto sent = static_cast<double>(counts.messages + counts.lost);
   if (static_cast<double>(counts.lost) > worthy_loss * sent) {
     warnings.push_back(counts.topic + ": " + std::to_string(counts.lost) + " messages were lost on the way to the bag");
@@ -176,6 +179,7 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
   }
   topic.count_lost(message.connection, cloud_.header.seq);
   topic.counts.not_finite += cloud_.not_finite;
+  topic.counts.intensity.add(cloud_.intensity);
   set_times(topic, message.stamp_ns);
   batch_.sensor = topic.wish->sensor;
   batch_.points.swap(cloud_.points);

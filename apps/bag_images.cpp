@@ -1,13 +1,14 @@
 #include "apps/bag_images.h"
 
-#include <cstdio>
-
 #include "apps/bag_batches.h"
 #include "apps/ros_pixels.h"
 #include "apps/still_images.h"
+#include "core/base/text.h"
 
 namespace rigcal {
 namespace {
+
+std::string seconds_text(std::int64_t ns) { return fixed_text(1e-9 * static_cast<double>(ns), 3) + " s"; }
 
 // Images come in the order of time, so those of one stop come together.
 class BagImages {
@@ -19,12 +20,13 @@ class BagImages {
     ++seen_;
     const auto half_ns = static_cast<std::int64_t>(500.0 * camera_.camera->exposure_us.value_or(0.0));
     const auto stop = stop_that_contains(stops_, image.stamp_ns - half_ns, image.stamp_ns + half_ns);
-    if (!stop) return;
+    if (!stop) {
+      if (++outside_ == 1) first_outside_ = seconds_text(image.stamp_ns);
+      return;
+    }
     if (!stop_ || *stop_ != *stop) finish_stop();
     stop_ = stop;
-    char stamp[40];
-    std::snprintf(stamp, sizeof stamp, "%.3f", 1e-9 * static_cast<double>(image.stamp_ns));
-    current_.add(path_ + ": the image of " + camera_.camera->topic + " at " + stamp + " s",
+    current_.add(path_ + ": the image of " + camera_.camera->topic + " at " + seconds_text(image.stamp_ns),
                  image_of(image.type, image.image));
   }
 
@@ -34,6 +36,10 @@ class BagImages {
       out_.why_none = seen_ == 0 ? "the bag has no images on its topic '" + camera_.camera->topic +
                                        "'; check topic in the rig file, or give them by --images DIR"
                                  : "all of its " + std::to_string(seen_) + " images were taken outside of the stops";
+    }
+    if (outside_ > 0 && outside_ < seen_) {
+      context.reporter.warn(camera_.name + ": " + std::to_string(outside_) + " of " + std::to_string(seen_) +
+                            " images were taken outside of all stops and are not used, the first at " + first_outside_);
     }
     conclude_images(camera_.name, complaints_, context, out_);
     return std::move(out_);
@@ -57,6 +63,8 @@ class BagImages {
   StopImages current_;
   std::optional<std::size_t> stop_;
   std::uint64_t seen_ = 0;
+  std::uint64_t outside_ = 0;  ///< Of all stops.
+  std::string first_outside_;
   std::vector<std::string> complaints_;
   StillImages out_;
 };

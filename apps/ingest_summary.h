@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/clocks/device_clock.h"
 #include "core/clocks/stream_ledger.h"
+#include "core/io/intensity_range.h"
 #include "drivers/livox_codec/discovery.h"
 
 namespace rigcal {
@@ -52,6 +53,7 @@ struct TopicIngest {
   std::uint64_t noise = 0;
   std::uint64_t out_of_range = 0;
   std::uint64_t not_finite = 0;
+  IntensityRange intensity;   ///< As the messages have it.
   std::uint64_t untimed = 0;  ///< Messages whose points have no times.
   std::uint64_t imu_samples = 0;
   std::int64_t first_ns = 0;  ///< Record time of the first and the last message.

@@ -279,13 +279,17 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
   double done = 0.0;
   for (std::size_t i = 0; i < folder->patches.size(); ++i) {
     for (const PatchFile& file : folder->patches[i]) {
+    IntensityRange intensity;
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", path, {}};
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       stops[file.stop]["points"][rig->sensors[i].name] = cloud->points;
       if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig->sensors[i].name);
+      intensity.add(cloud->intensity);
     }
     context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
+    const std::string complaint = intensity.complaint();
+    if (!complaint.empty()) warnings.push_back(rig->sensors[i].name + ": its " + complaint);
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
   for (const std::string& name : folder->unknown) warnings.push_back(name + " belongs to no sensor");

@@ -18,6 +18,7 @@ class PatchFiles final : public StopSink {
   Expected<void> restart() override {
     open_.clear();
     files_ = 0;
+    left_out_ = 0;
     patches_.reset();
     clouds_.reset();
     if (layout_ == PatchLayout::patches) {
@@ -61,6 +62,7 @@ class PatchFiles final : public StopSink {
     for (auto& [sensor, writer] : open_) {
       const Expected<void> finished = std::visit([](auto& file) { return file.finish(); }, writer);
       if (status_ && !finished) status_ = finished;
+      if (const auto* las = std::get_if<LasWriter>(&writer)) left_out_ += las->left_out();
     }
     open_.clear();
   }
@@ -79,6 +81,7 @@ class PatchFiles final : public StopSink {
 
  private:
   using CloudFile = std::variant<PcdWriter, LasWriter>;
+  [[nodiscard]] std::uint64_t left_out() const { return left_out_; }  ///< Points that their format cannot hold.
 
   template <class Writer>
   static Expected<CloudFile> either(Expected<Writer> writer) {
@@ -107,6 +110,7 @@ class PatchFiles final : public StopSink {
 };
 
 }  // namespace
+  std::uint64_t left_out_ = 0;
 
 std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops) {
   std::map<int, SE3> poses;
@@ -131,5 +135,10 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
   if (const Expected<void> finished = files.finish(source, summary->stops); !finished) return finished.error();
   return PatchExport{std::move(*summary), files.files()};
 }
+  if (files.left_out() > 0) {
+    context.reporter.warn(std::to_string(files.left_out()) +
+                          " points lie farther than a .las file can say (214 km) and are left out; give the LiDAR a "
+                          "range in the rig file");
+  }
 
 }  // namespace rigcal

@@ -23,8 +23,10 @@ namespace fs = std::filesystem;
 
 struct PatchJob {
   int lidar = 0;
+  int sensor = 0;
   int stop = 0;
   std::string path;
+  bool has_range = false;  ///< In the rig file.
   double min_range_m = 0.0;
   double max_range_m = 0.0;
 };
@@ -33,6 +35,7 @@ struct PatchOutcome {
   PatchCells cells;
   std::vector<Point> near;
   PcdSummary summary;
+  std::uint64_t out_of_range = 0;
   std::optional<Error> error;
 };
 
@@ -43,18 +46,21 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
   builder.begin(job.lidar, job.stop, cells);
   std::vector<Point> kept;
   const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
+  const auto far2 = static_cast<float>(job.max_range_m * job.max_range_m);
   const auto take = [&](std::span<const Point> points) {
     builder.add(points);
     add_near_points(points, std::min(keep_within_m, cells.max_range_m), out.near);
   };
   const Expected<PcdSummary> summary = read_pcd(job.path, [&](std::span<const Point> points) {
-    if (near2 <= 0.0F) {
+    if (!job.has_range) {
       take(points);
       return;
     }
     kept.clear();
     for (const Point& p : points) {
-      if (p.x * p.x + p.y * p.y + p.z * p.z >= near2) kept.push_back(p);
+      const float square = p.x * p.x + p.y * p.y + p.z * p.z;
+      if (square < near2 || square > far2) ++out.out_of_range;
+      if (square >= near2) kept.push_back(p);  // the cells know how far they go
     }
     take(kept);
   });
@@ -65,6 +71,34 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
   out.summary = *summary;
   out.cells = builder.finish();
   return out;
+}
+
+// What is wrong with all clouds of a LiDAR together.
+struct LidarTally {
+  IntensityRange intensity;
+  std::uint64_t points = 0;
+  std::uint64_t out_of_range = 0;
+};
+
+void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
+                    Reporter& reporter) {
+  std::map<int, LidarTally> tallies;  // by sensor
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    LidarTally& tally = tallies[jobs[k].sensor];
+    tally.intensity.add(outcomes[k].summary.intensity);
+    tally.points += outcomes[k].summary.points;
+    tally.out_of_range += outcomes[k].out_of_range;
+  }
+  for (const auto& [sensor, tally] : tallies) {
+    const std::string& name = rig.sensors[static_cast<std::size_t>(sensor)].name;
+    if (2 * tally.out_of_range > tally.points) {
+      reporter.warn(name + ": " + std::to_string(tally.out_of_range) + " of its " + std::to_string(tally.points) +
+                    " points lie outside of its range in the rig file and are left out; is range in metres?");
+    }
+    if (const std::string complaint = tally.intensity.complaint(); !complaint.empty()) {
+      reporter.warn(name + ": its " + complaint);
+    }
+  }
 }
 
 void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
@@ -150,8 +184,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
     const auto sensor = static_cast<std::size_t>(out.lidar.lidar_sensors[i]);
     const auto& range = rig.sensors[sensor].lidar->range_m;
     for (const PatchFile& file : folder->patches[sensor]) {
-      jobs.push_back({static_cast<int>(i), position.at(file.stop), file.path, range ? (*range)[0] : 0.0,
-                      range ? (*range)[1] : 1e9});
+      jobs.push_back({static_cast<int>(i), out.lidar.lidar_sensors[i], position.at(file.stop), file.path,
+                      range.has_value(), range ? (*range)[0] : 0.0, range ? (*range)[1] : 1e9});
     }
   }
   // Stop by stop, as packets give them: the same patches in the same order give the same result.
@@ -169,6 +203,7 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
     if (o.error) return *o.error;
   }
   warn_of(*folder, outcomes, jobs, context.reporter);
+  warn_of_lidars(rig, outcomes, jobs, context.reporter);
   for (PatchOutcome& o : outcomes) {
     out.points += o.cells.points;
     const int sensor = out.lidar.lidar_sensors[static_cast<std::size_t>(o.cells.lidar)];

@@ -83,24 +83,29 @@ struct PointFields {
     return is(x, 'F', 4) && is(y, 'F', 4) && is(z, 'F', 4) && is(reflectivity, 'F', 4) && is(tag, 'U', 1) &&
            ring == nullptr;
   }
-  [[nodiscard]] Point assemble_usual(const std::uint8_t* at) const {
+  [[nodiscard]] Point assemble_usual(const std::uint8_t* at, IntensityRange& intensity) const {
     Point point;
     std::memcpy(&point.x, at + x->offset, sizeof(float));
     std::memcpy(&point.y, at + y->offset, sizeof(float));
     std::memcpy(&point.z, at + z->offset, sizeof(float));
-    point.reflectivity = rounded<std::uint8_t>(load_value<float>(at + reflectivity->offset));
+    const double value = load_value<float>(at + reflectivity->offset);
+    intensity.add(value);
+    point.reflectivity = rounded<std::uint8_t>(value);
     point.tag = at[tag->offset];
     return point;
   }
 
   /// `value(field)` gives the number of a field, `x`, `y` and `z` come as doubles.
   template <class Value>
-  [[nodiscard]] Point assemble(const Value& value) const {
+  [[nodiscard]] Point assemble(const Value& value, IntensityRange& intensity) const {
     Point point;
     point.x = to_float(value(*x));
     point.y = to_float(value(*y));
     point.z = to_float(value(*z));
-    if (reflectivity != nullptr) point.reflectivity = rounded<std::uint8_t>(value(*reflectivity));
+    if (reflectivity != nullptr) {
+      intensity.add(value(*reflectivity));
+      point.reflectivity = rounded<std::uint8_t>(value(*reflectivity));
+    }
     if (tag != nullptr) point.tag = rounded<std::uint8_t>(value(*tag));
     if (ring != nullptr) point.shot = rounded<std::uint16_t>(value(*ring));
     return point;
@@ -173,7 +178,7 @@ class PcdReader {
         return input_error("has no " + std::to_string(values.size()) + " numbers",
                            path_ + ":" + std::to_string(line_number), "copy or record it again");
       }
-      out.add(fields.assemble([&](const PcdField& field) { return values[field.column]; }));
+      out.add(fields.assemble([&](const PcdField& field) { return values[field.column]; }, out.summary().intensity));
       ++found;
     }
     return {};
@@ -207,13 +212,16 @@ class PcdReader {
       chunk.resize(count * step);
       if (std::fread(chunk.data(), step, count, file_.get()) != count) return too_short(done);
       if (usual) {
-        for (std::size_t i = 0; i < count; ++i) out.add(fields.assemble_usual(chunk.data() + i * step));
+        IntensityRange intensity;  // of its own, so that it stays in registers
+        for (std::size_t i = 0; i < count; ++i) out.add(fields.assemble_usual(chunk.data() + i * step, intensity));
+        out.summary().intensity.add(intensity);
         done += count;
         continue;
       }
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* at = chunk.data() + i * step;
-        out.add(fields.assemble([&](const PcdField& f) { return load_value(at + f.offset, f.type, f.size); }));
+        out.add(fields.assemble([&](const PcdField& f) { return load_value(at + f.offset, f.type, f.size); },
+                                out.summary().intensity));
       }
       done += count;
     }
@@ -241,9 +249,10 @@ class PcdReader {
     if (lzf_decompress(packed.data(), packed_bytes, values.data(), bytes) != bytes) return damaged();
     const auto points = static_cast<std::size_t>(header().points);
     for (std::size_t i = 0; i < points; ++i) {
-      out.add(fields.assemble([&](const PcdField& f) {
+      const auto value = [&](const PcdField& f) {
         return load_value(values.data() + points * f.offset + i * f.size * f.count, f.type, f.size);
-      }));
+      };
+      out.add(fields.assemble(value, out.summary().intensity));
     }
     return {};
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/intensity_range.h"
 #include "core/io/output_file.h"
 #include "core/records/records.h"
 
@@ -18,6 +19,7 @@ struct PcdSummary {
   std::uint64_t not_finite = 0;   ///< Left out: a coordinate is NaN or infinite.
   std::uint64_t at_origin = 0;    ///< Left out: (0, 0, 0), which scanners write where nothing came back.
   bool has_reflectivity = false;  ///< There is a field intensity or reflectivity.
+  IntensityRange intensity;       ///< As the file has it.
   bool has_ring = false;
   bool size_missing = false;  ///< WIDTH or HEIGHT is 0 although there are points: worth one warning.
 };

@@ -128,7 +128,11 @@ class CloudDecoder {
       ++cloud.at_origin;
       return;
     }
-    if (reflectivity_ != nullptr) point.reflectivity = rounded<std::uint8_t>(value(at, *reflectivity_));
+    if (reflectivity_ != nullptr) {
+      const double intensity = value(at, *reflectivity_);
+      cloud.intensity.add(intensity);
+      point.reflectivity = rounded<std::uint8_t>(intensity);
+    }
     if (tag_ != nullptr) point.tag = rounded<std::uint8_t>(value(at, *tag_));
     cloud.points.push_back(point);
     if (time_ != nullptr) cloud.times_ns.push_back(time_ns(at, cloud.header.stamp_ns));
@@ -192,6 +196,7 @@ Expected<void> decode_cloud(RosType type, ByteView message, RosCloud& cloud) {
   cloud.points.clear();
   cloud.times_ns.clear();
   cloud.shots = cloud.not_finite = cloud.at_origin = 0;
+  cloud.intensity = {};
   ByteReader reader(message);
   cloud.header = read_ros_header(reader);
   if (type == RosType::livox_points) return decode_livox_points(reader, cloud);

@@ -7,6 +7,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/io/intensity_range.h"
 #include "core/records/records.h"
 
 /// ROS 1 messages out of their bytes. Any bytes may be given: sizes are checked before they are believed, no memory is
@@ -41,6 +42,7 @@ struct RosCloud {
   std::uint64_t shots = 0;       ///< All places for points in the message.
   std::uint64_t not_finite = 0;  ///< Left out: a coordinate is NaN or infinite.
   std::uint64_t at_origin = 0;   ///< Left out: (0, 0, 0), written where nothing came back.
+  IntensityRange intensity;      ///< As the message has it.
 };
 
 /// `type` is livox_points or point_cloud. PointCloud2: x, y, z as float32 or float64 wherever they stand; intensity or

@@ -217,7 +217,9 @@ TEST_F(StillImagesTest, ComeOutOfABag) {
   EXPECT_EQ(still.images[0].image.pixel_format, "BayerBG8");
   EXPECT_EQ(still.images[1].image.bytes, std::vector<std::uint8_t>(12, 40));
   EXPECT_EQ(still.images[1].image.pixel_format, "BayerRG8") << "the rig file's";
-  EXPECT_THAT(reporter_.warnings, ElementsAre(HasSubstr("'unheard' is not known")));
+  EXPECT_THAT(reporter_.warnings,
+              ElementsAre(HasSubstr("1 of 5 images were taken outside of all stops and are not used, the first at 0.0"),
+                          HasSubstr("'unheard' is not known")));
 }
 
 TEST_F(StillImagesTest, OfABagAreMissedBySentences) {

@@ -163,6 +163,31 @@ TEST(PcdFile, LeavesOutAndCountsWhatIsNoReturn) {
   EXPECT_FALSE(cloud->summary.has_reflectivity);
 }
 
+TEST(PcdFile, TellsWhereIntensitiesAreOfAnotherScale) {
+  const auto complaint = [](const std::string& type, const std::string& low, const std::string& high) {
+    const std::string path =
+        write_text("scale.pcd", header("x y z intensity", "4 4 4 4", "F F F " + type, "3", "ascii") +
+                                    "1 2 3 0\n1 2 3 " + low + "\n1 2 4 " + high + "\n");
+    const Expected<PcdCloud> cloud = read_pcd(path);
+    return cloud ? cloud->summary.intensity.complaint() : cloud.error().message();
+  };
+  EXPECT_THAT(complaint("F", "0.31", "0.99"), HasSubstr("at most 0.99, and of their fractions nothing is left"));
+  EXPECT_THAT(complaint("F", "0.31", "1"), HasSubstr("scale them to 0..255"));
+  EXPECT_THAT(complaint("U", "200", "65535"), HasSubstr("reach 65535, and all above 255 count as 255"));
+  EXPECT_EQ(complaint("F", "0", "1"), "") << "very dark";
+  EXPECT_EQ(complaint("F", "0.31", "255"), "");
+  // Written as most programs write it, which is read another way.
+  std::vector<std::uint8_t> bytes;
+  const std::string head = header("x y z intensity tag", "4 4 4 4 1", "F F F F U", "1", "binary");
+  bytes.assign(head.begin(), head.end());
+  for (const float value : {1.0F, 2.0F, 3.0F, 0.5F}) append(bytes, value);
+  append<std::uint8_t>(bytes, 0);
+  const Expected<PcdCloud> usual = read_pcd(write_bytes("usual.pcd", bytes));
+  ASSERT_TRUE(usual) << usual.error().message();
+  EXPECT_EQ(usual->summary.intensity.largest, 0.5);
+  EXPECT_TRUE(usual->summary.intensity.has_fractions);
+}
+
 TEST(PcdFile, AcceptsAWidthOfZeroAndSaysSo) {
   const std::string text = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 0\nPOINTS 1\nDATA ascii\n1 2 3\n";
   const Expected<PcdCloud> cloud = read_pcd(write_text("width.pcd", text));

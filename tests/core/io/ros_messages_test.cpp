@@ -81,6 +81,7 @@ TEST(RosMessages, ReadsPointCloudsWhereverTheirFieldsStand) {
     EXPECT_EQ(cloud.points[1].z, -1.25F);
     EXPECT_EQ(cloud.points[0].reflectivity, 77);
     EXPECT_EQ(cloud.points[1].reflectivity, 255) << "kept within a byte";
+    EXPECT_EQ(cloud.intensity.largest, 4000.0) << "and told of";
     EXPECT_EQ(cloud.points[1].tag, 9);
     EXPECT_EQ(cloud.points[2].y, 3.5F);
     EXPECT_NEAR(static_cast<double>(cloud.times_ns[1] - stamp), 1e7, 1.0);
