@@ -150,7 +150,8 @@ bool CameraRecorder::prepare_camera() {
   return false;
 }
 
-// Pulses from before it was set up have released no frame.
+// Pulses from before it was set up have released no frame. It may be set up more than once before it starts, while the
+// writing thread is at the pulses of the last time: that one takes the new matching when it has done so.
 void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
   FrameMatcherOptions options;
   options.has_device_stamps = setup.has_device_stamps;
@@ -161,12 +162,14 @@ void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
   options.most_lag_ns += options.least_lag_ns;
   options.least_interval_ns = exposure_ns;
   const std::lock_guard lock(mutex_);
-  matching_.emplace(options, delay_us);
+  pulses_.clear();
+  new_matching_.emplace(options, delay_us);
+  expects_pulses_ = true;
 }
 
 void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
   const std::lock_guard lock(mutex_);
-  if (!matching_) return;
+  if (!expects_pulses_) return;
   if (pulses_.size() == kMostPulses) {
     has_dropped_pulses_ = true;
     return;
@@ -275,6 +278,10 @@ void CameraRecorder::write() {
   if (!closed && !failure_) failure_ = closed.error();
 }
 
+      if (new_matching_) {
+        matching_.emplace(*std::move(new_matching_));
+        new_matching_.reset();
+      }
 Expected<void> CameraRecorder::list_matched() {
   matching_->advance(now_ns());
   while (const auto record = matching_->next()) {

@@ -113,7 +113,9 @@ class CameraRecorder {
 
   mutable std::mutex mutex_;  ///< Of what follows.
   std::condition_variable changed_;
-  std::vector<Waiting> waiting_;      ///< A ring of kMostWaiting places.
+  std::vector<Waiting> waiting_;               ///< A ring of kMostWaiting places.
+  std::optional<FrameMatching> new_matching_;  ///< Of the camera as it was set up last, for the writing thread.
+  bool expects_pulses_ = false;
   std::vector<TriggerPulse> pulses_;  ///< Not yet taken to the matching.
   bool has_dropped_pulses_ = false;
   std::size_t first_ = 0;
@@ -126,8 +128,7 @@ class CameraRecorder {
   std::optional<Error> failure_;
   std::string last_trouble_;
 
-  /// Made before the first frame; then of the writing thread alone.
-  std::optional<FrameMatching> matching_;
+  std::optional<FrameMatching> matching_;  ///< This and what follows: of the writing thread alone.
   std::vector<TriggerPulse> taken_pulses_;
 
   std::thread taker_;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/rig/rig.h"
@@ -34,6 +35,8 @@ class CameraDrivers {
   [[nodiscard]] std::unique_ptr<camera::Camera> make(const std::string& driver);
   /// All that any of them sees.
   [[nodiscard]] std::vector<camera::CameraIdentity> enumerate();
+  explicit CameraDrivers(std::vector<std::unique_ptr<camera::CameraBackend>> backends)
+      : backends_(std::move(backends)) {}
 
  private:
   std::vector<std::unique_ptr<camera::CameraBackend>> backends_;

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <thread>
 
@@ -158,6 +160,89 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
 
 TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {
   const std::string camera = "driver: aravis, trigger: {source: Line0}";
+/// A camera that does not start the first time.
+class LateStarter final : public camera::Camera {
+ public:
+  explicit LateStarter(std::function<void()> when_set_up) : when_set_up_(std::move(when_set_up)) {}
+  ~LateStarter() override { close(); }
+  [[nodiscard]] camera::CameraCounters counters() const override { return {}; }
+
+ private:
+  Expected<camera::CameraIdentity> do_open(const std::string& name) override {
+    return camera::CameraIdentity{name, name, {}, {}, "late starter", "none"};
+  }
+  Expected<camera::CameraSetup> do_configure(const camera::CameraConfig& /*config*/) override {
+    when_set_up_();
+    return camera::CameraSetup{};
+  }
+  Expected<void> do_start() override {
+    return ++starts_ > 1 ? Expected<void>() : Expected<void>(system_error("it does not start yet"));
+  }
+  Expected<camera::Delivery> do_next(std::int64_t timeout_ns) override {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
+    return camera::Delivery{};
+  }
+  Expected<void> do_trigger() override { return {}; }
+  Expected<void> do_stop() override { return {}; }
+  void do_close() override {}
+
+  std::function<void()> when_set_up_;
+  int starts_ = 0;
+};
+
+class LateStarters final : public camera::CameraBackend {
+ public:
+  explicit LateStarters(std::function<void()> when_set_up) : when_set_up_(std::move(when_set_up)) {}
+  [[nodiscard]] std::string_view name() const override { return "late"; }
+  [[nodiscard]] Expected<std::vector<camera::CameraIdentity>> enumerate() override {
+    return std::vector<camera::CameraIdentity>{};
+  }
+  [[nodiscard]] std::unique_ptr<camera::Camera> make() override { return std::make_unique<LateStarter>(when_set_up_); }
+
+ private:
+  std::function<void()> when_set_up_;
+};
+
+// Pulses come all the time, also while the camera is set up anew: none of them can have released an image.
+TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
+  const fs::path session = scratch_folder("camera_pulses");
+  const net::ClockReading start = net::read_clocks();
+  std::atomic<CameraRecorder*> there = nullptr;
+  std::atomic<std::int64_t> pulses = 0;
+  const auto pulse = [&] {
+    const std::int64_t now_ns = net::SessionClock(start).from_monotonic(net::read_clocks().monotonic_ns);
+    if (CameraRecorder* recorder = there) recorder->add_pulse({pulses++, now_ns});
+  };
+  std::vector<std::unique_ptr<camera::CameraBackend>> backends;
+  backends.push_back(std::make_unique<LateStarters>(pulse));
+  CameraDrivers drivers(std::move(backends));
+  RigCamera wanted;
+  wanted.sensor = "left";
+  wanted.driver = "late";
+  wanted.device = "it";
+  wanted.config.trigger = camera::TriggerConfig{"Line0", false, 0.0};
+  wanted.has_pulses = true;
+  auto recorder = CameraRecorder::start(wanted, drivers, session.string(), start);
+  ASSERT_TRUE(recorder.has_value());
+  std::vector<CaptureEvent> events;
+  for (int i = 0; i < 200 && events.empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    events = (*recorder)->take_events();
+  }
+  EXPECT_THAT(events, Contains(Field(&CaptureEvent::text, HasSubstr("does not start yet"))));
+  there = recorder->get();
+  for (int i = 0; i < 800 && (*recorder)->status().state != "waits"; ++i) {
+    if (i < 100) pulse();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_EQ((*recorder)->status().state, "waits");
+  EXPECT_GT(pulses, 100) << "one more while it was set up the second time";
+  (*recorder)->finish();
+  ASSERT_TRUE((*recorder)->status().matching.has_value());
+  EXPECT_EQ((*recorder)->status().matching->pulses, 0U);
+  fs::remove_all(session);
+}
+
   EXPECT_FALSE(trigger_options(rig_with(camera)).has_value());
   const auto usual = trigger_options(rig_with(camera, "trigger: {gpiochip: gpiochip0, line: 17, pulse_us: 500}\n"));
   ASSERT_TRUE(usual.has_value());
