@@ -198,7 +198,8 @@ Expected<Rig> rig_of_folders(const std::string& path) {
                     [](const fs::directory_entry& file) { return file.path().extension() == ".pcd"; });
     if (has_clouds) names.push_back(entry->path().filename().string());
   }
-  if (names.empty()) {
+  // Images alone are of a rig without LiDARs.
+  if (names.empty() && !fs::is_directory(fs::path(path) / "image", error)) {
     return input_error("holds neither a session, a result nor patches", path,
                        "a patch folder has one folder of .pcd files a sensor");
   }
@@ -278,18 +279,18 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
   for (const int stop : folder->stops) stops[stop] = {{"stop", stop}, {"points", Inspection::object()}};
   double done = 0.0;
   for (std::size_t i = 0; i < folder->patches.size(); ++i) {
-    for (const PatchFile& file : folder->patches[i]) {
     IntensityRange intensity;
+    for (const PatchFile& file : folder->patches[i]) {
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", path, {}};
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       stops[file.stop]["points"][rig->sensors[i].name] = cloud->points;
-      if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig->sensors[i].name);
       intensity.add(cloud->intensity);
+      if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig->sensors[i].name);
     }
-    context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
     const std::string complaint = intensity.complaint();
     if (!complaint.empty()) warnings.push_back(rig->sensors[i].name + ": its " + complaint);
+    context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
   for (const std::string& name : folder->unknown) warnings.push_back(name + " belongs to no sensor");

@@ -243,6 +243,7 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     if (session->packets.empty()) {
       Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
       if (!rig) return rig.error();
+      if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
       return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells,
                           paths.keep_points_within_m, context);
     }

@@ -172,7 +172,8 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   }
   std::error_code error;
   if (fs::is_directory(fs::path(task.input) / "image", error)) {
-    fs::copy(fs::path(task.input) / "image", out / "image", fs::copy_options::recursive, error);
+    fs::create_directories(out, error);  // a rig of cameras alone has no clouds in it
+    if (!error) fs::copy(fs::path(task.input) / "image", out / "image", fs::copy_options::recursive, error);
     if (error) return cannot_write((out / "image").string(), error.value());
   }
   if (folder->trajectory) {

@@ -109,11 +109,13 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
   std::set<std::string> known{"image", "trajectory.tum", "rig.yaml"};
   std::set<int> stops;
   bool any_folder = false;
+  bool any_lidar = false;
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
     const std::string name = folder_of(rig.sensors[i]);
     known.insert(name);
     std::error_code error;
     const std::string sensor_path = (fs::path(path) / name).string();
+    any_lidar |= rig.sensors[i].is_lidar();
     if (!rig.sensors[i].is_lidar() || !fs::is_directory(sensor_path, error)) continue;
     any_folder = true;
     Expected<std::vector<PatchFile>> files = list_sensor(sensor_path, folder.unknown);
@@ -121,8 +123,12 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
     for (const PatchFile& file : *files) stops.insert(file.stop);
     folder.patches[i] = std::move(*files);
   }
-  if (!any_folder) return no_sensor_folder(path, rig, *names);
-  if (stops.empty()) {
+  if (!any_lidar && !std::binary_search(names->begin(), names->end(), "image")) {
+    return input_error("holds no images, and the rig has cameras alone", path,
+                       "put them into image/<camera>/<stop>.png");
+  }
+  if (any_lidar && !any_folder) return no_sensor_folder(path, rig, *names);
+  if (any_lidar && stops.empty()) {
     return input_error("its folders hold no clouds", path, "name them by their stop: 0.pcd, 1.pcd and so on");
   }
   for (const std::string& name : *names) {

@@ -30,9 +30,10 @@ struct PatchFolder {
   std::vector<std::string> unknown;  ///< Names in the folder that belong to no sensor, for a warning; sorted.
 };
 
-/// Lists a patch folder; clouds are not opened. `trajectory_path` empty: `<folder>/trajectory.tum`, if it is there.
-/// Errors: no folder, nothing in it, no folder for any LiDAR (names what is there), two files for one stop,
-/// a trajectory whose first column is no stop number or has one twice.
+/// Lists a patch folder; clouds are not opened. That of a rig with cameras alone holds none, and no stops.
+/// `trajectory_path` empty: `<folder>/trajectory.tum`, if it is there. Errors: no folder, nothing in it, no folder for
+/// any LiDAR (names what is there) or no images where the rig has no LiDAR, two files for one stop, a trajectory whose
+/// first column is no stop number or has one twice.
 [[nodiscard]] Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
                                                       const std::string& trajectory_path = {});
 

@@ -6,8 +6,16 @@
 #include <filesystem>
 #include <fstream>
 
+#include "apps/inspection.h"
+#include "apps/patch_export.h"
+#include "apps/session_import.h"
+#include "core/base/random.h"
 #include "core/io/image_file.h"
 #include "core/io/tum_file.h"
+#include "tests/support/bag_bytes.h"
+#include "tests/support/noting_reporter.h"
+#include "tests/support/ros_bytes.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -78,6 +86,91 @@ TEST_F(RecordingOfPatches, HasNoStopOfImagesAloneWithoutAPose) {
   recording = read();
   ASSERT_TRUE(recording) << recording.error().message();
   EXPECT_THAT(stops(*recording), ElementsAre(3, 4));
+}
+
+TEST_F(RecordingOfPatches, TellsWhatIsLeftOutOfItsClouds) {
+  std::ofstream(folder_ / "rig.yaml")
+      << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, range: [0.5, 3.0]}\n";
+  for (const char* stop : {"3", "4"}) {
+    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+        << "VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 4\nHEIGHT 1\n"
+           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 1 1 0.5\n4 5 6 0.9\n0.1 0 0 0.2\n9 9 9 0.1\n";
+  }
+  NotingReporter notes;
+  const std::string rig = (folder_ / "rig.yaml").string();
+  const auto recording = read_recording({(folder_ / "patches").string(), rig, {}}, CellOptions{}, {notes});
+  ASSERT_TRUE(recording) << recording.error().message();
+  EXPECT_EQ(recording->points, 2U);
+  EXPECT_THAT(notes.warnings,
+              testing::IsSupersetOf({testing::HasSubstr("top: 6 of its 8 points lie outside of its range"),
+                                     testing::HasSubstr("top: its intensities are at most 0.90")}));
+}
+
+// Images of two stops, in a folder as a user has it.
+TEST(RecordingOfImages, OfARigWithoutLidarsIsReadInspectedAndImported) {
+  const fs::path folder = scratch_folder("images_alone");
+  std::ofstream(folder / "rig.yaml")
+      << "rigcal: 1\nname: pair\nbase: left\nsensors:\n  left: {type: camera}\n  right: {type: camera}\n";
+  const Image image{2, 2, 1, 8, {}, {1, 2, 3, 4}};
+  for (const char* camera : {"left", "right"}) {
+    fs::create_directories(folder / "poses/image" / camera);
+    for (const char* stop : {"0", "1"})
+      ASSERT_TRUE(write_image((folder / "poses/image" / camera / (std::string(stop) + ".png")).string(), image));
+  }
+  SilentReporter silent;
+  const std::string poses = (folder / "poses").string();
+  const std::string rig = (folder / "rig.yaml").string();
+  for (const std::string& known_rig : {rig, std::string()}) {
+    const auto inspection = inspect_patches(poses, known_rig, {silent});
+    ASSERT_TRUE(inspection) << inspection.error().message();
+    EXPECT_EQ(inspection->at("images").at("right").at("files"), 2);
+    EXPECT_THAT(inspection_text(*inspection), testing::HasSubstr("right"));
+  }
+  const std::string session = (folder / "session").string();
+  const auto imported = import_session(poses, rig, session, {silent});
+  ASSERT_TRUE(imported) << imported.error().message();
+  const auto recording = read_recording({session, {}, {}}, CellOptions{}, {silent});
+  ASSERT_TRUE(recording) << recording.error().message();
+  EXPECT_EQ(recording->lidar.stops.size(), 2U);
+  ASSERT_EQ(recording->cameras.size(), 2U);
+  EXPECT_EQ(recording->cameras[1].read_images({silent}).images.size(), 2U);
+  fs::remove_all(folder);
+}
+
+// Three seconds of rest, clouds with one point that is very far, intensities up to 1.
+TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
+  const fs::path folder = scratch_folder("far_points");
+  std::ofstream(folder / "rig.yaml") << "rigcal: 1\nname: one\nbase: top\nsensors:\n"
+                                        "  top: {type: lidar, topic: /points, imu_topic: /imu}\n";
+  BagBytes bytes;
+  Random random(3);
+  for (std::int64_t ms = 0; ms < 3000; ms += 5) {
+    const std::int64_t now_ns = 1'000'000'000 + 1'000'000 * ms;
+    const Vector3d gyro(1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal());
+    bytes.add("/imu", imu_type, imu_md5, now_ns, imu_message(0, now_ns, gyro, Vector3d(0.0, 0.0, 9.8)));
+    if (ms % 100 != 0) continue;
+    RosBytes data;
+    ByteWriter out(data);
+    for (const float x : {2.0F, 3e5F}) {
+      for (const float value : {x, 1.0F, 1.0F, 0.4F}) out.write(value);
+    }
+    bytes.add("/points", cloud_type, cloud_md5, now_ns,
+              cloud_message(0, now_ns, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"intensity", 12, 7}},
+                            {1, 2, 16, 32, false}, data));
+  }
+  const auto bag = bytes.finish();
+  std::ofstream(folder / "far.bag", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bag.data()), static_cast<std::streamsize>(bag.size()));
+  const auto source = open_stream((folder / "far.bag").string(), (folder / "rig.yaml").string());
+  ASSERT_TRUE(source) << source.error().message();
+  NotingReporter notes;
+  const auto done = export_patches(*source, PatchLayout::las, (folder / "las").string(), {notes});
+  ASSERT_TRUE(done) << done.error().message();
+  EXPECT_GT(done->files, 0U);
+  EXPECT_THAT(notes.warnings,
+              testing::IsSupersetOf({testing::HasSubstr("points lie farther than a .las file can say (214 km)"),
+                                     testing::HasSubstr("/points: its intensities are at most 0.40")}));
+  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -80,6 +80,18 @@ TEST(PatchFolder, SaysWhatIsThereWhenNoSensorFits) {
   EXPECT_THAT(error_of(fresh_path("no_folder")), HasSubstr("no such file"));
 }
 
+TEST(PatchFolder, OfCamerasAloneHasImagesAndNoClouds) {
+  const Rig rig = *parse_rig("rigcal: 1\nbase: l\nsensors:\n  l: {type: camera}\n  r: {type: camera}\n", "rig.yaml");
+  const auto folder = list_patch_folder(folder_with("cameras_alone", {"image/l/0.png", "clouds/0.pcd"}), rig);
+  ASSERT_TRUE(folder) << folder.error().message();
+  EXPECT_THAT(folder->stops, testing::IsEmpty());
+  EXPECT_EQ(folder->patches.size(), 2U);
+  EXPECT_THAT(folder->unknown, ElementsAre("clouds"));
+  const auto none = list_patch_folder(folder_with("cameras_without", {"clouds/0.pcd"}), rig);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message(), HasSubstr("put them into image/<camera>/<stop>.png"));
+}
+
 TEST(PatchFolderWriter, WritesWhatIsListedAgain) {
   const std::string path = fresh_path("written");
   Expected<PatchFolderWriter> writer = PatchFolderWriter::create(path + "/", rig_of_three());
