@@ -68,7 +68,10 @@ class PatchFiles final : public StopSink {
   }
 
   Expected<void> finish(const StreamSource& source, const std::vector<StopRecord>& stops) {
-    if (clouds_) return clouds_->commit();
+    if (clouds_) {
+      if (Expected<void> synced = clouds_->sync(); !synced) return synced;
+      return clouds_->commit();
+    }
     if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied;
     const std::map<int, SE3> poses = gyro_trajectory(rig_, stops);
     if (!poses.empty()) {
@@ -78,10 +81,10 @@ class PatchFiles final : public StopSink {
   }
 
   [[nodiscard]] std::uint64_t files() const { return files_; }
+  [[nodiscard]] std::uint64_t left_out() const { return left_out_; }  ///< Points that their format cannot hold.
 
  private:
   using CloudFile = std::variant<PcdWriter, LasWriter>;
-  [[nodiscard]] std::uint64_t left_out() const { return left_out_; }  ///< Points that their format cannot hold.
 
   template <class Writer>
   static Expected<CloudFile> either(Expected<Writer> writer) {
@@ -107,10 +110,10 @@ class PatchFiles final : public StopSink {
   ImageFiles* images_;
   Expected<void> status_;
   std::uint64_t files_ = 0;
+  std::uint64_t left_out_ = 0;
 };
 
 }  // namespace
-  std::uint64_t left_out_ = 0;
 
 std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops) {
   std::map<int, SE3> poses;
@@ -132,13 +135,13 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
   if (!summary) return summary.error();
   if (std::optional<Error> error = reading_error(source, options, *summary)) return *error;
   for (const std::string& warning : reading_warnings(source, *summary)) context.reporter.warn(warning);
-  if (const Expected<void> finished = files.finish(source, summary->stops); !finished) return finished.error();
-  return PatchExport{std::move(*summary), files.files()};
-}
   if (files.left_out() > 0) {
     context.reporter.warn(std::to_string(files.left_out()) +
                           " points lie farther than a .las file can say (214 km) and are left out; give the LiDAR a "
                           "range in the rig file");
   }
+  if (const Expected<void> finished = files.finish(source, summary->stops); !finished) return finished.error();
+  return PatchExport{std::move(*summary), files.files()};
+}
 
 }  // namespace rigcal

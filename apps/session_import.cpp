@@ -211,6 +211,7 @@ Expected<ImportSummary> import_session(const std::string& input, const std::stri
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;
+  if (const Expected<void> synced = staged->sync(); !synced) return synced.error();
   if (const Expected<void> done = staged->commit(); !done) return done.error();
   return summary;
 }

@@ -187,6 +187,11 @@ Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
   return {};
 }
 
+Expected<void> PatchFolderWriter::finish() {
+  if (Expected<void> synced = folder_.sync(); !synced) return synced;
+  return folder_.commit();
+}
+
 Expected<void> PatchFolderWriter::write_trajectory(const std::map<int, SE3>& poses) {
   std::vector<TumPose> lines;
   lines.reserve(poses.size());

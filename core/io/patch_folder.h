@@ -51,7 +51,8 @@ class PatchFolderWriter {
   Expected<void> copy_rig_file(const std::string& path) const;
   /// T_G_base by stop number.
   Expected<void> write_trajectory(const std::map<int, SE3>& poses);
-  Expected<void> finish() { return folder_.commit(); }
+  /// A power cut that comes later leaves it whole.
+  Expected<void> finish();
 
  private:
   PatchFolderWriter(StagedFolder folder, std::vector<std::string> names)

@@ -74,13 +74,13 @@ Expected<void> swap_places(const std::string& staging, const std::string& target
   return {};
 }
 
-/// Brings the names in a folder to the disk. Some network file systems know no fsync of a folder.
-Expected<void> sync_folder(const std::string& path) {
+/// `call` is fsync, for the names in a folder, or syncfs. Some network file systems know neither of a folder.
+Expected<void> sync_folder(const std::string& path, int (*call)(int)) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return cannot_write(path, errno);
-  const int code = ::fsync(descriptor) == 0 ? 0 : errno;
+  const int code = call(descriptor) == 0 ? 0 : errno;
   ::close(descriptor);
-  if (code != 0 && code != EINVAL) return cannot_write(path, code);
+  if (code != 0 && code != EINVAL && code != ENOSYS) return cannot_write(path, code);
   return {};
 }
 
@@ -119,9 +119,13 @@ Expected<StagedFolder> StagedFolder::replace(const std::string& path, std::vecto
   return StagedFolder(target, std::move(*staging), std::move(own_entries));
 }
 
+Expected<void> StagedFolder::sync() {
+  return sync_folder(staging_, [](int descriptor) { return ::syncfs(descriptor); });
+}
+
 Expected<void> StagedFolder::commit() {
   RIGCAL_ASSERT(!staging_.empty(), "the folder " + target_ + " was committed before");
-  if (Expected<void> synced = sync_folder(staging_); !synced) return synced;
+  if (Expected<void> synced = sync_folder(staging_, ::fsync); !synced) return synced;
   if (exists(target_)) {
     // Somebody may have put files there in the meantime.
     if (Expected<void> replaceable = check_replaceable(target_, own_entries_); !replaceable) return replaceable;
@@ -132,7 +136,7 @@ Expected<void> StagedFolder::commit() {
     return cannot_write(target_, errno);
   }
   staging_.clear();
-  return sync_folder(fs::path(target_).parent_path().string());
+  return sync_folder(fs::path(target_).parent_path().string(), ::fsync);
 }
 
 }  // namespace rigcal

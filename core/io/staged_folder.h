@@ -25,8 +25,12 @@ class StagedFolder {
 
   /// Where to write.
   [[nodiscard]] const std::string& path() const { return staging_; }
+  /// Brings all that is in it to the disk, in one go: for folders of many files, which their writers do not sync one by
+  /// one. Other files on that disk are waited for, too.
+  Expected<void> sync();
   /// Renames it to its place, in one step also where an older folder is there, which is removed after that. Files that
-  /// must outlive a power cut are synced by whoever writes them. After an Error nothing has changed.
+  /// must outlive a power cut are synced before, by whoever writes them or by `sync`. After an Error nothing has
+  /// changed.
   Expected<void> commit();
 
  private:

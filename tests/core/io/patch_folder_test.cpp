@@ -7,6 +7,16 @@
 #include "tests/core/io/dump_bytes.h"
 #include "tests/support/se3_matchers.h"
 
+namespace {
+int syncs_of_all_files = 0;
+}  // namespace
+
+// Stands in for the system's.
+extern "C" int syncfs(int) noexcept {
+  ++syncs_of_all_files;
+  return 0;
+}
+
 namespace rigcal {
 namespace {
 
@@ -70,16 +80,6 @@ TEST(PatchFolder, RefusesATrajectoryOfTimes) {
   EXPECT_THAT(error_of(path), HasSubstr("trajectory.tum:3: has stop 3 a second time"));
 }
 
-TEST(PatchFolder, SaysWhatIsThereWhenNoSensorFits) {
-  const std::string path = folder_with("strangers", {"avia/1.pcd", "mid_left/1.pcd"});
-  EXPECT_THAT(error_of(path), HasSubstr("there are avia, mid_left"));
-  EXPECT_THAT(error_of(path), HasSubstr("wanted are a, mid, c"));
-  EXPECT_THAT(error_of(folder_with("nothing", {})), HasSubstr("is empty"));
-  EXPECT_THAT(error_of(folder_with("no_clouds", {"a/x.txt"})), HasSubstr("hold no clouds"));
-  EXPECT_THAT(error_of(folder_with("doubled", {"a/1.pcd", "a/01.pcd"})), HasSubstr("two clouds for stop 1"));
-  EXPECT_THAT(error_of(fresh_path("no_folder")), HasSubstr("no such file"));
-}
-
 TEST(PatchFolder, OfCamerasAloneHasImagesAndNoClouds) {
   const Rig rig = *parse_rig("rigcal: 1\nbase: l\nsensors:\n  l: {type: camera}\n  r: {type: camera}\n", "rig.yaml");
   const auto folder = list_patch_folder(folder_with("cameras_alone", {"image/l/0.png", "clouds/0.pcd"}), rig);
@@ -90,6 +90,16 @@ TEST(PatchFolder, OfCamerasAloneHasImagesAndNoClouds) {
   const auto none = list_patch_folder(folder_with("cameras_without", {"clouds/0.pcd"}), rig);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message(), HasSubstr("put them into image/<camera>/<stop>.png"));
+}
+
+TEST(PatchFolder, SaysWhatIsThereWhenNoSensorFits) {
+  const std::string path = folder_with("strangers", {"avia/1.pcd", "mid_left/1.pcd"});
+  EXPECT_THAT(error_of(path), HasSubstr("there are avia, mid_left"));
+  EXPECT_THAT(error_of(path), HasSubstr("wanted are a, mid, c"));
+  EXPECT_THAT(error_of(folder_with("nothing", {})), HasSubstr("is empty"));
+  EXPECT_THAT(error_of(folder_with("no_clouds", {"a/x.txt"})), HasSubstr("hold no clouds"));
+  EXPECT_THAT(error_of(folder_with("doubled", {"a/1.pcd", "a/01.pcd"})), HasSubstr("two clouds for stop 1"));
+  EXPECT_THAT(error_of(fresh_path("no_folder")), HasSubstr("no such file"));
 }
 
 TEST(PatchFolderWriter, WritesWhatIsListedAgain) {
@@ -116,6 +126,15 @@ TEST(PatchFolderWriter, NeverOverwrites) {
   ASSERT_FALSE(writer);
   EXPECT_THAT(writer.error().message(), HasSubstr("exists already"));
   EXPECT_TRUE(std::filesystem::exists(path + "/precious.txt"));
+}
+
+TEST(PatchFolderWriter, IsOnTheDiskBeforeItAppears) {
+  Expected<PatchFolderWriter> writer = PatchFolderWriter::create(fresh_path("safe"), rig_of_three());
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write({0, 0, {{1.0F, 2.0F, 3.0F}}}));
+  syncs_of_all_files = 0;
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(syncs_of_all_files, 1);
 }
 
 TEST(StagedFolder, ReplacesOnlyItsOwnKind) {
