@@ -28,6 +28,7 @@ Expected<std::optional<ExtrinsicsFile>> rough_extrinsics(const std::string& path
   if (path.empty() || path == no_guess) return std::optional<ExtrinsicsFile>();
   Expected<ExtrinsicsFile> loaded = load_extrinsics(path);
   if (!loaded) return loaded.error();
+  if (loaded->T_base_sensor.empty()) return input_error("has no transform", path, "give a result that has one");
   return std::optional<ExtrinsicsFile>(std::move(*loaded));
 }
 

@@ -128,7 +128,8 @@ class CornerCalibration {
     e.name = views_.names[lidar];
     e.base_name = rig_.base_sensor().name;
     e.has_points = has_points(lidar);
-    if (e.has_points && !how.known) {
+    e.base_has_points = has_points(static_cast<std::size_t>(views_.base));
+    if (e.has_points && e.base_has_points && !how.known) {
       Verdict verdict;
       fail(verdict, how.why_not + "; show both a corner: three large flat surfaces that face clearly different ways");
       return verdict;
@@ -149,7 +150,7 @@ class CornerCalibration {
     }
     e.T_base_sensor = placed.state.T_base_sensor[lidar];
     Verdict verdict = judge_lidar(e, options_.require);
-    if (!e.has_points || verdict.status == Status::failed) return verdict;
+    if (verdict.status == Status::failed) return verdict;
     if (how.pair.by_shapes) {
       weaken(verdict, "three independent, even planes are not common to it and " +
                           views_.names[static_cast<std::size_t>(how.via)] +
@@ -186,7 +187,7 @@ class CornerCalibration {
     for (std::size_t i = 0; i < views_.names.size(); ++i) {
       SensorResult sensor{views_.names[i], Status::good, {}, SE3{}};
       sensor.guess_T_base_sensor = guess_[i];
-      if (static_cast<int>(i) != views_.base) {
+      if (static_cast<int>(i) != views_.base || !has_points(i)) {
         const Verdict verdict = judge(i, placed, covariances, sensor.covariance);
         sensor.status = verdict.status;
         sensor.reasons = verdict.reasons;

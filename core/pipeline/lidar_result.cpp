@@ -42,10 +42,12 @@ bool has_points(const LidarRecording& recording, int lidar) {
                      [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
 }
 
-// Some stops only cameras saw.
-std::size_t stops_with_points(const LidarRecording& recording) {
+// In which what it saw took part.
+std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolution& s) {
   std::set<int> stops;
-  for (const PatchCells& patch : recording.patches) stops.insert(patch.stop);
+  for (std::size_t k = 0; k < recording.patches.size(); ++k) {
+    if (s.use[k] && recording.patches[k].lidar == lidar) stops.insert(recording.patches[k].stop);
+  }
   return stops.size();
 }
 
@@ -92,6 +94,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.name = sensor.name;
   e.base_name = rig.base_sensor().name;
   e.has_points = has_points(recording, lidar);
+  const std::size_t places = stops_of(lidar, recording, s);
+  e.took_part = places > 0;
+  e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;
   e.has_assumed_steps = s.start.has_assumed_steps;
@@ -115,8 +120,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
   const LidarCovariances& covariances = findings.quality.covariances;
   e.observable = i < covariances.observable.size() && covariances.observable[i] != 0;
-  if (e.observable) {
-    const std::size_t places = stops_with_points(recording);
+  if (e.observable && e.took_part) {
     e.covariance = with_unevenness(covariances.with_priors[i], s.unevenness_m, places);
     e.covariance_data_only = with_unevenness(covariances.data_only[i], s.unevenness_m, places);
     if (i < s.frozen.size()) e.frozen = s.frozen[i];
@@ -134,7 +138,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
   result.guess_T_base_sensor = guess;
   result.hold_out = {e.hold_out, e.hold_out_rms_m, e.hold_out_start_rms_m, "m"};
-  if (e.observable && e.found) {
+  if (e.observable && e.found && e.took_part) {
     result.weak_directions = weak_directions(e.covariance, e.T_base_sensor, options.require, e.frozen);
   }
   if (verdict.status != Status::failed) {
@@ -144,11 +148,14 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   return result;
 }
 
-// A LiDAR of the rig that the recording knows nothing of.
-SensorResult judge_absent(const std::string& name, const Requirement& require) {
+// A LiDAR of the rig that the recording knows nothing of, or a base that took no part.
+SensorResult judge_absent(const std::string& name, const std::string& base, bool has_points,
+                          const Requirement& require) {
   LidarEvidence nothing;
   nothing.name = name;
-  nothing.has_points = false;
+  nothing.base_name = base;
+  nothing.has_points = has_points;
+  nothing.took_part = false;
   Verdict verdict = judge_lidar(nothing, require);
   return {name, verdict.status, std::move(verdict.reasons), {}, {}};
 }
@@ -191,7 +198,9 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     const int lidar = static_cast<int>(at - recording.lidar_sensors.begin());
     SensorResult one;
     if (at == recording.lidar_sensors.end()) {
-      one = judge_absent(sensor.name, options.require);
+      one = judge_absent(sensor.name, result.base, false, options.require);
+    } else if (lidar == base_lidar && stops_of(lidar, recording, s) == 0) {
+      one = judge_absent(sensor.name, result.base, has_points(recording, lidar), options.require);
     } else if (lidar == base_lidar) {
       one = {sensor.name, Status::good, {}, SE3{}, Matrix6d::Zero()};
       one.guess_T_base_sensor = SE3{};

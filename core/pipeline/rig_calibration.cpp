@@ -1,8 +1,28 @@
 #include "core/pipeline/rig_calibration.h"
 
+#include <algorithm>
+
 #include "core/pipeline/result_map.h"
+#include "core/quality/verdict_text.h"
 
 namespace rigcal {
+namespace {
+
+// Of a base that saw nothing cameras are as little known as the LiDARs are, whatever they see of the map.
+std::vector<CameraRecording> without_images(std::vector<CameraRecording> cameras, const std::string& why) {
+  for (CameraRecording& camera : cameras) {
+    camera.read_images = [why](const RunContext&) { return StillImages{{}, why}; };
+  }
+  return cameras;
+}
+
+bool has_failed(const CalibrationResult& result, const std::string& name) {
+  return std::any_of(result.sensors.begin(), result.sensors.end(), [&](const SensorResult& sensor) {
+    return sensor.name == name && sensor.status == Status::failed;
+  });
+}
+
+}  // namespace
 
 Expected<CalibrationResult> calibrate_rig(const Rig& rig, const LidarRecording& recording,
                                           const std::vector<CameraRecording>& cameras,
@@ -23,8 +43,11 @@ Expected<CalibrationResult> calibrate_rig(const Rig& rig, const LidarRecording& 
     solved();
     return result;
   }
-  const Expected<void> added = add_cameras(rig, cameras, recording, *solution, options.lidars.require, *options.cameras,
-                                           context, *result, solved);
+  const bool is_blind = !recording.trajectory_is_prior && has_failed(*result, result->base);
+  const std::vector<CameraRecording> seen =
+      is_blind ? without_images(cameras, blind_base_words(result->base)) : cameras;
+  const Expected<void> added =
+      add_cameras(rig, seen, recording, *solution, options.lidars.require, *options.cameras, context, *result, solved);
   if (!added) return added.error();
   return result;
 }

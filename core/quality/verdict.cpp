@@ -47,7 +47,14 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
 Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   Verdict verdict;
   if (!e.has_points) {
-    fail(verdict, "it has no points in any stop; check its cable, its address and its entry in the rig file");
+    const bool is_base = e.name == e.base_name;
+    fail(verdict, std::string("it has no points in any stop; check its cable, its address and its entry in the rig "
+                              "file") +
+                      (is_base ? ", or name another base" : ""));
+    return verdict;
+  }
+  if (!e.base_has_points) {
+    fail(verdict, blind_base_words(e.base_name));
     return verdict;
   }
   if (!e.found && !e.has_guess) {
@@ -62,6 +69,12 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                       number(100.0 * e.match_score, 0) +
                       " %); check initial_extrinsics (direction p_base = R p_sensor + t), or add stops in which both "
                       "see the same surfaces");
+    return verdict;
+  }
+  if (!e.took_part) {
+    fail(verdict,
+         "all stops in which it saw something were left out: the warnings say why; record more stops, in "
+         "smaller turns, and let the rig rest in each");
     return verdict;
   }
   if (!e.observable) {

@@ -13,6 +13,8 @@ struct LidarEvidence {
   std::string name;
   std::string base_name;
   bool has_points = true;
+  bool base_has_points = true;  ///< In a stop that took part, or given poses tell where it stood.
+  bool took_part = true;        ///< One of the stops in which it saw something did.
   bool has_guess = true;
   bool found = true;               ///< The start laid it on the base's surfaces.
   bool has_assumed_steps = false;  ///< See Start.

@@ -17,6 +17,13 @@ std::string assumed_steps_words() {
          "sigma holds no longer if it did not, nor in a bare room; record more stops in smaller turns, or with a gyro";
 }
 
+std::string blind_base_words(const std::string& base) {
+  return base +
+         ", the base, has no points in any stop that could be used, so that nothing can be told against it; see why it "
+         "has none, "
+         "or name another base in the rig file";
+}
+
 void fail(Verdict& verdict, std::string reason) {
   verdict.status = Status::failed;
   verdict.reasons.push_back(std::move(reason));

@@ -22,8 +22,8 @@ std::string summary_sentence(const CalibrationResult& result) {
 }
 
 std::string bounds_text(const CalibrationResult& result, const SensorResult& sensor) {
-  if (sensor.name == result.base) return "the base: all others are told relative to it";
   if (!sensor.T_base_sensor) return "no transform";
+  if (sensor.name == result.base) return "the base: all others are told relative to it";
   return "known to " + fixed_text(1e3 * translation_bound(sensor.covariance), 1) + " mm and " +
          fixed_text(to_deg(rotation_bound(sensor.covariance)), 3) + " degrees (95 %)";
 }

@@ -104,6 +104,12 @@ TEST_F(CornerCalibrationTest, FailsInWordsWithoutACorner) {
   EXPECT_THAT(result.sensors[1].reasons[0], HasSubstr("only 1 of at least three planes found in what side saw"));
   recording_.patches.pop_back();
   EXPECT_THAT(calibrate().sensors[1].reasons[0], HasSubstr("it has no points"));
+  recording_.patches = {patch_of(floor, 1)};
+  const CalibrationResult blind = calibrate();
+  EXPECT_EQ(blind.sensors[0].status, Status::failed);
+  EXPECT_FALSE(blind.sensors[0].T_base_sensor);
+  EXPECT_THAT(blind.sensors[0].reasons[0], HasSubstr("or name another base"));
+  EXPECT_THAT(blind.sensors[1].reasons[0], HasSubstr("front, the base, has no points in any stop"));
 }
 
 TEST_F(CornerCalibrationTest, FailsWhereTheTwoSeeDifferentPlaces) {

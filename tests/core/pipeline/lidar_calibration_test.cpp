@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/pipeline/lidar_result.h"
 #include "simdata/scene_file.h"
 #include "tests/support/light_recording.h"
 #include "tests/support/noting_reporter.h"
@@ -184,6 +185,53 @@ TEST(CalibrateLidars, ALidarWithoutPointsFailsAndTheOthersAreSolved) {
   EXPECT_THAT(result.sensors[2].reasons, ElementsAre(HasSubstr("no points in any stop")));
   EXPECT_EQ(result.sensors[1].status, Status::good);
   EXPECT_LT(shift_m(run, result, 1), 0.003);
+}
+
+// Its lens is covered, say. The others lie on each other as the guesses have it, which says nothing of the base.
+TEST(CalibrateLidars, ABaseWithoutPointsFailsAndIsTheReasonOfTheOthers) {
+  LightRecording run = make_light_recording(make_courtyard(6, 6));
+  const int base = run.rig.base;
+  for (PatchCells& patch : run.recording.patches) {
+    if (patch.lidar == base) patch = PatchCells{base, patch.stop, 0, {}, {}, {}};
+  }
+  const CalibrationResult result = calibrated(run);
+  for (const SensorResult& sensor : result.sensors) {
+    EXPECT_EQ(sensor.status, Status::failed) << sensor.name;
+    EXPECT_FALSE(sensor.T_base_sensor) << sensor.name;
+    const std::string reason =
+        sensor.name == result.base ? "or name another base" : result.base + ", the base, has no points in any stop";
+    EXPECT_THAT(sensor.reasons, ElementsAre(HasSubstr(reason)));
+  }
+}
+
+// What it saw in a few stops is known no better by what others saw in more.
+TEST(JudgeSolution, TakesTheStopsOfEachLidarByItself) {
+  const LightRecording run = make_light_recording(make_courtyard(6, 8));
+  SilentReporter reporter;
+  std::unique_ptr<LidarSolution> solution;
+  ASSERT_TRUE(calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter}, &solution));
+  const auto judged = [&] {
+    return judge_solution(run.rig, run.recording, run.rig.base, run.guess, {}, *solution,
+                          weigh_solution(run.rig.base, run.guess, *solution));
+  };
+  constexpr double unevenness_m = 0.01;
+  solution->unevenness_m = 0.0;
+  const double even = judged().sensors[3].covariance(3, 3);
+  solution->unevenness_m = unevenness_m;
+  EXPECT_NEAR(judged().sensors[3].covariance(3, 3) - even, unevenness_m * unevenness_m / 8.0, 1e-9);
+  const auto leave_out = [&](std::size_t stops) {
+    for (std::size_t k = 0; k < solution->use.size(); ++k) {
+      const PatchCells& patch = run.recording.patches[k];
+      if (patch.lidar == 3 && static_cast<std::size_t>(patch.stop) < stops) solution->use[k] = 0;
+    }
+  };
+  leave_out(6);
+  EXPECT_NEAR(judged().sensors[3].covariance(3, 3) - even, unevenness_m * unevenness_m / 2.0, 1e-9);
+  leave_out(8);
+  const SensorResult without = judged().sensors[3];
+  EXPECT_EQ(without.status, Status::failed);
+  EXPECT_FALSE(without.T_base_sensor);
+  EXPECT_THAT(without.reasons, ElementsAre(HasSubstr("all stops in which it saw something were left out")));
 }
 
 TEST(CalibrateLidars, FindsLidarsWithoutAGuess) {

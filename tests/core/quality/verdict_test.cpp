@@ -59,11 +59,23 @@ INSTANTIATE_TEST_SUITE_P(
     All, JudgeLidarFlaw,
     testing::Values(
         Flaw{"NoPoints", [](LidarEvidence& e) { e.has_points = false; }, Status::failed, "no points in any stop"},
+        Flaw{"NoPointsOfTheBase", [](LidarEvidence& e) { e.base_has_points = false; }, Status::failed,
+             "avia, the base, has no points in any stop"},
+        Flaw{"NoPointsAsTheBase",
+             [](LidarEvidence& e) {
+               e.has_points = e.base_has_points = false;
+               e.base_name = e.name;
+             },
+             Status::failed,
+             "it has no points in any stop; check its cable, its address and its entry in the rig file, "
+             "or name another base"},
         Flaw{"NotFoundWithoutAGuess", [](LidarEvidence& e) { e.has_guess = e.found = false; }, Status::failed,
              "initial_extrinsics"},
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
         Flaw{"WrongOrder", [](LidarEvidence& e) { e.stands_at = "mid100_right"; }, Status::weak,
              "it stands where the rig file has mid100_right"},
+        Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
+             "all stops in which it saw something were left out"},
         Flaw{"NotObservable", [](LidarEvidence& e) { e.observable = false; }, Status::failed, "do not fix it"},
         Flaw{"OpenDirection", [](LidarEvidence& e) { e.covariance(3, 3) = 1.0; }, Status::failed,
              "leave its place along x (forwards) of the base frame open; add an upright surface"},
