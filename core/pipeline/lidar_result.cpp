@@ -131,6 +131,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   }
   e.T_base_sensor = s.state.T_base_sensor[i];
   const HoldOut& held_out = findings.quality.held_out;
+  e.is_checked = held_out.normalised[i] > 0.0;
   e.hold_out = held_out.normalised[i];
   e.hold_out_rms_m = held_out.rms_m[i];
   e.hold_out_start_rms_m = held_out.start_rms_m[i];

@@ -18,7 +18,7 @@ void judge_observability(const LidarEvidence& e, Verdict& verdict) {
 void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
   const double t = translation_bound(e.covariance);
   const double r = rotation_bound(e.covariance);
-  if (t > require.translation_m) {
+  if (!(t <= require.translation_m)) {
     weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
                         "), worst along " + weak_translation_words(e.covariance, e.T_base_sensor) +
                         "; add stops that see a surface facing that way: " +
@@ -28,13 +28,13 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
     weaken(verdict, "no surface faces " + direction_words(e.T_base_sensor.R * e.frozen) +
                         ": along it the place is what shapes told at the start, nothing was fitted");
   }
-  if (r > require.rotation_rad) {
+  if (!(r <= require.rotation_rad)) {
     weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
                         "); add stops with larger or farther surfaces");
   }
   const double t_data = translation_bound(e.covariance_data_only);
   const double r_data = rotation_bound(e.covariance_data_only);
-  if (t_data > std::max(2.0 * t, require.translation_m) || r_data > std::max(2.0 * r, require.rotation_rad)) {
+  if (!(t_data <= std::max(2.0 * t, require.translation_m) && r_data <= std::max(2.0 * r, require.rotation_rad))) {
     const bool is_open = t_data > open_translation_m || r_data > open_rotation_rad;
     weaken(verdict, "part of it comes from the given poses and guesses, not from the data (the data alone " +
                         (is_open ? "leave it open" : "tell it to " + mm(t_data) + " and " + deg(r_data)) +
@@ -77,7 +77,9 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
          "smaller turns, and let the rig rest in each");
     return verdict;
   }
-  if (!e.observable) {
+  // Numbers that are none hold nothing.
+  if (!e.observable || !e.covariance.allFinite() || !e.covariance_data_only.allFinite() ||
+      !e.T_base_sensor.matrix().allFinite()) {
     fail(verdict, "the planes do not fix it; add stops, or surfaces of other directions");
     return verdict;
   }
@@ -105,19 +107,24 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " degrees from its own initial_extrinsics: the units are in the wrong order; swap their "
                         "broadcast codes, addresses or folders");
   }
-  if (e.used_share < 0.4) {
+  if (!(e.used_share >= 0.4)) {
     weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
                         " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
                         "match, or its packets are stamped by another clock than the others'");
   }
-  if (e.hold_out > 2.0) {
+  if (!e.is_checked) {
+    weaken(verdict,
+           "too little was seen in the stops that were held out to check it; record more stops in which it "
+           "and the others see the same surfaces");
+  }
+  if (!(e.hold_out <= 2.0)) {
     weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
                         " times what noise explains; was it moved or bumped during the recording, or are its "
                         "packets stamped by another clock than the others'?");
   }
   // A start may be a result: then both are the same but for noise.
   constexpr double worse_ratio = 1.1;
-  if (e.hold_out_start_rms_m > 0.0 && e.hold_out_rms_m > std::max(worse_ratio * e.hold_out_start_rms_m, 1e-3)) {
+  if (e.hold_out_start_rms_m > 0.0 && !(e.hold_out_rms_m <= std::max(worse_ratio * e.hold_out_start_rms_m, 1e-3))) {
     fail(verdict, "it fits held-out stops worse (" + mm(e.hold_out_rms_m) + ") than its start did (" +
                       mm(e.hold_out_start_rms_m) + ")");
   }

@@ -32,6 +32,7 @@ struct LidarEvidence {
   SE3 T_base_sensor;
   std::optional<HelpfulTurn> helpful_turn;  ///< For the direction in which its place is known worst.
   Vector3d frozen = Vector3d::Zero();       ///< Its own direction along which it was left where shapes laid it.
+  bool is_checked = true;                   ///< Enough of what it saw could be held out.
   double hold_out = 0.0;                    ///< Normalised; 0: none.
   double hold_out_rms_m = 0.0;
   double hold_out_start_rms_m = 0.0;

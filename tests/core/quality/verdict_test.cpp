@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 namespace rigcal {
@@ -76,6 +77,18 @@ INSTANTIATE_TEST_SUITE_P(
              "it stands where the rig file has mid100_right"},
         Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
              "all stops in which it saw something were left out"},
+        Flaw{"CovarianceIsNoNumber", [](LidarEvidence& e) { e.covariance(3, 3) = std::nan(""); }, Status::failed,
+             "do not fix it"},
+        Flaw{"PlaceIsNoNumber", [](LidarEvidence& e) { e.T_base_sensor.t.x() = std::nan(""); }, Status::failed,
+             "do not fix it"},
+        Flaw{"HoldOutIsNoNumber", [](LidarEvidence& e) { e.hold_out = std::nan(""); }, Status::weak,
+             "held-out stops disagree"},
+        Flaw{"NothingHeldOut",
+             [](LidarEvidence& e) {
+               e.is_checked = false;
+               e.hold_out = e.hold_out_rms_m = e.hold_out_start_rms_m = 0.0;
+             },
+             Status::weak, "too little was seen in the stops that were held out to check it"},
         Flaw{"NotObservable", [](LidarEvidence& e) { e.observable = false; }, Status::failed, "do not fix it"},
         Flaw{"OpenDirection", [](LidarEvidence& e) { e.covariance(3, 3) = 1.0; }, Status::failed,
              "leave its place along x (forwards) of the base frame open; add an upright surface"},
