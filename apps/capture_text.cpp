@@ -6,6 +6,7 @@
 
 #include "apps/doctor.h"
 #include "apps/estimate_text.h"
+#include "apps/json_text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/turntable/coach.h"
@@ -265,7 +266,7 @@ std::string capture_json(const CaptureSummary& summary, const LiveResult* calibr
                            {"wall_s", calibration->wall_s},
                            {"estimates", nlohmann::ordered_json::parse(estimates_json(calibration->estimates))}};
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/json_text.h"
 #include "apps/patch_export.h"
 #include "apps/result_export.h"
 #include "core/base/version.h"
@@ -36,7 +37,7 @@ std::string summary_json(const ExportOptions& options, const PatchExport& done) 
                                     {"stops", done.reading.stops.size()},
                                     {"points", done.reading.points.in_stops},
                                     {"files", done.files}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string result_text(const ExportOptions& options, const ResultExport& done) {
@@ -49,7 +50,7 @@ std::string result_json(const ExportOptions& options, const ResultExport& done) 
   const nlohmann::ordered_json json{
       {"rigcal", format_version}, {"command", "export"},       {"format", options.format},        {"out", options.out},
       {"sensors", done.sensors},  {"left_out", done.left_out}, {"status", to_string(done.status)}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Expected<ExitCode> run_result_export(const ExportOptions& options, ResultFormat format, CommandContext& context) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/json_text.h"
 #include "apps/session_import.h"
 #include "core/base/version.h"
 
@@ -34,7 +35,7 @@ std::string summary_json(const ImportOptions& options, const ImportSummary& done
       {"rigcal", format_version}, {"command", "import"},       {"kind", done.kind},
       {"out", options.out},       {"complete", done.complete}, {"datagrams", done.datagrams},
       {"stops", done.stops},      {"points", done.points},     {"images", done.images}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Expected<ExitCode> run_import(const ImportOptions& options, CommandContext& context) {

@@ -6,6 +6,7 @@
 
 #include "apps/command.h"
 #include "apps/inspection.h"
+#include "apps/json_text.h"
 #include "apps/session_repair.h"
 #include "core/io/session_folder.h"
 
@@ -59,7 +60,7 @@ Expected<ExitCode> run_inspect(const InspectOptions& options, CommandContext& co
   if (options.repair) (*inspection)["repairs"] = repairs;
   for (const auto& warning : inspection->at("warnings")) context.reporter.warn(warning.get<std::string>());
   if (context.json) {
-    CommandContext::print(inspection->dump(2) + "\n");
+    CommandContext::print(json_text(*inspection));
   } else if (!context.quiet) {
     CommandContext::print(inspection_text(*inspection));
   }

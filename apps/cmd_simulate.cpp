@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/json_text.h"
 #include "apps/live_options.h"
 #include "apps/motion_options.h"
 #include "apps/tolerance.h"
@@ -95,7 +96,7 @@ std::string summary_json(const SimulateOptions& options, const sim::SessionSumma
     json["datagrams"] = summary.datagrams;
     json["bytes"] = summary.bytes;
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 // Its end is a good one whether the run was over or the user stopped it.

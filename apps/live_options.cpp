@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "apps/json_text.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -156,7 +157,7 @@ std::string live_summary_json(const std::string& scene, std::uint64_t seed, cons
                                     {"lost", lost},
                                     {"duplicated", duplicated},
                                     {"cameras", cameras}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "apps/replay.h"
 #include "core/base/version.h"
 
@@ -40,7 +41,7 @@ std::string replay_json(const ReplayOptions& options, const ReplaySummary& summa
                                {"model", livox::model_name(device.broadcast.type)},
                                {"sent", device.sent},
                                {"not_wanted", device.not_wanted}});
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -6,6 +6,13 @@
 #include <cmath>
 
 namespace rigcal {
+namespace {
+
+bool is_tail(std::string_view text, std::size_t at) {
+  return at < text.size() && (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80;
+}
+
+}  // namespace
 
 std::string number_text(double value) {
   if (value == 0.0) return "0.0";
@@ -28,18 +35,41 @@ std::string fixed_text(double value, int digits) {
   return text;
 }
 
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  const unsigned first = byte(at);
+  if (first < 0x80) return 1;
+  if (first >= 0xC2 && first <= 0xDF) return is_tail(text, at + 1) ? 2 : 0;
+  if (first >= 0xE0 && first <= 0xEF) {
+    if (!is_tail(text, at + 1) || !is_tail(text, at + 2)) return 0;
+    const unsigned second = byte(at + 1);
+    return (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ? 0 : 3;
+  }
+  if (first >= 0xF0 && first <= 0xF4) {
+    if (!is_tail(text, at + 1) || !is_tail(text, at + 2) || !is_tail(text, at + 3)) return 0;
+    const unsigned second = byte(at + 1);
+    return (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F) ? 0 : 4;
+  }
+  return 0;
+}
+
 std::string quoted_text(std::string_view text) {
   constexpr std::string_view digits = "0123456789abcdef";
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(text, at);
+    const char c = text[at];
     const auto code = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
+    if (length == 0) {
+      quoted += utf8_replacement;
+    } else if (c == '"' || c == '\\') {
       quoted += {'\\', c};
     } else if (code < 0x20 || code == 0x7F) {
       quoted += {'\\', 'x', digits[code >> 4], digits[code & 15]};
     } else {
-      quoted += c;
+      quoted += text.substr(at, length);
     }
+    at += std::max<std::size_t>(length, 1);
   }
   return quoted + "\"";
 }

@@ -12,7 +12,12 @@ namespace rigcal {
 /// With so many digits behind the point, for people: fixed_text(1.2345, 2) is "1.23"; there is no "-0.00".
 [[nodiscard]] std::string fixed_text(double value, int digits);
 
-/// A text as a YAML scalar in double quotes; control characters are escaped.
+/// Length of the UTF-8 character at `at` (RFC 3629: shortest form, no surrogates); 0: there is none.
+[[nodiscard]] std::size_t utf8_length(std::string_view text, std::size_t at);
+/// What stands for bytes that are no character: U+FFFD.
+inline constexpr std::string_view utf8_replacement = "\xEF\xBF\xBD";
+
+/// A text as a YAML scalar in double quotes; control characters are escaped, bytes that are no UTF-8 become U+FFFD.
 [[nodiscard]] std::string quoted_text(std::string_view text);
 
 /// A text as a YAML key: plain where that is safe, quoted otherwise.

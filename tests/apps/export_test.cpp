@@ -158,6 +158,16 @@ TEST_F(Export, SaysWhatIsWrongAndLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(scratch / "p"));
 }
 
+TEST_F(Export, NamesThatAreNoUtf8AreShownWithAReplacement) {
+  const fs::path folder = scratch / "b\xFCro";
+  fs::create_directories(folder / "image" / "left");
+  std::ofstream(folder / "image" / "left" / "0.png") << "only counted";
+  EXPECT_EQ(parse(rigcal("inspect 'b\xFCro' --json"))["path"], "b\xEF\xBF\xBDro");
+  simulate("--stops 1 --dwell 0.6 --patches");
+  const auto imported = parse(rigcal("import s/patches --rig s/rig.yaml --out 'n\xFC' --json"));
+  EXPECT_EQ(imported["out"], "n\xEF\xBF\xBD");
+}
+
 TEST_F(Export, InspectShowsAResult) {
   std::ofstream(scratch / "extrinsics.yaml")
       << "rigcal: 1\nbase: a\nsensors:\n  a: {status: good, translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n"

@@ -43,6 +43,13 @@ TEST(KeyText, QuotesWhatAReaderWouldTakeForSomethingElse) {
   EXPECT_EQ(key_text("a\n\"b"), "\"a\\x0a\\\"b\"");
 }
 
+TEST(QuotedText, KeepsUtf8AndReplacesWhatIsNone) {
+  EXPECT_EQ(quoted_text("b\xC3\xBCro"), "\"b\xC3\xBCro\"");
+  EXPECT_EQ(quoted_text("b\xFCro"), "\"b\xEF\xBF\xBDro\"");
+  EXPECT_EQ(quoted_text("\xC3"), "\"\xEF\xBF\xBD\"");
+  EXPECT_EQ(key_text("b\xFCro"), "\"b\xEF\xBF\xBDro\"");
+}
+
 TEST(UtcText, IsADateWithMilliseconds) {
   EXPECT_EQ(utc_text(1'790'000'000'512'999'999), "2026-09-21 14:13:20.512");
   EXPECT_EQ(utc_text(0), "1970-01-01 00:00:00.000");
