@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <optional>
 #include <set>
 
@@ -27,6 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_table_bytes = std::size_t{256} << 20U;
+// What may go of a table, zeros not counted: lines are short, and come to the disk at each stop.
+constexpr std::size_t most_torn_bytes = 4096;
+constexpr std::size_t most_header_bytes = 80;
 constexpr std::uint64_t cancel_period = 4096;  // Packets between two looks at whether to stop.
 
 std::string count_of(std::uint64_t count, const std::string& one) {
@@ -43,13 +44,9 @@ class Repair {
     }
     const auto counters = count_packets();
     if (!counters) return counters.error();
-    for (const char* name : {"trigger.csv", "turntable.csv"}) {
-      const bool is_trigger = std::strcmp(name, "trigger.csv") == 0;
-      const auto whole = [&](const std::string& text) {
-        return is_trigger ? parse_trigger(text, name).has_value() : parse_turntable(text, name).has_value();
-      };
-      if (const auto cut = cut_table((fs::path(session_.path) / name).string(), whole); !cut) return cut.error();
-    }
+    const auto table = [&](const char* name) { return (fs::path(session_.path) / name).string(); };
+    if (const auto cut = cut_table(table("trigger.csv"), parse_trigger); !cut) return cut.error();
+    if (const auto cut = cut_table(table("turntable.csv"), parse_turntable); !cut) return cut.error();
     if (const auto images = mend_images(); !images) return images.error();
     if (const auto written = write_record(*counters); !written) return written.error();
     return done_;
@@ -65,7 +62,7 @@ class Repair {
     if (!file) {
       std::error_code error;
       if (fs::file_size(path, error) > 0 || error) return file.error();
-      return remove_part(path, "was empty");
+      return remove_file(path, "was empty");
     }
     CapturedFrame frame;
     for (std::uint64_t i = 0; file->next(frame); ++i) {
@@ -73,7 +70,7 @@ class Repair {
     }
     if (file->damage().empty()) return {};
     // Cut to nothing it would be no capture file, and the recording torn for good.
-    if (file->whole_bytes() == 0) return remove_part(path, "held nothing whole");
+    if (file->whole_bytes() == 0) return remove_file(path, "held nothing whole");
     std::error_code error;
     const std::uint64_t bytes = fs::file_size(path, error);
     if (!error) fs::resize_file(path, file->whole_bytes(), error);
@@ -83,7 +80,7 @@ class Repair {
     return {};
   }
 
-  Expected<void> remove_part(const std::string& path, const std::string& why) {
+  Expected<void> remove_file(const std::string& path, const std::string& why) {
     std::error_code error;
     if (!fs::remove(path, error) || error) return cannot_write(path, error.value());
     done_.push_back(short_name(path) + ": " + why + " and is gone");
@@ -117,26 +114,30 @@ class Repair {
     return counters;
   }
 
-  // Takes lines off the end until what is left makes sense.
-  Expected<void> cut_table(const std::string& path, const std::function<bool(const std::string&)>& is_whole) {
+  // Cuts what a power cut leaves at the end: part of a line, zeros, lines that make no sense. `parse` is one of those
+  // of frame_files.h.
+  template <class Parse>
+  Expected<void> cut_table(const std::string& path, const Parse& parse) {
     std::error_code error;
     if (!fs::exists(path, error)) return {};
-    Expected<std::string> text = read_text_file(path, most_table_bytes);
+    const Expected<std::string> text = read_text_file(path, most_table_bytes);
     if (!text) return text.error();
-    std::string kept = *text;
-    while (!kept.empty() && (kept.back() != '\n' || !is_whole(kept))) {
-      const std::size_t end = kept.find_last_of('\n', kept.size() - 2);
-      kept.resize(kept.size() < 2 || end == std::string::npos ? 0 : end + 1);
+    const std::string lines = text->substr(0, text->find_last_of('\n') + 1);  // 0 where there is no line
+    std::size_t kept = lines.size();
+    const auto records = parse(lines, path, &kept);
+    const auto zeros = std::count(text->begin() + static_cast<std::ptrdiff_t>(kept), text->end(), '\0');
+    const std::size_t torn = text->size() - kept;
+    if (torn - static_cast<std::size_t>(zeros) > (kept == 0 ? most_header_bytes : most_torn_bytes)) {
+      Error damage = records ? input_error("the last line has no end", path) : records.error();
+      damage.what +=
+          ", and with the " + count_of(torn, "byte") + " from there on more would go than a power cut spoils";
+      damage.mend = "mend the line by hand, or take away what follows, and repair the session again";
+      return damage;
     }
-    if (kept.size() == text->size()) return {};
-    if (kept.empty()) {
-      fs::remove(path, error);
-      if (error) return cannot_write(path, error.value());
-    } else if (const auto replaced = replace_file(path, kept); !replaced) {
-      return replaced;
-    }
-    done_.push_back(short_name(path) + ": " + count_of(text->size() - kept.size(), "byte") +
-                    " of unfinished lines cut off");
+    if (torn == 0 && kept > 0) return {};
+    if (kept == 0) return remove_file(path, "held no whole line");
+    if (const auto replaced = replace_file(path, text->substr(0, kept)); !replaced) return replaced;
+    done_.push_back(short_name(path) + ": " + count_of(torn, "byte") + " of unfinished lines cut off");
     return {};
   }
 
@@ -146,8 +147,7 @@ class Repair {
       const std::string table = (folder / "frames.csv").string();
       std::error_code error;
       if (sensor.is_lidar() || !fs::exists(table, error)) continue;
-      const auto whole = [&](const std::string& text) { return parse_frames(text, table).has_value(); };
-      if (const auto cut = cut_table(table, whole); !cut) return cut;
+      if (const auto cut = cut_table(table, parse_frames); !cut) return cut;
       if (!fs::exists(table, error)) continue;
       const auto frames = read_frames(table);
       if (!frames) return frames.error();

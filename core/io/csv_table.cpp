@@ -36,31 +36,42 @@ template std::optional<std::int64_t> CsvRow::number<std::int64_t>(std::size_t co
 template std::optional<int> CsvRow::number<int>(std::size_t column) const;
 template std::optional<double> CsvRow::number<double>(std::size_t column) const;
 
-Expected<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_view header, const std::string& name) {
+CsvTable parse_damaged_csv(std::string_view text, std::string_view header, const std::string& name) {
   const auto columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
-  std::vector<CsvRow> rows;
+  CsvTable table;
   bool begun = false;
-  for (int number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
+  int number = 0;
+  const auto fail = [&](const std::string& what, const std::string& mend) {
+    table.error = input_error(what, name + ":" + std::to_string(number), mend);
+    return table;
+  };
+  while (table.good_bytes < text.size()) {
+    ++number;
+    const std::size_t begin = table.good_bytes;
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::string_view line = text.substr(begin, end - begin);
     if (line.ends_with('\r')) line.remove_suffix(1);
-    if (line.empty()) continue;
-    const std::string where = name + ":" + std::to_string(number);
-    if (!begun) {
-      if (line != header) return input_error("the first line is not the header", where, "write " + std::string(header));
+    if (!line.empty() && !begun) {
+      if (line != header) return fail("the first line is not the header", "write " + std::string(header));
       begun = true;
-      continue;
+    } else if (!line.empty()) {
+      CsvRow row{number, begin, split(line, columns)};
+      if (row.values.size() != columns) {
+        return fail("the line has not " + std::to_string(columns) + " values",
+                    "write " + std::string(header) + ", with nothing between the commas where it is not known");
+      }
+      table.rows.push_back(std::move(row));
     }
-    CsvRow row{number, split(line, columns)};
-    if (row.values.size() != columns) {
-      return input_error("the line has not " + std::to_string(columns) + " values", where,
-                         "write " + std::string(header) + ", with nothing between the commas where it is not known");
-    }
-    rows.push_back(std::move(row));
+    table.good_bytes = std::min(end + 1, text.size());
   }
-  if (!begun) return input_error("is empty", name, "begin it with the line " + std::string(header));
-  return rows;
+  if (!begun) table.error = input_error("is empty", name, "begin it with the line " + std::string(header));
+  return table;
+}
+
+Expected<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_view header, const std::string& name) {
+  CsvTable table = parse_damaged_csv(text, header, name);
+  if (table.error) return *table.error;
+  return std::move(table.rows);
 }
 
 }  // namespace rigcal

@@ -12,6 +12,7 @@ namespace rigcal {
 /// One line of a table of values with commas between them; the views live as long as the text they came from.
 struct CsvRow {
   int line = 0;
+  std::size_t begin = 0;  ///< Where it begins in the text.
   std::vector<std::string_view> values;
 
   /// A value as a whole number (int64, int) or a finite double; nothing where it is none.
@@ -24,5 +25,13 @@ struct CsvRow {
 /// or fewer values.
 [[nodiscard]] Expected<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_view header,
                                                       const std::string& name);
+
+/// The same of a table that may be damaged from some line on.
+struct CsvTable {
+  std::vector<CsvRow> rows;    ///< Before the first line that is wrong.
+  std::optional<Error> error;  ///< What is wrong with that; nothing where all are right.
+  std::size_t good_bytes = 0;  ///< Where that line begins; all of the text where all are right.
+};
+[[nodiscard]] CsvTable parse_damaged_csv(std::string_view text, std::string_view header, const std::string& name);
 
 }  // namespace rigcal

@@ -83,15 +83,32 @@ Expected<OutputFile> begin_table(const std::string& path, std::string_view heade
   return file;
 }
 
+// `take` makes a record of a row, or tells the reader what is wrong with it.
+template <class Record, class Take>
+Expected<std::vector<Record>> parse_table(const std::string& text, std::string_view header, const std::string& name,
+                                          std::size_t* good_bytes, const Take& take) {
+  const CsvTable table = parse_damaged_csv(text, header, name);
+  if (good_bytes != nullptr) *good_bytes = table.good_bytes;
+  std::vector<Record> records;
+  for (const CsvRow& row : table.rows) {
+    RowReader reader(row, name);
+    Record record = take(row, reader, records);
+    if (reader.error()) {
+      if (good_bytes != nullptr) *good_bytes = row.begin;
+      return *reader.error();
+    }
+    records.push_back(std::move(record));
+  }
+  if (table.error) return *table.error;
+  return records;
+}
+
 }  // namespace
 
-Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name) {
-  const auto rows = parse_csv(text, frames_header, name);
-  if (!rows) return rows.error();
-  std::vector<FrameRecord> frames;
+Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name,
+                                                std::size_t* good_bytes) {
   std::set<std::string> files;
-  for (const CsvRow& row : *rows) {
-    RowReader reader(row, name);
+  const auto take = [&](const CsvRow& row, RowReader& reader, const std::vector<FrameRecord>&) {
     FrameRecord frame;
     frame.file = std::string(row.values[0]);
     frame.stamp_ns = reader.required<std::int64_t>(1, "stamp_ns");
@@ -104,10 +121,9 @@ Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const s
     } else if (!files.insert(frame.file).second) {
       reader.fail("the file " + frame.file + " stands here a second time", "keep one of the lines");
     }
-    if (reader.error()) return *reader.error();
-    frames.push_back(std::move(frame));
-  }
-  return frames;
+    return frame;
+  };
+  return parse_table<FrameRecord>(text, frames_header, name, good_bytes, take);
 }
 
 Expected<std::vector<FrameRecord>> read_frames(const std::string& path) {
@@ -134,19 +150,15 @@ Expected<void> FrameTable::add(const FrameRecord& frame) {
   return file_.flush();
 }
 
-Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name) {
-  const auto rows = parse_csv(text, trigger_header, name);
-  if (!rows) return rows.error();
-  std::vector<TriggerPulse> pulses;
-  for (const CsvRow& row : *rows) {
-    RowReader reader(row, name);
+Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name,
+                                                  std::size_t* good_bytes) {
+  const auto take = [](const CsvRow&, RowReader& reader, const std::vector<TriggerPulse>& pulses) {
     const TriggerPulse pulse{reader.required<std::int64_t>(0, "pulse"), reader.required<std::int64_t>(1, "stamp_ns")};
     if (!pulses.empty() && (pulse.pulse <= pulses.back().pulse || pulse.stamp_ns <= pulses.back().stamp_ns))
       reader.fail("the pulse or its stamp does not lie after the one before", "sort the lines, and keep one of each");
-    if (reader.error()) return *reader.error();
-    pulses.push_back(pulse);
-  }
-  return pulses;
+    return pulse;
+  };
+  return parse_table<TriggerPulse>(text, trigger_header, name, good_bytes, take);
 }
 
 Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path) {
@@ -173,22 +185,18 @@ Expected<void> TriggerTable::add(const TriggerPulse& pulse) {
   return file_.flush();
 }
 
-Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name) {
-  const auto rows = parse_csv(text, turntable_header, name);
-  if (!rows) return rows.error();
-  std::vector<TableAngle> angles;
-  for (const CsvRow& row : *rows) {
-    RowReader reader(row, name);
+Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name,
+                                                  std::size_t* good_bytes) {
+  const auto take = [](const CsvRow& row, RowReader& reader, const std::vector<TableAngle>& angles) {
     const auto stamp_ns = reader.required<std::int64_t>(0, "stamp_ns");
     const std::optional<double> angle = row.number<double>(1);
     if (!angle || std::abs(*angle) > most_degrees)
       reader.fail("angle_deg is '" + std::string(row.values[1].substr(0, 40)) + "'", "write degrees");
     if (!angles.empty() && stamp_ns <= angles.back().stamp_ns)
       reader.fail("the stamp does not lie after the one before", "sort the lines, and keep one of each");
-    if (reader.error()) return *reader.error();
-    angles.push_back({stamp_ns, *angle});
-  }
-  return angles;
+    return TableAngle{stamp_ns, angle.value_or(0.0)};
+  };
+  return parse_table<TableAngle>(text, turntable_header, name, good_bytes, take);
 }
 
 Expected<std::vector<TableAngle>> read_turntable(const std::string& path) {

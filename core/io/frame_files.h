@@ -9,13 +9,15 @@
 #include "core/io/output_file.h"
 #include "core/records/image.h"
 
-/// The tables beside a session's packets: frames.csv of each camera, trigger.csv and turntable.csv.
+/// The tables beside a session's packets: frames.csv of each camera, trigger.csv and turntable.csv. Of one with an
+/// error, `good_bytes` (may be null) gets where the first line that is wrong begins; of others its whole length.
 namespace rigcal {
 
 /// Reads frames.csv: file,stamp_ns,trigger,exposure_us,device_stamp,stop; the last four may be empty. Errors name
 /// "file:line": values of the wrong kind or below zero, a file's name that is no plain name, the same file twice.
 [[nodiscard]] Expected<std::vector<FrameRecord>> read_frames(const std::string& path);
-[[nodiscard]] Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name);
+[[nodiscard]] Expected<std::vector<FrameRecord>> parse_frames(const std::string& text, const std::string& name,
+                                                              std::size_t* good_bytes = nullptr);
 Expected<void> write_frames(const std::string& path, std::span<const FrameRecord> frames);
 
 /// A frames.csv that grows while images are taken: what was added can be read at any time.
@@ -33,7 +35,8 @@ class FrameTable {
 
 /// Reads trigger.csv: pulse,stamp_ns; numbers and stamps must both go up from line to line.
 [[nodiscard]] Expected<std::vector<TriggerPulse>> read_trigger(const std::string& path);
-[[nodiscard]] Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name);
+[[nodiscard]] Expected<std::vector<TriggerPulse>> parse_trigger(const std::string& text, const std::string& name,
+                                                                std::size_t* good_bytes = nullptr);
 /// A trigger.csv that grows while pulses are given: what was added can be read at any time.
 class TriggerTable {
  public:
@@ -49,7 +52,8 @@ class TriggerTable {
 
 /// Reads turntable.csv: stamp_ns,angle_deg; stamps must go up from line to line.
 [[nodiscard]] Expected<std::vector<TableAngle>> read_turntable(const std::string& path);
-[[nodiscard]] Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name);
+[[nodiscard]] Expected<std::vector<TableAngle>> parse_turntable(const std::string& text, const std::string& name,
+                                                                std::size_t* good_bytes = nullptr);
 /// A turntable.csv that grows while the table is asked: what was added can be read at any time.
 class TurntableTable {
  public:

@@ -121,6 +121,26 @@ TEST_F(SessionRepair, TablesAndImagesEndWithWhatIsWhole) {
   EXPECT_EQ(read_turntable((session / "turntable.csv").string())->size(), 2U);
 }
 
+TEST_F(SessionRepair, TablesThatAreDamagedInTheMiddleAreLeftToTheUser) {
+  std::string lines = "stamp_ns,angle_deg\n5,0\n7,x\n";
+  for (int i = 0; i < 1000; ++i) lines += std::to_string(10 + i) + ",1\n";
+  put(session / "turntable.csv", lines);
+  auto done = repair_session(session.string(), {silent});
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message(), HasSubstr("turntable.csv:3: angle_deg is 'x'"));
+  EXPECT_THAT(done.error().message(), HasSubstr("mend the line by hand"));
+  EXPECT_EQ(text_of(session / "turntable.csv"), lines);
+  put(session / "turntable.csv", "angle_deg,stamp_ns\n" + lines.substr(19, 200));
+  done = repair_session(session.string(), {silent});
+  ASSERT_FALSE(done) << "nothing would be left";
+  EXPECT_THAT(done.error().message(), HasSubstr("turntable.csv:1: the first line is not the header"));
+  // Of these nothing is lost, however long they are.
+  put(session / "turntable.csv", "stamp_ns,angle_deg\n5,0\n7,1" + std::string(100'000, '\0'));
+  put(session / "trigger.csv", "");
+  EXPECT_THAT(repair(), testing::IsSupersetOf({"trigger.csv: held no whole line and is gone",
+                                               "turntable.csv: 100003 bytes of unfinished lines cut off"}));
+}
+
 TEST_F(SessionRepair, ANewestPartWithNothingWholeIsTakenAway) {
   // As `capture --keep` leaves it where the power fails when a part has just begun.
   fs::rename(session / "lidar.pcapng", session / "lidar.000001.pcapng");

@@ -12,6 +12,22 @@ using testing::HasSubstr;
 
 const std::string header = "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n";
 
+TEST(FrameFiles, TellWhereTheFirstLineThatIsWrongBegins) {
+  const auto good = [](const std::string& lines) {
+    std::size_t bytes = 99;
+    static_cast<void>(parse_turntable("stamp_ns,angle_deg\n" + lines, "t", &bytes));
+    return bytes - 19;
+  };
+  EXPECT_EQ(good("5,0\n7,1\n"), 8U);
+  EXPECT_EQ(good("5,0\n7,x\n9,1\n"), 4U);
+  EXPECT_EQ(good("5,0\n\n7\n9,1\n"), 5U);
+  EXPECT_EQ(good("5,0\n5,0\n7\n"), 4U) << "the first, not the one with too few values";
+  EXPECT_THAT(parse_turntable("stamp_ns,angle_deg\n5,0\n5,0\n7\n", "t").error().message(), HasSubstr("t:3"));
+  std::size_t bytes = 99;
+  EXPECT_FALSE(parse_frames("file,stamp\n", "f", &bytes).has_value());
+  EXPECT_EQ(bytes, 0U);
+}
+
 TEST(FrameFiles, ReadBackWhatWasWritten) {
   std::vector<FrameRecord> frames(2);
   frames[0] = {"000000.png", 1'700'000'000'123'456'789, 12, 5000.25, 987'654'321'000, 3};
