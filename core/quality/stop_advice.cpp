@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "core/base/median.h"
 #include "core/base/parallel.h"
@@ -76,7 +77,8 @@ std::vector<Piece> pieces_of(const StopAdviceInput& input) {
   return out;
 }
 
-// Information of poses and extrinsics about all but the world's pose; the stop to come stands last.
+// Information of poses and extrinsics about all but the world's pose: the stops, then the stop to come, and the LiDARs
+// last, so that their part of the inverse stands at the end of a decomposition.
 class Model {
  public:
   explicit Model(const StopAdviceInput& input)
@@ -87,14 +89,17 @@ class Model {
       if (!is_first) stop_index_[j] = add_block();
       is_first = false;
     }
+    next_index_ = add_block();
     for (std::size_t i = 0; i < lidar_index_.size(); ++i) {
       if (input.lidar_known[i] && static_cast<int>(i) != input.base) lidar_index_[i] = add_block();
     }
-    next_index_ = add_block();
   }
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] int lidar_index(std::size_t lidar) const { return lidar_index_[lidar]; }
+  /// Of the first LiDAR; all that was before the stop to come ends at `next_index`.
+  [[nodiscard]] int first_lidar() const { return next_index_ + 6; }
+  [[nodiscard]] int next_index() const { return next_index_; }
 
   // What holds everything loosely, so that nothing is singular: a degree and a decimetre of poses, ten degrees and half
   // a metre of extrinsics.
@@ -168,19 +173,27 @@ PieceSum sum_readings(const Model& model, const Piece& piece, Matrix& A) {
 class Judge {
  public:
   Judge(const StopAdviceInput& input, const Model& model, const Matrix& H_now)
-      : input_(input), model_(model), now_(H_now.ldlt().solve(Matrix::Identity(model.size(), model.size()))) {}
+      : input_(input), model_(model), now_(covariance_of_lidars(H_now)) {}
 
-  [[nodiscard]] PredictedBounds bounds(const Matrix& H) const {
-    return worst(H.ldlt().solve(Matrix::Identity(model_.size(), model_.size())));
-  }
+  // By the lower triangle.
+  [[nodiscard]] PredictedBounds bounds(Matrix H) const { return worst(covariance_of_lidars(std::move(H))); }
   [[nodiscard]] PredictedBounds now() const { return worst(now_); }
 
  private:
+  // The inverse's last block is that of L L^T there: everything else need not be solved for.
+  [[nodiscard]] Matrix covariance_of_lidars(Matrix H) const {
+    const Eigen::Index count = H.rows() - model_.first_lidar();
+    const Eigen::LLT<Eigen::Ref<Matrix>> llt(H);
+    Matrix inverse = Matrix::Identity(count, count);
+    H.bottomRightCorner(count, count).triangularView<Eigen::Lower>().solveInPlace(inverse);
+    return inverse.transpose() * inverse;
+  }
+
   [[nodiscard]] PredictedBounds worst(const Matrix& inverse) const {
     PredictedBounds out;
     for (std::size_t i = 0; i < input_.lidar_known.size(); ++i) {
-      const int index = model_.lidar_index(i);
-      if (index < 0) continue;
+      if (model_.lidar_index(i) < 0) continue;
+      const int index = model_.lidar_index(i) - model_.first_lidar();
       const Matrix6d before = now_.block<6, 6>(index, index);
       const Matrix6d after = inverse.block<6, 6>(index, index);
       const Matrix6d& given = input_.covariances[i].isZero(0.0) ? before : input_.covariances[i];
@@ -197,7 +210,7 @@ class Judge {
 
   const StopAdviceInput& input_;
   const Model& model_;
-  Matrix now_;
+  Matrix now_;  // Of the LiDARs.
 };
 
 // Weight of a typical reading of each LiDAR: the median.
@@ -262,11 +275,19 @@ class Advisor {
     return last;
   }
 
+  // The lower triangle.
   [[nodiscard]] Matrix after_turn(double angle_rad) const {
     const SE3 T_G_next = input_.axis.turn(angle_rad) * input_.state.T_G_base[last_stop()];
     Matrix H = H_;
-    Matrix gone(model_.size(), static_cast<Eigen::Index>(pieces_.size()));
-    Matrix come(model_.size(), static_cast<Eigen::Index>(pieces_.size()));
+    // What is read anew touches only the stop to come and the LiDARs: of the stops before there only becomes less of
+    // what the piece's own distance takes away, and of two large products one thin one is left.
+    const Eigen::Index stops = model_.next_index();
+    const Eigen::Index rest = model_.size() - stops;
+    const auto most = static_cast<Eigen::Index>(pieces_.size());
+    Matrix of_stops(stops, most);
+    Matrix of_rest(rest, most);
+    Matrix gone(rest, most);
+    Matrix come(rest, most);
     Eigen::Index columns = 0;
     Vector J(model_.size());
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
@@ -278,11 +299,19 @@ class Advisor {
         add_reading(J, weights_[i], H, sum);
       }
       if (sum.W == sums_[k].W) continue;
-      gone.col(columns) = sums_[k].b / std::sqrt(sums_[k].W);
-      come.col(columns++) = sum.b / std::sqrt(sum.W);
+      const Vector& b = sums_[k].b;
+      const double W = sums_[k].W;
+      const double less = std::sqrt(1.0 / W - 1.0 / sum.W);
+      of_stops.col(columns) = less * b.head(stops);
+      of_rest.col(columns) = (b.tail(rest) / W - sum.b.tail(rest) / sum.W) / less;
+      gone.col(columns) = b.tail(rest) / std::sqrt(W);
+      come.col(columns++) = sum.b.tail(rest) / std::sqrt(sum.W);
     }
-    H += gone.leftCols(columns) * gone.leftCols(columns).transpose();
-    H -= come.leftCols(columns) * come.leftCols(columns).transpose();
+    const auto S = of_stops.leftCols(columns);
+    H.topLeftCorner(stops, stops).selfadjointView<Eigen::Lower>().rankUpdate(S);
+    H.bottomLeftCorner(rest, stops) += of_rest.leftCols(columns) * S.transpose();
+    H.bottomRightCorner(rest, rest) += gone.leftCols(columns) * gone.leftCols(columns).transpose();
+    H.bottomRightCorner(rest, rest) -= come.leftCols(columns) * come.leftCols(columns).transpose();
     return H;
   }
 
@@ -329,8 +358,8 @@ class Advisor {
     parallel_for(boards.size(), 4, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         bool is_seen = false;
-        const Matrix H = with_board(boards[k], is_seen, now.lidar);
-        if (is_seen) boards[k].after = judge.bounds(H);
+        Matrix H = with_board(boards[k], is_seen, now.lidar);
+        if (is_seen) boards[k].after = judge.bounds(std::move(H));
         seen[k] = is_seen;
       }
     });
