@@ -211,11 +211,13 @@ class Batch {
                      options_.settings, row.result,        own_file(index, ".json")};
     work.inputs.insert(work.inputs.end(), options_.inputs.begin(), options_.inputs.end());
     states_[index] = input_state(work.inputs);
-    const Judgement judgement = judge_session(work, states_[index], options_.retry && !was_taken_[index], stop_);
-    row.why = judgement.why;
-    if (!judgement.keep) return false;
+    const Expected<Judgement> judgement =
+        judge_session(work, states_[index], options_.retry && !was_taken_[index], stop_);
+    if (!judgement) return judgement.error();
+    row.why = judgement->why;
+    if (!judgement->keep) return false;
     row.kept = true;
-    row.record = *judgement.record;
+    row.record = *judgement->record;
     if (was_taken_[index]) row.why = "another worker has just done it";
     complete_row(row);
     ++kept_;
@@ -269,7 +271,8 @@ class Batch {
     if (stop_.stop_requested() && has_new_result) code = code_of_result(row.result).value_or(code);
     const bool solved = (code == 0 || code == 1) && has_new_result;
     if (!solved && stop_.stop_requested()) return {};  // As it was told; nothing is known of the session.
-    row.record = {row.session.input, options_.settings, version(), one.input_state, code, {}, 0.0, 0.0, 0.0, host_};
+    row.record = {
+        whole_path(row.session.input), options_.settings, version(), one.input_state, code, {}, 0.0, 0.0, 0.0, host_};
     if (!solved) row.record.error = failure_text(end, own_file(one.row, ".log"));
     row.record.wall_s = seconds_since(one.begun);
     row.record.cpu_s = end.cpu_s;

@@ -66,7 +66,8 @@ struct BatchWatcher {
 /// a row and not the end. Several of these may work on one folder, on one machine or several: each session is claimed,
 /// what others are at is waited for, and what they leave undone is taken up. After every session batch.csv and
 /// batch.json in `out` are replaced as a whole. When told to stop it stops the calibrations; those write nothing.
-/// Errors: `out` is no folder of a batch or cannot be written, locks are not to be had.
+/// Errors: `out` is no folder of a batch or cannot be written, it has the result of another recording under a name of
+/// this one, locks are not to be had.
 [[nodiscard]] Expected<BatchOutcome> run_batch(const std::vector<Session>& sessions, const BatchOptions& options,
                                                const BatchWatcher& watcher, const std::stop_token& stop);
 

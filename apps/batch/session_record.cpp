@@ -84,13 +84,10 @@ InputState input_state(const std::vector<std::string>& paths) {
       sum.add(bytes_of(file_line(path, "file", state.bytes)));
       continue;
     }
-    std::vector<std::string> names;
-    for (fs::recursive_directory_iterator at(path, error), end; !error && at != end; at.increment(error)) {
-      if (!at->is_directory(error)) names.push_back(at->path().lexically_relative(path).string());
-    }
-    std::sort(names.begin(), names.end());
-    for (const std::string& name : names) sum.add(bytes_of(file_line(fs::path(path) / name, name, state.bytes)));
-    sum.add(bytes_of(std::to_string(names.size()) + " files\n"));
+    const std::optional<std::vector<std::string>> names = files_below(path);
+    if (!names) return {};
+    for (const std::string& name : *names) sum.add(bytes_of(file_line(fs::path(path) / name, name, state.bytes)));
+    sum.add(bytes_of(std::to_string(names->size()) + " files\n"));
   }
   state.digest = sum.finish();
   return state;
@@ -138,10 +135,15 @@ Expected<void> write_record(const SessionRecord& record, const std::string& path
   return replace_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-Judgement judge_session(const SessionWork& work, const InputState& state, bool retry, const std::stop_token& stop) {
-  const std::optional<SessionRecord> record = read_record(work.record);
-  const bool solved = record && (record->code == good_code || record->code == weak_code) && has_result(work);
-  const bool failed = record && record->code != good_code && record->code != weak_code;
+namespace {
+
+Judgement judge_what_is_there(const SessionWork& work, const std::optional<SessionRecord>& record,
+                              const InputState& state, bool retry, const std::stop_token& stop) {
+  // One that somebody ended says code 1, too, and an older result may be there.
+  const bool ended_well = record && record->error.empty() && (record->code == good_code || record->code == weak_code);
+  const bool solved = ended_well && has_result(work);
+  const bool failed = record && !ended_well;
+  if (state.digest.empty()) return {false, "the input cannot be looked at as a whole", {}};
   if (solved || failed) {
     const std::string options = changed_options(work.settings, settings_json(record->settings));
     const bool same_input = record->input_state == state.digest;
@@ -160,7 +162,7 @@ Judgement judge_session(const SessionWork& work, const InputState& state, bool r
   try {
     const std::string other = other_result(work, *report, stop);
     if (!other.empty()) return {false, other, {}};
-    SessionRecord found{work.input, work.settings, version(), {}, good_code, {}, 0.0, 0.0, 0.0, {}};
+    SessionRecord found{whole_path(work.input), work.settings, version(), {}, good_code, {}, 0.0, 0.0, 0.0, {}};
     if (solved) found = *record;
     found.input_state = state.digest;
     if (!solved) {
@@ -172,6 +174,47 @@ Judgement judge_session(const SessionWork& work, const InputState& state, bool r
   } catch (const nlohmann::json::exception&) {
     return {false, "the result's report is none of this version", {}};
   }
+}
+
+// The recording that the result is of, or the failure that is on record; nothing where that is not known.
+std::optional<std::string> input_of_what_is_there(const SessionWork& work, const std::optional<SessionRecord>& record) {
+  if (record) return record->input;
+  const std::optional<Json> report = read_json(fs::path(work.result) / "report.json");
+  if (!report) return std::nullopt;
+  const Json& settings = report->contains("settings") ? report->at("settings") : *report;
+  const auto input = settings.is_object() ? settings.find("INPUT") : settings.end();
+  if (input == settings.end() || !input->is_string()) return std::nullopt;
+  return input->get<std::string>();
+}
+
+// A path that was told from some other folder may lead nowhere from here, and says nothing then.
+bool is_another(const std::string& there, const std::string& input) {
+  std::error_code error;
+  if (fs::path(there).is_relative() && !fs::exists(there, error)) return false;
+  return whole_path(there) != whole_path(input);
+}
+
+}  // namespace
+
+std::string whole_path(const std::string& input) {
+  std::error_code error;
+  fs::path path = fs::weakly_canonical(fs::absolute(input, error), error);
+  if (!path.has_filename()) path = path.parent_path();
+  return error ? input : path.string();
+}
+
+Expected<Judgement> judge_session(const SessionWork& work, const InputState& state, bool retry,
+                                  const std::stop_token& stop) {
+  const std::optional<SessionRecord> record = read_record(work.record);
+  Judgement judgement = judge_what_is_there(work, record, state, retry, stop);
+  if (judgement.keep) return judgement;
+  const std::optional<std::string> there = input_of_what_is_there(work, record);
+  if (!there || !is_another(*there, work.input)) return judgement;
+  return input_error(
+      "its result would replace that of " + *there + ", which is called \"" + work.name + "\" there, too", work.input,
+      "give both to one batch, which tells their names apart, or choose another --out; where the "
+      "recording was moved, remove " +
+          work.result + " and " + work.record);
 }
 
 }  // namespace rigcal::batch

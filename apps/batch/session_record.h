@@ -16,7 +16,7 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
 
 /// What is kept of a session that was tried, beside its result.
 struct SessionRecord {
-  std::string input;
+  std::string input;  ///< From the root, so that it is the same from every folder.
   Settings settings;
   std::string version;      ///< Of rigcal.
   std::string input_state;  ///< See InputState.
@@ -30,10 +30,13 @@ struct SessionRecord {
 
 /// Names, sizes and times of change of all files of the inputs: what has these as before has not changed.
 struct InputState {
-  std::string digest;
+  std::string digest;  ///< Empty where a folder could not be gone through: nothing is known of it.
   std::uint64_t bytes = 0;
 };
 [[nodiscard]] InputState input_state(const std::vector<std::string>& paths);
+
+/// The recording's path from the root.
+[[nodiscard]] std::string whole_path(const std::string& input);
 
 /// The exit code of the calibration that ended with this result, good or not; nothing where there is no report. For a
 /// result whose calibration was ended after it had written all.
@@ -63,8 +66,8 @@ struct SessionWork {
 /// A result is kept where its record says that inputs, options and version are those of now; without such a record
 /// (copied, or made by `rigcal calibrate`) where its report says the same and the inputs have the same digests, which
 /// takes reading them. A failure that came of the input (exit codes 2 and 3) is kept by its record, unless `retry`.
-/// `stop` ends the reading.
-[[nodiscard]] Judgement judge_session(const SessionWork& work, const InputState& state, bool retry,
-                                      const std::stop_token& stop);
+/// `stop` ends the reading. Errors: what would be replaced is of another recording.
+[[nodiscard]] Expected<Judgement> judge_session(const SessionWork& work, const InputState& state, bool retry,
+                                                const std::stop_token& stop);
 
 }  // namespace rigcal::batch

@@ -53,31 +53,60 @@ std::optional<InputDigest> digest_file(const fs::path& path, std::uint64_t whole
   return digest;
 }
 
-// As `find . -type f | sort | xargs sha256sum | sha256sum` in it gives it, names beginning with "./".
-std::optional<InputDigest> digest_tree(const fs::path& folder, std::uint64_t whole_bytes, const std::stop_token& stop) {
+// Adds the names of what is in `folder`, and what is in the folders there. `above`: it and those that it is in. False:
+// something could not be looked at.
+bool add_files(const fs::path& folder, const fs::path& seen_from, std::vector<fs::path>& above,
+               std::vector<std::string>& names) {
   std::error_code error;
-  std::vector<std::string> names;
-  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    if (at->is_regular_file(error)) names.push_back("./" + at->path().lexically_relative(folder).string());
+  const fs::path place = fs::canonical(folder, error);
+  if (error) return false;
+  if (std::find(above.begin(), above.end(), place) != above.end()) return true;
+  above.push_back(place);
+  fs::directory_iterator at(folder, error);
+  for (; !error && at != fs::directory_iterator(); at.increment(error)) {
+    std::error_code dangling;  // What a link leads to may be gone: then it is a name and no folder.
+    if (!fs::is_directory(at->path(), dangling)) {
+      names.push_back(at->path().lexically_relative(seen_from).string());
+    } else if (!add_files(at->path(), seen_from, above, names)) {
+      return false;
+    }
   }
-  if (error || names.empty()) return std::nullopt;
-  std::sort(names.begin(), names.end());
+  above.pop_back();
+  return !error;
+}
+
+// As `find -L . -type f | sort | xargs sha256sum | sha256sum` in it gives it, names beginning with "./".
+std::optional<InputDigest> digest_tree(const fs::path& folder, std::uint64_t whole_bytes, const std::stop_token& stop) {
+  const std::optional<std::vector<std::string>> names = files_below(folder);
+  if (!names) return std::nullopt;
   InputDigest digest;
   digest.path = folder.string() + "/";
-  digest.files = names.size();
+  digest.files = 0;
   Sha256 sum;
-  for (const std::string& name : names) {
+  std::error_code error;
+  for (const std::string& name : *names) {
+    if (!fs::is_regular_file(folder / name, error)) continue;
     const auto file = digest_file(folder / name, whole_bytes, stop);
     if (!file) return std::nullopt;
+    ++digest.files;
     digest.bytes += file->bytes;
     digest.in_part |= file->in_part;
-    sum.add(bytes_of(file->sha256 + "  " + name + "\n"));
+    sum.add(bytes_of(file->sha256 + "  ./" + name + "\n"));
   }
+  if (digest.files == 0) return std::nullopt;
   digest.sha256 = sum.finish();
   return digest;
 }
 
 }  // namespace
+
+std::optional<std::vector<std::string>> files_below(const fs::path& folder) {
+  std::vector<fs::path> above;
+  std::vector<std::string> names;
+  if (!add_files(folder, folder, above, names)) return std::nullopt;
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 std::vector<InputDigest> digest_inputs(const std::vector<std::string>& paths, const std::stop_token& stop,
                                        std::uint64_t whole_bytes) {

@@ -116,6 +116,19 @@ TEST_F(BatchFiles, TheStateOfAnInputIsThatOfItsFiles) {
   EXPECT_NE(before.digest, input_state({path("moved")}).digest);
 }
 
+TEST_F(BatchFiles, TheStateOfAnInputIsThatOfWhatItsLinksLeadToAsWell) {
+  write("disk/avia/0.pcd", "12345");
+  fs::create_directories(scratch / "session/patches");
+  fs::create_directory_symlink(scratch / "disk/avia", scratch / "session/patches/avia");
+  fs::create_directory_symlink(scratch / "session", scratch / "disk/avia/back");
+  fs::create_symlink(scratch / "gone", scratch / "session/dangling");
+  const InputState before = input_state({path("session")});
+  EXPECT_EQ(before.bytes, 5U);
+  EXPECT_FALSE(before.digest.empty());
+  write("disk/avia/0.pcd", "123456");
+  EXPECT_NE(before.digest, input_state({path("session")}).digest);
+}
+
 class Judge : public BatchFiles {
  protected:
   void SetUp() override {
@@ -132,7 +145,9 @@ class Judge : public BatchFiles {
     if (error.empty()) write("result/extrinsics.yaml", "rigcal: 1\n");
   }
   [[nodiscard]] Judgement judge(bool retry = false) const {
-    return judge_session(work, input_state(work.inputs), retry, {});
+    const Expected<Judgement> judged = judge_session(work, input_state(work.inputs), retry, {});
+    EXPECT_TRUE(judged) << judged.error().message();
+    return judged ? *judged : Judgement{};
   }
 
   SessionWork work;
@@ -180,6 +195,52 @@ TEST_F(Judge, KeepsAFailureThatCameOfTheInputAndTriesOthersAgain) {
     note(code, "disk full, or a crash");
     EXPECT_FALSE(judge().keep) << code;
   }
+}
+
+// SIGTERM ends `rigcal calibrate` with code 1 and without a result; the one before is still there.
+TEST_F(Judge, TriesAgainWhatSomebodyElseEnded) {
+  note(0);
+  note(1, "ended with exit code 1 and no word");
+  EXPECT_FALSE(judge().keep);
+  EXPECT_EQ(judge().why, "failed before");
+}
+
+TEST_F(Judge, ReplacesNoResultOfAnotherRecording) {
+  note(0);
+  write("elsewhere/session", "points of another rig");
+  work.input = path("elsewhere/session");
+  work.inputs = {work.input};
+  const auto refused = judge_session(work, input_state(work.inputs), false, {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message(), HasSubstr(path("elsewhere/session") + ": its result would replace that of " +
+                                                   path("session") + ", which is called \"session\" there, too"));
+  // The same files in another place, or a path that leads there, are the same recording.
+  fs::remove_all(scratch / "elsewhere");
+  fs::create_directories(scratch / "elsewhere");
+  fs::rename(scratch / "session", scratch / "elsewhere/session");
+  EXPECT_TRUE(judge().keep);
+  fs::create_symlink(scratch / "elsewhere/session", scratch / "session");
+  write("elsewhere/session", "points, mended");
+  EXPECT_FALSE(judge().keep);
+}
+
+TEST_F(Judge, ReplacesNoResultOfAnotherRecordingThatHasNoRecord) {
+  write("result/extrinsics.yaml", "rigcal: 1\n");
+  write("elsewhere/session", "points of another rig");
+  const std::string report = R"({"rigcal": 1, "settings": {"INPUT": ")";
+  write("result/report.json", report + path("elsewhere/session") + "\"}}");
+  EXPECT_FALSE(judge_session(work, input_state(work.inputs), false, {}));
+  write("result/report.json", report + path("session/") + "\"}}");
+  EXPECT_FALSE(judge().keep);
+  write("result/report.json", report + "no path from here\"}}");
+  EXPECT_FALSE(judge().keep);
+}
+
+TEST_F(Judge, KeepsNothingWhoseInputCannotBeLookedAt) {
+  note(0);
+  record.input_state.clear();
+  note(0);
+  EXPECT_FALSE(judge_session(work, InputState{}, false, {})->keep);
 }
 
 TEST_F(Judge, DoesNotTrustARecordThatIsNone) {

@@ -44,6 +44,20 @@ TEST_F(InputDigests, AreThoseThatSha256sumGives) {
   EXPECT_FALSE(found[1].in_part);
 }
 
+TEST_F(InputDigests, FollowLinksAndNoneOfThemInACircle) {
+  fs::create_directories(root / "disk");
+  write("disk/0.pcd", "behind a link");
+  fs::create_directory_symlink(root / "disk", root / "session/patches/mid");
+  fs::create_directory_symlink(root / "session/patches", root / "disk/back");
+  const auto digest = [&] { return digest_inputs({(root / "session").string()}, {}).at(0); };
+  const InputDigest before = digest();
+  EXPECT_EQ(before.files, 3U);
+  EXPECT_EQ(files_below(root / "session/patches")->back(), "mid/0.pcd");
+  write("disk/0.pcd", "behind a Link");
+  EXPECT_NE(digest().sha256, before.sha256);
+  EXPECT_FALSE(files_below(root / "not there"));
+}
+
 TEST_F(InputDigests, OfLargeFilesSeeSizeAndBothEnds) {
   const std::string path = (root / "session/patches/avia/1.pcd").string();
   const auto digest = [&] { return digest_inputs({path}, {}, 1000).at(0); };
