@@ -11,6 +11,10 @@ struct ClockReading {
 };
 [[nodiscard]] ClockReading read_clocks();
 
+/// CLOCK_MONOTONIC of a stamp by CLOCK_REALTIME of which it is known that it was taken within the last seconds before
+/// `now`: one from the other side of a step of CLOCK_REALTIME, as far as that shows, is `now`.
+[[nodiscard]] std::int64_t monotonic_of_recent(std::int64_t realtime_ns, const ClockReading& now);
+
 /// The session clock: CLOCK_MONOTONIC plus one offset, fixed when it is made, so that it reads as UTC and never steps.
 /// Kernel stamps are CLOCK_REALTIME, which may be set at any time: they are mapped by the latest pair of readings.
 class SessionClock {

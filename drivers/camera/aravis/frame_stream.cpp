@@ -142,10 +142,10 @@ Frame FrameStream::read(void* popped) {
   arv_stream_get_statistics(stream_, nullptr, nullptr, &underruns);
   if (underruns > underruns_) counts_.no_buffer += facts.missing_before;
   underruns_ = underruns;
-  // Aravis stamps with the time of day, when the frame's first packet came.
+  // Aravis stamps with the time of day, when the frame's first packet came; the time of day may be set since.
   const net::ClockReading now = net::read_clocks();
   const auto came_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-  facts.host_stamp_ns = came_ns > 0 ? came_ns - now.realtime_ns + now.monotonic_ns : now.monotonic_ns;
+  facts.host_stamp_ns = came_ns > 0 ? net::monotonic_of_recent(came_ns, now) : now.monotonic_ns;
   facts.width = setup_.width;
   facts.height = setup_.height;
   facts.row_bytes = setup_.image_bytes / static_cast<std::size_t>(setup_.height);

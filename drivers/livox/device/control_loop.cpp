@@ -139,7 +139,9 @@ void ControlLoop::hand_out() {
 template <class Call>
 auto ControlLoop::with_protocol(const Call& call) {
   const std::lock_guard lock(mutex_);
-  auto result = call(net::read_clocks().monotonic_ns);
+  const net::ClockReading now = net::read_clocks();
+  clock_.update(now);
+  auto result = call(now.monotonic_ns);
   hand_out();
   waiter_.wake();
   return result;

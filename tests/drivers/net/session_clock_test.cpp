@@ -38,6 +38,16 @@ TEST(SessionClock, StampsOnTheOtherSideOfAStepAreNotAnHourOff) {
   EXPECT_FALSE(clock.has_stepped({set.realtime_ns + second + 500'000, set.monotonic_ns + second}));
 }
 
+TEST(SessionClock, WhatWasJustStampedIsNeverInTheFutureNorLongAgo) {
+  const ClockReading now{1'700'000'000 * second, 50 * second};
+  EXPECT_EQ(monotonic_of_recent(now.realtime_ns - second / 10, now), 50 * second - second / 10);
+  EXPECT_EQ(monotonic_of_recent(now.realtime_ns, now), 50 * second);
+  // Set between the stamp and `now`: by an hour back, by an hour forth, by a second back.
+  EXPECT_EQ(monotonic_of_recent(now.realtime_ns + 3600 * second, now), 50 * second);
+  EXPECT_EQ(monotonic_of_recent(now.realtime_ns - 3600 * second, now), 50 * second);
+  EXPECT_EQ(monotonic_of_recent(now.realtime_ns + second, now), 50 * second);
+}
+
 TEST(SessionClock, ReadsBothClocksAtOnce) {
   const ClockReading first = read_clocks();
   const ClockReading second_reading = read_clocks();

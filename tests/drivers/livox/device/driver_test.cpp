@@ -207,6 +207,25 @@ TEST_F(LiveDriver, AnswersWhatAUserAsks) {
   EXPECT_EQ(answer->ip, (Ipv4{127, 0, 0, 202}));
 }
 
+TEST_F(LiveDriver, WhatIsSentIsStampedWhenItWasSent) {
+  auto driver = Driver::start(two_devices());
+  ASSERT_TRUE(driver.has_value());
+  ASSERT_TRUE(wait_for_sampling(**driver, 2));
+  const std::int64_t before_ns =
+      net::SessionClock((*driver)->session_start()).from_monotonic(net::read_clocks().monotonic_ns);
+  ASSERT_TRUE((*driver)->control().request(1, GetIpModeRequest{}).has_value());
+  std::optional<std::int64_t> stamp_ns;
+  EXPECT_TRUE(wait_for([&] {
+    Datagram datagram;
+    while (!stamp_ns && (*driver)->next(datagram, 0)) {
+      const auto frame = parse_control_frame(datagram.bytes);
+      if (frame && command_of(*frame) == Command::get_ip_mode) stamp_ns = datagram.stamp_ns;
+    }
+    return stamp_ns.has_value();
+  }));
+  EXPECT_GE(stamp_ns.value_or(0), before_ns);
+}
+
 TEST_F(LiveDriver, StopsWithinTwoSecondsWhateverTheDevicesDo) {
   auto driver = Driver::start(two_devices());
   ASSERT_TRUE(driver.has_value());
