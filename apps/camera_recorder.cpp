@@ -100,7 +100,22 @@ void CameraRecorder::tell(std::string text, bool is_gap) {
 
 void CameraRecorder::set_state(const char* state) {
   const std::lock_guard lock(mutex_);
-  status_.state = state;
+  if (!status_.failure) status_.state = state;
+}
+
+void CameraRecorder::give_up(const Error& error) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (status_.failure) return;
+    status_.failure = error;
+    status_.state = "failed";
+  }
+  tell("its images cannot be written, the rest is recorded without it: " + error.message(), true);
+}
+
+bool CameraRecorder::has_failed() const {
+  const std::lock_guard lock(mutex_);
+  return status_.failure.has_value();
 }
 
 void CameraRecorder::publish() {
@@ -178,7 +193,7 @@ void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
 }
 
 void CameraRecorder::take_frames() {
-  while (!is_stopped_) {
+  while (!is_stopped_ && !has_failed()) {
     taking_.beat();
     auto delivery = camera_->next(kLookNs);
     if (!delivery) {
@@ -218,9 +233,9 @@ void CameraRecorder::queue(camera::Frame frame) {
       facts.device_stamp_ns ? device_clock_.add(*facts.device_stamp_ns, came_ns).stamp_ns : came_ns;
   record.stamp_ns = left_ns - std::llround(record.exposure_us.value_or(0.0) * 500.0);
   const std::lock_guard lock(mutex_);
-  if (!frame.is_whole() || has_ended_) return;
+  if (!frame.is_whole() || has_ended_ || status_.failure) return;
   status_.state = "sends";
-  if (count_ == kMostWaiting || failure_) {
+  if (count_ == kMostWaiting) {
     ++status_.dropped_by_queue;
     return;
   }
@@ -248,6 +263,10 @@ void CameraRecorder::write() {
       has_frame = count_ > 0;
       is_last = !has_frame && has_ended_;
       if (has_frame) next = std::move(waiting_[first_]);
+      if (new_matching_) {
+        matching_.emplace(*std::move(new_matching_));
+        new_matching_.reset();
+      }
       taken_pulses_.swap(pulses_);
       is_matching = matching_.has_value();
       has_dropped_pulses = std::exchange(has_dropped_pulses_, false);
@@ -264,24 +283,18 @@ void CameraRecorder::write() {
     }
     if (is_last && is_matching) matching_->finish();
     if (done && is_matching) done = list_matched();
+    if (!done) give_up(done.error());
     const std::lock_guard lock(mutex_);
     if (has_frame) {
       first_ = (first_ + 1) % kMostWaiting;
       --count_;
     }
-    if (!done && !failure_) failure_ = done.error();
     if (is_last) break;
   }
   writing_.rest();
-  const Expected<void> closed = table_.close();
-  const std::lock_guard lock(mutex_);
-  if (!closed && !failure_) failure_ = closed.error();
+  if (const auto closed = table_.close(); !closed) give_up(closed.error());
 }
 
-      if (new_matching_) {
-        matching_.emplace(*std::move(new_matching_));
-        new_matching_.reset();
-      }
 Expected<void> CameraRecorder::list_matched() {
   matching_->advance(now_ns());
   while (const auto record = matching_->next()) {
@@ -338,11 +351,6 @@ CaptureCamera CameraRecorder::status() const {
 std::vector<CaptureEvent> CameraRecorder::take_events() {
   const std::lock_guard lock(mutex_);
   return std::exchange(events_, {});
-}
-
-std::optional<Error> CameraRecorder::failure() const {
-  const std::lock_guard lock(mutex_);
-  return failure_;
 }
 
 }  // namespace rigcal

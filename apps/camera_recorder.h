@@ -32,6 +32,7 @@ struct CaptureCamera {
   std::size_t most_waiting = 0;    ///< Frames that waited for the disk at once.
   std::int64_t worst_wait_ns = 0;  ///< From when a frame was there until its image was on the disk.
   std::int64_t last_image_ns = 0;  ///< Stamp of the last image on the disk; 0: none yet.
+  std::optional<Error> failure;    ///< Its images could not be written any more: it was given up then.
   double frames_per_s = 0.0;       ///< Since the last look.
   /// Of a camera that waits for the pulses of the rig's own line: what became of both.
   std::optional<MatchLedger> matching;
@@ -39,8 +40,9 @@ struct CaptureCamera {
 };
 
 /// A camera's frames on their way into a session: one thread takes them, and asks for no memory while it does; another
-/// packs and writes them. A camera that is not there is looked for until the end. Whole frames alone become images. Of
-/// a camera that waits for the rig's own pulses each image gets its pulse.
+/// packs and writes them. A camera that is not there is looked for until the end; one whose images cannot be written
+/// any more is given free, and says so. Whole frames alone become images. Of a camera that waits for the rig's own
+/// pulses each image gets its pulse.
 class CameraRecorder {
  public:
   /// How long the end waits for a camera to be free. One that does not answer is left as it is: what was set in it is
@@ -70,8 +72,6 @@ class CameraRecorder {
   [[nodiscard]] CaptureCamera status() const;
   /// Since the last call.
   [[nodiscard]] std::vector<CaptureEvent> take_events();
-  /// What went wrong with the disk.
-  [[nodiscard]] std::optional<Error> failure() const;
   /// Of the thread that takes frames, and of the one that writes them.
   [[nodiscard]] const Heartbeat& taking() const { return taking_; }
   [[nodiscard]] const Heartbeat& writing() const { return writing_; }
@@ -97,6 +97,8 @@ class CameraRecorder {
   void expect_pulses(const camera::CameraSetup& setup);
   [[nodiscard]] std::int64_t now_ns() const;
   void tell(std::string text, bool is_gap);
+  void give_up(const Error& error);
+  [[nodiscard]] bool has_failed() const;
   void set_state(const char* state);
   void publish();
 
@@ -125,7 +127,6 @@ class CameraRecorder {
   std::optional<std::chrono::steady_clock::time_point> stopped_at_;
   CaptureCamera status_;
   std::vector<CaptureEvent> events_;
-  std::optional<Error> failure_;
   std::string last_trouble_;
 
   std::optional<FrameMatching> matching_;  ///< This and what follows: of the writing thread alone.

@@ -149,8 +149,8 @@ class Capture {
     summary.recorded = figures.recorded;
     summary.dropped_control = parts_.driver.dropped_control();
     summary.forgotten_until_ns = figures.forgotten_until_ns;
-    if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
     summary.end_ns = end_ns_;
+    if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
     summary.gaps = log_.gaps();
     const std::vector<std::string> gaps = stream_gaps(rig_, figures.ingest);
     summary.gaps.insert(summary.gaps.end(), gaps.begin(), gaps.end());
@@ -258,8 +258,8 @@ class Capture {
   // read to the end.
   void shut_down(const RunContext& context) {
     const auto begun = Clock::now();
-    look();
     end_ns_ = now_ns();
+    look();
     log_.end();
     if (parts_.trigger != nullptr) parts_.trigger->finish();
     for (const auto& camera : parts_.cameras) camera->stop();
@@ -293,8 +293,8 @@ class Capture {
   Clock::time_point disk_looked_;  ///< Long ago at first.
   DiskWatch disk_;
   ThreadWatch threads_;
-  double closing_s_ = 0.0;
   std::int64_t end_ns_ = 0;
+  double closing_s_ = 0.0;
   std::int64_t worst_behind_ns_ = 0;
   std::optional<StopReading> reading_;
 };
@@ -315,7 +315,7 @@ bool CaptureSummary::is_complete() const {
     return report.counters.dropped_by_kernel == 0 && report.counters.dropped_by_queue == 0;
   });
   const bool all_seen = std::all_of(status.cameras.begin(), status.cameras.end(), [](const CaptureCamera& camera) {
-    return camera.written > 0 && camera.dropped_by_queue == 0 && camera.counters.no_buffer == 0 &&
+    return camera.written > 0 && !camera.failure && camera.dropped_by_queue == 0 && camera.counters.no_buffer == 0 &&
            camera.counters.losses == 0;
   });
   const CaptureProgress& progress = status.progress;
@@ -389,9 +389,6 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   if (const auto& failure = running.disk_failure()) return *failure;
   if (const auto failure = recording.figures().error) return *failure;
   if (table && table->failure()) return *table->failure();
-  for (const auto& camera : cameras) {
-    if (const auto failure = camera->failure()) return *failure;
-  }
   if (trigger) {
     if (const auto failure = trigger->failure()) return *failure;
   }

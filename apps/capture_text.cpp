@@ -141,8 +141,8 @@ nlohmann::ordered_json device_json(const CaptureDevice& device) {
           {"lost", device.lost},
           {"drift_ppm", device.drift_ppm},
           {"connection_losses", link.counters.losses},
-          {"status", link.status},
           {"interruptions", link.counters.interruptions},
+          {"status", link.status},
           {"says", status_words(link.status)}};
 }
 
@@ -212,7 +212,9 @@ std::string capture_text(const CaptureSummary& summary) {
                   static_cast<unsigned long long>(camera.counters.missing),
                   static_cast<unsigned long long>(camera.counters.damaged()),
                   static_cast<unsigned long long>(camera.dropped_by_queue),
-                  camera.written == 0 ? ": it never sent anything" : "");
+                  camera.failure        ? ": its images could not be written any more"
+                  : camera.written == 0 ? ": it never sent anything"
+                                        : "");
     text += line.data();
     if (camera.matching)
       text += "    " + std::to_string(camera.matching->matched) + " of them with their pulse, " +

@@ -185,6 +185,8 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   if (!is_anybody_there)
     return system_error("no LiDAR of the rig has sent anything", command.rig,
                         "rigcal doctor --rig RIG tells what keeps them from it");
+  for (const CaptureCamera& camera : summary->status.cameras)
+    if (camera.failure) return *camera.failure;
   if (calibration && (!result || result->result.status != Status::good)) return ExitCode::not_trustworthy;
   return summary->is_complete() ? ExitCode::good : ExitCode::not_trustworthy;
 }

@@ -30,13 +30,13 @@ class CameraDrivers {
  public:
   /// `settings_folder`: see camera::AravisOptions.
   explicit CameraDrivers(const std::string& settings_folder);
+  explicit CameraDrivers(std::vector<std::unique_ptr<camera::CameraBackend>> backends)
+      : backends_(std::move(backends)) {}
 
   /// "aravis" or "v4l2".
   [[nodiscard]] std::unique_ptr<camera::Camera> make(const std::string& driver);
   /// All that any of them sees.
   [[nodiscard]] std::vector<camera::CameraIdentity> enumerate();
-  explicit CameraDrivers(std::vector<std::unique_ptr<camera::CameraBackend>> backends)
-      : backends_(std::move(backends)) {}
 
  private:
   std::vector<std::unique_ptr<camera::CameraBackend>> backends_;

@@ -98,7 +98,7 @@ TEST_F(CameraRecorderLive, WritesImagesThatAreWhatTheCameraSent) {
   auto recorder = record(rig("frame_rate: 20, pixel_format: BayerRG12"));
   ASSERT_TRUE(wait_for([&] { return recorder->status().written >= 5; }));
   recorder->finish();
-  EXPECT_FALSE(recorder->failure().has_value());
+  EXPECT_FALSE(recorder->status().failure.has_value());
   const CaptureCamera status = recorder->status();
   EXPECT_EQ(status.state, "ended");
   EXPECT_EQ(status.written + status.dropped_by_queue, status.counters.whole());
@@ -158,8 +158,6 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
   EXPECT_EQ(matched, status.matching->matched);
 }
 
-TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {
-  const std::string camera = "driver: aravis, trigger: {source: Line0}";
 /// A camera that does not start the first time.
 class LateStarter final : public camera::Camera {
  public:
@@ -243,6 +241,8 @@ TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
   fs::remove_all(session);
 }
 
+TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {
+  const std::string camera = "driver: aravis, trigger: {source: Line0}";
   EXPECT_FALSE(trigger_options(rig_with(camera)).has_value());
   const auto usual = trigger_options(rig_with(camera, "trigger: {gpiochip: gpiochip0, line: 17, pulse_us: 500}\n"));
   ASSERT_TRUE(usual.has_value());

@@ -89,6 +89,11 @@ TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
   camera.written = 0;
   EXPECT_FALSE(summary.is_complete());
   EXPECT_THAT(capture_text(summary), HasSubstr("it never sent anything"));
+  camera.written = 118;
+  EXPECT_TRUE(summary.is_complete());
+  camera.failure = system_error("cannot be written", "images/camera_left");
+  EXPECT_FALSE(summary.is_complete());
+  EXPECT_THAT(capture_text(summary), HasSubstr("0 dropped: its images could not be written any more"));
 }
 
 TEST(CaptureSummary, IsCompleteWhereAllStayedAndNothingWasLostHere) {
@@ -106,11 +111,6 @@ TEST(CaptureSummary, IsCompleteWhereAllStayedAndNothingWasLostHere) {
   EXPECT_THAT(capture_text(summary), HasSubstr("incomplete"));
 }
 
-TEST(CaptureSummary, IsAsItsSchemaSays) {
-  CaptureSummary summary = two_lidars();
-  summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
-  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
-  summary.forgotten_until_ns = noon_ns;
 TEST(CaptureSummary, IsNotCompleteWhereALidarStoppedToSendThoughItAnswered) {
   CaptureSummary summary = two_lidars();
   summary.end_ns = noon_ns;
@@ -132,6 +132,11 @@ TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
   EXPECT_FALSE(summary.is_complete());
 }
 
+TEST(CaptureSummary, IsAsItsSchemaSays) {
+  CaptureSummary summary = two_lidars();
+  summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
+  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  summary.forgotten_until_ns = noon_ns;
   EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
   EXPECT_THAT(capture_text(summary), HasSubstr("everything before 2026-09-21 14:13:20.000 UTC was thrown away"));
 }
@@ -176,11 +181,6 @@ TEST_F(Log, KnowsThatTheEndIsNoGap) {
   EXPECT_THAT(log.gaps(), SizeIs(1));
 }
 
-TEST_F(Log, TellsOfLossesInThisMachineAsTheyGrow) {
-  auto interfaces = two_lidars().interfaces;
-  log.compare(noon_ns, interfaces);
-  interfaces[0].counters.dropped_by_kernel = 40;
-  log.compare(noon_ns, interfaces);
 TEST_F(Log, TellsOnceOfALidarThatSendsNothingThoughItAnswers) {
   std::vector<livox::DeviceReport> devices(2);
   for (livox::DeviceReport& device : devices) {
@@ -201,6 +201,11 @@ TEST_F(Log, TellsOnceOfALidarThatSendsNothingThoughItAnswers) {
   EXPECT_THAT(log.events(), SizeIs(2));
 }
 
+TEST_F(Log, TellsOfLossesInThisMachineAsTheyGrow) {
+  auto interfaces = two_lidars().interfaces;
+  log.compare(noon_ns, interfaces);
+  interfaces[0].counters.dropped_by_kernel = 40;
+  log.compare(noon_ns, interfaces);
   log.compare(noon_ns, interfaces);
   interfaces[0].counters.dropped_by_kernel = 42;
   interfaces[0].counters.dropped_by_queue = 3;
