@@ -23,8 +23,7 @@ CameraFinding survey(const RigCamera& wanted, CameraDrivers& drivers, double sec
     return finding;
   }
   finding.setup = *std::move(setup);
-  const bool is_by_software = wanted.config.trigger && wanted.config.trigger->source == "Software";
-  if (wanted.config.trigger && !is_by_software) {
+  if (wanted.config.trigger && !wanted.is_told) {
     finding.trigger = wanted.config.trigger->source;
     return finding;
   }
@@ -34,7 +33,7 @@ CameraFinding survey(const RigCamera& wanted, CameraDrivers& drivers, double sec
   }
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   for (int frames = 0; frames < kFramesToSee && Clock::now() < end && !stop.stop_requested();) {
-    if (is_by_software) static_cast<void>(opened->trigger());
+    if (wanted.is_told) static_cast<void>(opened->trigger());
     const auto delivery = opened->next(kLookNs);
     if (delivery && delivery->kind == camera::Delivery::Kind::frame) ++frames;
   }

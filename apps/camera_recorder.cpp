@@ -195,7 +195,7 @@ void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
 void CameraRecorder::take_frames() {
   while (!is_stopped_ && !has_failed()) {
     taking_.beat();
-    auto delivery = camera_->next(kLookNs);
+    auto delivery = camera_->next(tell_camera());
     if (!delivery) {
       tell(delivery.error().message(), true);
       return;
@@ -220,6 +220,21 @@ void CameraRecorder::take_frames() {
     }
     publish();
   }
+}
+
+// Triggers a camera that is triggered by software, where it is time. How long to wait for what comes.
+std::int64_t CameraRecorder::tell_camera() {
+  if (!wanted_.is_told || !are_wanted_) return kLookNs;
+  const std::int64_t now_ns = net::read_clocks().monotonic_ns;
+  if (now_ns >= image_due_ns_) {
+    const auto told = camera_->trigger();
+    // One that is gone is told of as such; the same trouble is told once.
+    if (!told && camera_->state() == camera::CameraState::streaming &&
+        told.error().what != std::exchange(last_trouble_, told.error().what))
+      tell(told.error().message(), true);
+    image_due_ns_ = now_ns + std::llround(1e9 / wanted_.config.frame_rate.value_or(kUsualImageRate));
+  }
+  return std::min(kLookNs, image_due_ns_ - now_ns);
 }
 
 void CameraRecorder::queue(camera::Frame frame) {

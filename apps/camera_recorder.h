@@ -61,6 +61,9 @@ class CameraRecorder {
 
   /// A pulse on the rig's trigger line, in the order of time. From any thread; returns at once.
   void add_pulse(const TriggerPulse& pulse);
+  /// Whether images are wanted from now on, of a camera that is triggered by software: then it is told as often as it
+  /// is to send. Not at first. From any thread; returns at once.
+  void want_images(bool are_wanted) { are_wanted_ = are_wanted; }
   /// No frames are taken any more; returns at once.
   void stop();
   /// Waits until the camera is free, at most kMostClosing after `stop`, and until what it sent is written.
@@ -89,6 +92,7 @@ class CameraRecorder {
   /// Until the camera streams, or the end.
   bool prepare_camera();
   void take_frames();
+  std::int64_t tell_camera();
   void queue(camera::Frame frame);
   void write();
   /// As an image; its line of the table with the name of the file.
@@ -110,6 +114,8 @@ class CameraRecorder {
   DeviceClock device_clock_;
   std::optional<double> exposure_us_;
   std::atomic<bool> is_stopped_{false};
+  std::atomic<bool> are_wanted_{false};
+  std::int64_t image_due_ns_ = 0;  ///< CLOCK_MONOTONIC: when a camera that is told is told again.
   Heartbeat taking_;
   Heartbeat writing_;
 

@@ -94,6 +94,7 @@ class Capture {
       const CaptureGuide::Wish wish = guide_.look(now_ns(), parts_.driver.devices(), cameras());
       take_guide_events();
       if (parts_.trigger != nullptr) parts_.trigger->hold(!guide_.wants_images());
+      for (const auto& camera : parts_.cameras) camera->want_images(guide_.wants_images());
       if (wish.end) break;
       if (wish.secure || Clock::now() - secured_ >= secure_period) secure();
       if (Clock::now() - shown < show_period) continue;

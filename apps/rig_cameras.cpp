@@ -32,9 +32,10 @@ std::vector<RigCamera> rig_cameras(const Rig& rig) {
   std::vector<RigCamera> cameras;
   for (const Sensor& sensor : rig.sensors) {
     if (!sensor.camera || (sensor.camera->driver != "aravis" && sensor.camera->driver != "v4l2")) continue;
-    RigCamera camera{sensor.name, sensor.camera->driver, sensor.camera->device, config_of(*sensor.camera), {}, false};
-    camera.has_pulses =
-        rig.trigger && rig.trigger->line && camera.config.trigger && camera.config.trigger->source != "Software";
+    RigCamera camera{sensor.name, sensor.camera->driver, sensor.camera->device, config_of(*sensor.camera), {}, false,
+                     false};
+    camera.is_told = camera.config.trigger && camera.config.trigger->source == "Software";
+    camera.has_pulses = rig.trigger && rig.trigger->line && camera.config.trigger && !camera.is_told;
     if (const auto& intrinsics = sensor.camera->intrinsics) {
       camera.size = {intrinsics->width, intrinsics->height};
       // Devices of Video4Linux have sizes to choose from; others send what their sensor has.

@@ -12,6 +12,10 @@
 
 namespace rigcal {
 
+/// Images a second of cameras that are triggered, where the rig file does not say: one or more in each stop, and little
+/// to pack.
+constexpr double kUsualImageRate = 2.0;
+
 /// A camera of the rig that can be taken live.
 struct RigCamera {
   std::string sensor;
@@ -19,6 +23,7 @@ struct RigCamera {
   std::string device;
   camera::CameraConfig config;
   std::optional<std::array<int, 2>> size;  ///< Of the images that its intrinsics are for.
+  bool is_told = false;                    ///< It is triggered by software: for each image it has to be told.
   bool has_pulses = false;                 ///< It waits for pulses, and the rig has a line of its own that gives them.
 };
 

@@ -8,7 +8,6 @@
 namespace rigcal {
 namespace {
 
-constexpr double kUsualRate = 2.0;  // Pulses a second: an image or more in each stop, and little to pack.
 constexpr std::int64_t kLookNs = 100'000'000;
 constexpr std::size_t kMostEvents = 10'000;
 
@@ -41,7 +40,7 @@ std::optional<trigger::TriggerOptions> trigger_options(const Rig& rig) {
     if (!sensor.camera || !sensor.camera->trigger || !sensor.camera->frame_rate) continue;
     rate = std::min(rate.value_or(*sensor.camera->frame_rate), *sensor.camera->frame_rate);
   }
-  options.pattern.period_ns = std::llround(1e9 / rate.value_or(kUsualRate));
+  options.pattern.period_ns = std::llround(1e9 / rate.value_or(kUsualImageRate));
   options.pattern.width_ns = std::llround(1e3 * lines.pulse_us);
   return options;
 }

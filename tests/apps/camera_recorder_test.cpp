@@ -53,6 +53,8 @@ TEST(RigCameras, TakeTheirSettingsFromTheRigFile) {
   EXPECT_TRUE(config.ptp);
   EXPECT_EQ(config.strobe, "Line1");
   EXPECT_TRUE(config.trigger->on_falling_edge);
+  EXPECT_FALSE(cameras[0].is_told);
+  EXPECT_TRUE(rig_cameras(rig_with("driver: aravis, trigger: {source: Software}"))[0].is_told);
   EXPECT_TRUE(rig_cameras(rig_with("driver: images, device: folder")).empty());
 }
 
@@ -256,6 +258,43 @@ TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {
   ASSERT_TRUE(listens.has_value());
   EXPECT_FALSE(listens->output.has_value());
   EXPECT_EQ(listens->pps, "/dev/pps0");
+}
+
+TEST_F(CameraRecorderLive, ACameraThatIsTriggeredBySoftwareIsToldWhereImagesAreWanted) {
+  auto recorder = record(rig("trigger: {source: Software}, frame_rate: 10"));
+  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(recorder->status().counters.whole(), 0U);
+  recorder->want_images(true);
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 5; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(350)) << "ten a second, not more";
+  recorder->want_images(false);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const std::uint64_t so_far = recorder->status().counters.whole();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(recorder->status().counters.whole(), so_far);
+  recorder->finish();
+}
+
+TEST_F(CameraRecorderLive, ImagesThatCannotBeWrittenAreSaidAtOnceAndTheCameraIsGivenFree) {
+  auto recorder = record(rig());
+  ASSERT_TRUE(wait_for([&] { return recorder->status().written >= 2; }));
+  fs::remove_all(session / "images");
+  ASSERT_TRUE(wait_for([&] { return recorder->status().failure.has_value(); }));
+  EXPECT_EQ(recorder->status().state, "failed");
+  EXPECT_THAT(recorder->status().failure->message(), HasSubstr("images/left"));
+  std::vector<CaptureEvent> events;
+  ASSERT_TRUE(wait_for([&] {
+    for (CaptureEvent& event : recorder->take_events()) events.push_back(std::move(event));
+    return !events.empty() && events.back().is_gap;
+  }));
+  EXPECT_THAT(events.back().text, HasSubstr("its images cannot be written"));
+  const std::uint64_t written = recorder->status().written;
+  recorder->finish();
+  EXPECT_EQ(recorder->status().state, "failed");
+  EXPECT_EQ(recorder->status().written, written);
+  EXPECT_EQ(recorder->status().dropped_by_queue, 0U);
 }
 
 TEST_F(CameraRecorderLive, ACameraThatComesLateIsTakenThen) {
