@@ -115,6 +115,7 @@ std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, co
 
 Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) {
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
+  std::signal(SIGPIPE, SIG_IGN);  // Ctrl-C ends who reads the output (`| tee log`), too; the recording is what counts.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
   if (command.parts) command.capture.out = next_part(command.capture.out);

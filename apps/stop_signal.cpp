@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -18,25 +17,31 @@
 namespace rigcal {
 namespace {
 
+// One that is blocked comes even where it is ignored.
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 sigset_t stop_signals() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
   return set;
 }
 
 }  // namespace
 
-StopSignal::StopSignal() {
-  const sigset_t set = stop_signals();
-  signals_ = signalfd(-1, &set, SFD_CLOEXEC);
+StopSignal::StopSignal() : set_(stop_signals()) {
+  signals_ = signalfd(-1, &set_, SFD_CLOEXEC);
   wake_ = eventfd(0, EFD_CLOEXEC);
   if (signals_ < 0 || wake_ < 0) {
     ready_ = system_error(std::string("cannot watch for Ctrl-C: ") + std::strerror(errno));
     return;
   }
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   thread_ = std::thread([this] { listen(); });
 }
 
@@ -46,8 +51,7 @@ StopSignal::~StopSignal() {
     // An eventfd with room takes eight bytes whole; there is nobody to tell if it did not.
     [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof(one));
     thread_.join();
-    const sigset_t set = stop_signals();
-    pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+    pthread_sigmask(SIG_UNBLOCK, &set_, nullptr);
   }
   if (signals_ >= 0) close(signals_);
   if (wake_ >= 0) close(wake_);
@@ -63,7 +67,7 @@ void StopSignal::listen() {
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
     if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
-    if (!source_.request_stop()) std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
+    if (!source_.request_stop() && signal.ssi_signo != SIGHUP) std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <csignal>
 #include <stop_token>
 #include <thread>
 
@@ -7,9 +8,10 @@
 
 namespace rigcal {
 
-/// Turns Ctrl-C (SIGINT) and SIGTERM into a stop request while it lives. The signals are blocked and read by a thread
-/// of its own, so nothing runs inside a signal handler; make it before any other thread starts. A second signal ends
-/// the program at once, for work that does not listen.
+/// Turns Ctrl-C (SIGINT), SIGTERM and the end of the terminal (SIGHUP, unless it was ignored before, as nohup does)
+/// into a stop request while it lives. The signals are blocked and read by a thread of its own, so nothing runs inside
+/// a signal handler; make it before any other thread starts. A second signal ends the program at once, for work that
+/// does not listen; not SIGHUP, which shell and system may both send.
 class StopSignal {
  public:
   StopSignal();
@@ -24,6 +26,7 @@ class StopSignal {
  private:
   void listen();
 
+  sigset_t set_{};
   std::stop_source source_;
   int signals_ = -1;  ///< signalfd
   int wake_ = -1;     ///< eventfd: the destructor's way to end the thread.

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -228,6 +229,22 @@ ProgramRun simulate(const std::string& arguments, const std::filesystem::path& s
   return run_program(std::string("timeout -s INT 4 '") + RIGCAL_PROGRAM + "' simulate room --rig '" +
                          RIGCAL_SOURCE_DIR + "/config/rigs/loopback.yaml' " + arguments,
                      scratch);
+}
+
+// As `| tee log` does at Ctrl-C, which ends tee first. Without cameras, whose libraries ignore that signal, too.
+TEST_F(Live, ACaptureGoesOnThoughNobodyReadsWhatItSaysAnyMore) {
+  const std::filesystem::path session = scratch / "session";
+  const std::filesystem::path file = scratch / "lidar.yaml";
+  std::ofstream(file) << "rigcal: 1\nname: lidar\nbase: avia\nsensors:\n"
+                         "  avia: {type: livox_avia, broadcast_code: \"3JEDHC900100791\", ip: 127.0.0.179}\n"
+                         "lidar: {interface: lo}\n";
+  run_program(std::string("env --default-signal=PIPE '") + RIGCAL_PROGRAM + "' capture --rig '" + file.string() +
+                  "' --duration 1 --out '" + session.string() + "' 2>&1 | true",
+              scratch);
+  std::ifstream written(session / "session.json");
+  const auto record = nlohmann::json::parse(written, nullptr, false);
+  ASSERT_FALSE(record.is_discarded());
+  EXPECT_TRUE(record["end_ns"].is_number()) << "it was killed on the way";
 }
 
 TEST_F(Live, TheProgramServesUntilItIsStopped) {

@@ -27,9 +27,34 @@ TEST(StopSignal, TurnsSigtermIntoAStopRequestInsteadOfEndingTheProgram) {
   EXPECT_TRUE(signal.token().stop_requested());
 }
 
+TEST(StopSignal, TheEndOfTheTerminalIsOneToo) {
+  const StopSignal signal;
+  ASSERT_EQ(kill(getpid(), SIGHUP), 0);
+  wait_for(signal.token());
+  // The shell and the system may both say it; that is no second wish.
+  ASSERT_EQ(kill(getpid(), SIGHUP), 0);
+  usleep(100'000);
+  EXPECT_TRUE(signal.token().stop_requested());
+}
+
 TEST(StopSignal, EndsItsThreadWithoutASignal) {
   const StopSignal signal;
   EXPECT_FALSE(signal.token().stop_requested());
+}
+
+TEST(StopSignalDeathTest, WhatNohupIgnoresIsIgnored) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        std::signal(SIGHUP, SIG_IGN);
+        const StopSignal signal;
+        kill(getpid(), SIGHUP);
+        kill(getpid(), SIGINT);  // The second one, if that was one.
+        wait_for(signal.token());
+        usleep(100'000);
+        _exit(7);
+      },
+      testing::ExitedWithCode(7), "");
 }
 
 TEST(StopSignalDeathTest, ASecondSignalEndsTheProgramAtOnce) {
