@@ -98,6 +98,22 @@ Expected<std::vector<Check>> examine(const Rig& rig, double seconds, CommandCont
   return checks;
 }
 
+bool has_livox(const Rig& rig) {
+  return std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& sensor) {
+    return sensor.is_lidar() && sensor.lidar->model != LidarModel::other;
+  });
+}
+
+/// What keeps this machine from its LiDARs is one finding among others; a rig file that is wrong is an error.
+Expected<std::vector<Check>> look_at_lidars(const Rig* rig, double seconds, CommandContext& context) {
+  if (rig != nullptr && !has_livox(*rig)) return std::vector<Check>{};
+  auto checks = rig == nullptr ? listen(seconds, context) : examine(*rig, seconds, context);
+  if (checks || checks.error().kind == ErrorKind::input) return checks;
+  const Error& error = checks.error();
+  return std::vector<Check>{
+      {CheckLevel::bad, "LiDARs", error.where.empty() ? error.what : error.where + ": " + error.what, error.mend}};
+}
+
 /// Takes the cameras of the rig, one after the other; without a rig they are only listed.
 std::vector<Check> look_at_cameras(const Rig* rig, double seconds, const std::vector<net::Interface>& interfaces,
                                    CommandContext& context) {
@@ -125,7 +141,7 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
     checks.push_back(std::move(check));
   if (known != nullptr)
     for (Check& check : check_network(*known, *interfaces)) checks.push_back(std::move(check));
-  const auto lidars = known == nullptr ? listen(options.seconds, context) : examine(*known, options.seconds, context);
+  const auto lidars = look_at_lidars(known, options.seconds, context);
   if (!lidars) return lidars.error();
   const std::vector<Check> cameras = look_at_cameras(known, options.seconds, *interfaces, context);
   const bool all_is_heard = std::none_of(lidars->begin(), lidars->end(), [](const Check& check) {

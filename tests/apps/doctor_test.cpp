@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/run_program.h"
@@ -185,6 +186,28 @@ TEST_F(DoctorProgram, ListensWithoutARig) {
   const auto summary = nlohmann::json::parse(run.out);
   EXPECT_THAT(SchemaCheck("doctor.json").violations(summary), IsEmpty());
   EXPECT_THAT(run.out, HasSubstr("interface lo"));
+}
+
+TEST_F(DoctorProgram, SaysWhatItFoundThoughItsLidarsCannotBeReached) {
+  const auto rig = scratch / "lab.yaml";
+  std::ofstream(rig) << "rigcal: 1\nname: lab\nbase: avia\nsensors:\n"
+                        "  avia: {type: livox_avia, broadcast_code: \"3JEDHC900100791\"}\n"
+                        "lidar: {interface: nosuchif0}\n";
+  const ProgramRun run = doctor("--seconds 0.5 --rig '" + rig.string() + "'");
+  EXPECT_EQ(run.code, 4) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("interface lo"));
+  EXPECT_THAT(run.out, HasSubstr("bad: LiDARs: interface nosuchif0"));
+  EXPECT_THAT(run.out, HasSubstr("sudo ip addr add"));
+}
+
+TEST_F(DoctorProgram, LooksAtARigWithoutLivoxLidars) {
+  const auto rig = scratch / "lab.yaml";
+  std::ofstream(rig) << "rigcal: 1\nname: lab\nbase: left\nsensors:\n"
+                        "  left: {type: camera, driver: aravis, device: \"nobody\"}\n";
+  const ProgramRun run = doctor("--seconds 0.5 --rig '" + rig.string() + "'");
+  EXPECT_EQ(run.code, 4) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("bad: left: there is no such camera"));
+  EXPECT_THAT(run.out, testing::Not(HasSubstr("LiDARs")));
 }
 
 TEST_F(DoctorProgram, SaysWhichSensorsAreMissing) {
