@@ -1,6 +1,7 @@
 #include "core/start/multiview.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -58,7 +59,8 @@ class Multiview {
     const int n = layout_.size();
     place_all(state);
     const NormalEquations zero{0.0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
-    NormalEquations sum = parallel_sum(pairs_.size(), 16384, zero, [&](std::size_t begin, std::size_t end) {
+    const std::size_t grain = pairs_at_a_time(pairs_.size(), static_cast<std::size_t>(n));
+    NormalEquations sum = parallel_sum(pairs_.size(), grain, zero, [&](std::size_t begin, std::size_t end) {
       NormalEquations part = zero;
       for (std::size_t i = begin; i < end; ++i) add_pair(pairs_[i], state, tolerance, part);
       return part;
@@ -105,6 +107,15 @@ class Multiview {
 };
 
 }  // namespace
+
+std::size_t pairs_at_a_time(std::size_t pairs, std::size_t unknowns) {
+  constexpr std::size_t usual = 16384;
+  constexpr std::size_t least_sums = 4;  // for the threads
+  constexpr std::size_t most_bytes = std::size_t{512} << 20U;
+  const std::size_t each = sizeof(double) * unknowns * unknowns;
+  const std::size_t sums = std::max(least_sums, most_bytes / std::max<std::size_t>(each, 1));
+  return std::max(usual, (pairs + sums - 1) / sums);
+}
 
 void align_surfels(const std::vector<PatchSurfels>& patches, const ParameterLayout& layout,
                    const MultiviewOptions& options, RigState& state) {

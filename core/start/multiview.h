@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/planes/adjust.h"
@@ -16,6 +17,11 @@ struct MultiviewOptions {
   int max_partners = 4;  ///< Partners of a surfel, each of another patch.
   AdjustOptions priors;  ///< Only the priors of these options are used.
 };
+
+/// How many pairs of surfels are summed up at a time. Each such sum has a matrix of all unknowns, and all of them are
+/// there at once: where they would take more than half a gigabyte they are fewer, down to four, by the data's size
+/// alone.
+[[nodiscard]] std::size_t pairs_at_a_time(std::size_t pairs, std::size_t unknowns);
 
 /// Lays all surfels of all patches on each other at once (point to plane, both ways), by moving the free blocks of
 /// `layout`. For a start that is right to about `from_m`; leaves the state good to a centimetre or better.

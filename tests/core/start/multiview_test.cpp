@@ -66,6 +66,20 @@ TEST(AlignSurfels, LeavesTheStateAloneWhereNothingIsFreeOrSeen) {
   for (std::size_t j = 0; j < stops; ++j) EXPECT_THAT(state.T_G_base[j], SE3Near(before.T_G_base[j], 1e-9, 1e-9));
 }
 
+// Four LiDARs at 80, 500 and 1000 stops: a matrix for each sum, all of them at once.
+TEST(AlignSurfels, TakesNoMoreMemoryThanTheUnknownsNeed) {
+  EXPECT_EQ(pairs_at_a_time(400'000, 492), 16384U);
+  EXPECT_EQ(pairs_at_a_time(0, 6), 16384U);
+  constexpr std::size_t pairs = 2'400'000;
+  const auto sums = [](std::size_t unknowns) {
+    const std::size_t each = pairs_at_a_time(pairs, unknowns);
+    return (pairs + each - 1) / each;
+  };
+  EXPECT_LE(sums(3012) * 3012 * 3012 * sizeof(double), std::size_t{512} << 20U);
+  EXPECT_GE(sums(3012), 4U);
+  EXPECT_EQ(sums(6012), 4U);
+}
+
 TEST(AlignSurfels, IsTheSameToTheBitForOneAndTwoThreads) {
   const Room room(15);
   Random random(16);
