@@ -123,7 +123,6 @@ class CameraCalibration {
 
   // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
   // another place, and edges end there with them, two agree against one. What was found before is then the runner-up.
-  // True where that settles it.
   bool agree_with_second_opinion() {
     if (!estimate_.information) return false;
     const bool is_sure = estimate_.disagreement_chi2 > differing_chi2;
@@ -133,9 +132,6 @@ class CameraCalibration {
     const EdgePriors priors_before = priors_;
     best_.state.T_base_camera = estimate_.information->T_base_camera;
     widen_priors(best_.state.T_base_camera);
-    // A false match bends the lens, which was then let free.
-    priors_.focal_scale = options_.focal_sigma;
-    priors_.k1 = options_.k1_sigma;
     finish();
     if (context_.cancelled()) return false;
     const bool agrees = estimate_.converged && estimate_.information && estimate_.disagreement_chi2 <= differing_chi2 &&
@@ -143,11 +139,10 @@ class CameraCalibration {
                                      !is_elsewhere(*estimate_.information, end_share)));
     const bool is_as_firm = estimate_.halves_m < less_firm * estimate_before.halves_m + less_firm_m;
     if (agrees && is_as_firm && best_.score > unclear_ratio * before.score) {
-      const bool is_settled = is_sure || !is_doubtful();
-      if (is_same_minimum(before.state, best_.state, 1.0)) return is_settled;
+      if (is_same_minimum(before.state, best_.state, 1.0)) return true;
       estimate_.runner_up = before.state.T_base_camera;
       estimate_.runner_up_ratio = std::min(1.0, before.score / best_.score);
-      return is_settled;
+      return true;
     }
     best_ = before;
     estimate_ = estimate_before;

@@ -102,11 +102,9 @@ class ViewMatcher {
       const Eigen::Vector2f off = edge.position - pixel;
       const float beside = std::abs(across.x() * off.y() - across.y() * off.x());
       if (beside > half_step_px || std::abs(across.dot(off)) > gate_px_) return;
-      const float cosine = across.dot(edge.normal);
-      if (std::abs(cosine) < cos_gate_) return;
+      if (std::abs(across.dot(edge.normal)) < cos_gate_) return;
       const Eigen::Vector2d position = edge.position.cast<double>();
-      // To one side along the whole segment, whatever is brighter: its mean offset is asked for.
-      const Eigen::Vector2d m = edge.normal.cast<double>() * (cosine < 0.0F ? -1.0 : 1.0);
+      const Eigen::Vector2d m = edge.normal.cast<double>();
       add({position, m, -m.dot(position - projection.pixel), static_cast<double>(beside), 0.0, edge.chain});
     });
   }

@@ -36,7 +36,7 @@ struct SegmentFit {
   int matched = 0;                               ///< Samples with a partner more likely than none.
   int matches = 0;                               ///< Partners of all samples.
   double weight = 0.0;                           ///< Sum of the matches' weights; `samples` if all are explained.
-  double offset_px = 0.0;                        ///< Weighted mean, to the side of the projected normals.
+  double offset_px = 0.0;                        ///< Weighted mean; to the brighter side.
   double sigma_px = 0.0;                         ///< Expected of that mean, if the line were where it is said to be,
   double expected_px = 0.0;                      ///< and with what the line is off.
   double line_variance = 0.0;                    ///< Of the line's shift, m^2.
