@@ -149,6 +149,10 @@ bool CameraRecorder::prepare_camera() {
       const auto started = camera_->start();
       if (started) {
         exposure_us_ = setup->exposure_us;
+        {
+          const std::lock_guard lock(mutex_);
+          status_.pixel_format = setup->pixel_format;
+        }
         for (const std::string& note : setup->notes) tell(note, false);
         tell(camera_->identity().model + " at " + camera_->identity().address + " was taken", false);
         set_state(wanted_.config.trigger ? "waits" : "sends");

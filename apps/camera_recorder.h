@@ -24,7 +24,8 @@ namespace rigcal {
 /// How a camera of a running capture does.
 struct CaptureCamera {
   std::string sensor;
-  std::string state;  ///< One word or two.
+  std::string state;         ///< One word or two.
+  std::string pixel_format;  ///< Of its frames, once it was set up.
   camera::CameraCounters counters;
   std::uint64_t written = 0;           ///< Images on the disk.
   std::uint64_t dropped_by_queue = 0;  ///< Frames that the disk, or packing them, was too slow for.

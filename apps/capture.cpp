@@ -13,6 +13,7 @@
 #include "apps/capture_rates.h"
 #include "apps/capture_record.h"
 #include "apps/disk_watch.h"
+#include "apps/recorded_formats.h"
 #include "apps/session_keeper.h"
 #include "apps/table_recorder.h"
 #include "apps/thread_watch.h"
@@ -30,6 +31,19 @@ constexpr std::chrono::milliseconds show_period{500};
 constexpr std::chrono::seconds disk_period{1};
 constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
 constexpr std::size_t shown_events = 20;
+
+// Of cameras that were left at a format which the rig file does not name, by their number in the rig.
+std::map<int, std::string> misread_formats(const Rig& rig,
+                                           const std::vector<std::shared_ptr<CameraRecorder>>& cameras) {
+  std::map<int, std::string> formats;
+  for (const auto& camera : cameras) {
+    const CaptureCamera status = camera->status();
+    const int sensor = rig.find(status.sensor);
+    const std::string& told = rig.sensors[static_cast<std::size_t>(sensor)].camera->pixel_format;
+    if (status.written > 0 && is_misread(status.pixel_format, told)) formats[sensor] = status.pixel_format;
+  }
+  return formats;
+}
 
 std::vector<std::string> names_of_lidars(const Rig& rig) {
   std::vector<std::string> names;
@@ -387,6 +401,7 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   running.run(context, show);
   CaptureSummary summary = running.summary();
   const Expected<void> recorded = write_session_record(options.out, running.last_record(summary));
+  const Expected<void> named = name_formats(options.out, rig, misread_formats(rig, cameras), context.reporter);
   if (const auto& failure = running.disk_failure()) return *failure;
   if (const auto failure = recording.figures().error) return *failure;
   if (table && table->failure()) return *table->failure();
@@ -394,6 +409,7 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
     if (const auto failure = trigger->failure()) return *failure;
   }
   if (!recorded) return recorded.error();
+  if (!named) return named.error();
   return summary;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "core/base/version.h"
 #include "drivers/livox/protocol/abilities.h"
 #include "drivers/livox_codec/status.h"
@@ -229,7 +230,7 @@ std::string checks_json(const std::vector<Check>& checks) {
   for (const Check& check : checks)
     json["checks"].push_back(
         {{"level", to_string(check.level)}, {"about", check.about}, {"what", check.what}, {"mend", check.mend}});
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 CheckLevel worst_of(const std::vector<Check>& checks) {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "apps/recorded_formats.h"
 #include "apps/ros_pixels.h"
 #include "core/io/frame_files.h"
 #include "core/io/output_file.h"
-#include "core/records/pixel_format.h"
 
 namespace rigcal {
 namespace {
@@ -99,11 +99,8 @@ std::uint64_t ImageFiles::images() const {
 std::map<int, std::string> ImageFiles::missing_formats() const {
   std::map<int, std::string> missing;
   for (const auto& [sensor, camera] : cameras_) {
-    const auto recorded = parse_pixel_format(camera.bayer);
-    const auto told = parse_pixel_format(rig_.sensors[static_cast<std::size_t>(sensor)].camera->pixel_format);
-    // The rig file may well know better how many of 16 bits count.
-    if (!camera.bayer.empty() && recorded && (!told || told->layout != recorded->layout))
-      missing[sensor] = camera.bayer;
+    const std::string& told = rig_.sensors[static_cast<std::size_t>(sensor)].camera->pixel_format;
+    if (is_misread(camera.bayer, told)) missing[sensor] = camera.bayer;
   }
   return missing;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <optional>
 
 #include "apps/bag_batches.h"
@@ -12,9 +11,9 @@
 #include "apps/lidar_ingest.h"
 #include "apps/lvx_datagrams.h"
 #include "apps/patch_export.h"
+#include "apps/recorded_formats.h"
 #include "apps/session_counters.h"
 #include "core/base/version.h"
-#include "core/io/output_file.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
@@ -101,19 +100,6 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
   return ImportSummary{is_lvx(task.input) ? "lvx" : "dump", truncation.empty(), writer->datagrams(), 0, 0, 0};
 }
 
-/// A PNG cannot tell that it is a mosaic, as the messages of a bag do: the session's rig file has to.
-Expected<void> name_formats(const ImportTask& task, const std::map<int, std::string>& formats) {
-  if (formats.empty()) return {};
-  Rig rig = task.rig;
-  for (const auto& [number, format] : formats) {
-    Sensor& camera = rig.sensors[static_cast<std::size_t>(number)];
-    camera.camera->pixel_format = format;
-    task.context.reporter.warn(camera.name + ": its images are a mosaic of colours, which the rig file does not say: " +
-                               "the session's rig.yaml has pixel_format: " + format);
-  }
-  return replace_file(below(task.folder, "rig.yaml"), write_rig(rig));
-}
-
 Expected<ImportSummary> import_bag(const ImportTask& task) {
   StreamSource source;
   source.path = task.input;
@@ -132,7 +118,9 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   for (const StopRecord& stop : done->reading.stops) stops.push_back(stop.stop);
   if (const Expected<void> finished = images.finish(stops); !finished) return finished.error();
   for (const std::string& warning : images.warnings()) task.context.reporter.warn(warning);
-  if (const Expected<void> named = name_formats(task, images.missing_formats()); !named) return named.error();
+  if (const Expected<void> named = name_formats(task.folder, task.rig, images.missing_formats(), task.context.reporter);
+      !named)
+    return named.error();
   std::int64_t start_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t end_ns = 0;
   for (const TopicIngest& topic : done->reading.ingest.topics) {

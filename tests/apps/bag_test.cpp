@@ -176,7 +176,7 @@ TEST_F(Bag, AMosaicIsNamedInTheImportedRigFile) {
            "  grey: {type: camera, topic: /grey}\ninitial_extrinsics:");
   const ProgramRun run = rigcal("import mosaics.bag --rig changed.yaml --out mosaics");
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("silent: its images are a mosaic of colours"));
+  EXPECT_THAT(run.err, HasSubstr("silent: its images are BayerGB8, which the rig file does not say"));
   EXPECT_THAT(run.err, HasSubstr("rig.yaml has pixel_format: BayerRG8"));
   const auto rig = load_rig((scratch / "mosaics/rig.yaml").string());
   ASSERT_TRUE(rig) << rig.error().message();

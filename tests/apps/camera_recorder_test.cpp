@@ -103,6 +103,7 @@ TEST_F(CameraRecorderLive, WritesImagesThatAreWhatTheCameraSent) {
   EXPECT_FALSE(recorder->status().failure.has_value());
   const CaptureCamera status = recorder->status();
   EXPECT_EQ(status.state, "ended");
+  EXPECT_EQ(status.pixel_format, "BayerRG12");
   EXPECT_EQ(status.written + status.dropped_by_queue, status.counters.whole());
   const fs::path folder = session / "images" / "left";
   const auto frames = read_frames((folder / "frames.csv").string());
