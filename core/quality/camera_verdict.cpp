@@ -8,6 +8,9 @@
 namespace rigcal {
 namespace {
 
+// Every fourth stop is held out.
+constexpr int least_views_to_hold_out = 4;
+
 std::string px(double value) { return number(value, 2) + " px"; }
 
 double sigmas(const ScalarEstimate& e) { return e.sigma > 0.0 ? std::abs(e.value) / e.sigma : 0.0; }
@@ -35,10 +38,11 @@ void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Ver
                         " times what noise explains; was the camera moved or refocused during the recording?");
   }
   if (e.hold_out == 0.0) {
-    weaken(verdict, e.views < 4 ? "no stop could be held out to check it, for its images come from too few stops (" +
-                                      std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
-                                      "); record four stops or more"
-                                : "too few edges were seen in the stops that were held out to check it; add stops");
+    weaken(verdict, e.views < least_views_to_hold_out
+                        ? "no stop could be held out to check it, for its images come from too few stops (" +
+                              std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
+                              "); record four stops or more"
+                        : "too few edges were seen in the stops that were held out to check it; add stops");
   }
 }
 
@@ -153,6 +157,12 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "either half of its stops gives another pose, " + apart_words(e) + " apart, " + why +
                       ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
                       "stops, and check that it sits firmly");
+    return verdict;
+  }
+  if (e.hold_out == 0.0 && e.views >= least_views_to_hold_out && !is_confirmed(e, require, limits)) {
+    fail(verdict,
+         "nothing confirms it: too few edges were seen in the stops that were held out, and grey values do not "
+         "lead to it; add stops in which edges of buildings or furniture are near");
     return verdict;
   }
   // First what may be the cause of all else.

@@ -31,8 +31,9 @@ struct CameraThresholds {
 /// between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was not found, did not
 /// converge, fits held-out stops worse than its start, or is another pose for either half of the stops without the word
 /// of the information: by far more than its sigma, or where a lens that seems to be another one, or information that
-/// leads nowhere, speaks against it, too. Reasons are sentences a user can act on. `refined`: the
-/// intrinsics were to be found, too, and need not agree with the rig file's.
+/// leads nowhere, speaks against it, too; and of what nothing was seen in the held-out stops, without that word.
+/// Reasons are sentences a user can act on. `refined`: the intrinsics were to be found, too, and need not agree with
+/// the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
                                    bool refined = false, const CameraThresholds& thresholds = {});
 

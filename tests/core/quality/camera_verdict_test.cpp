@@ -63,6 +63,9 @@ TEST(CameraVerdict, SaysWhyNothingWasHeldOut) {
   CameraEstimate e = sound();
   e.hold_out = 0.0;
   expect_weak(e, "too few edges were seen in the stops that were held out");
+  e.information.reset();
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("nothing confirms it")));
   e.views = 3;
   expect_weak(e, "too few stops (3 images)");
 }
