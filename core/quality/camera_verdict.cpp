@@ -151,6 +151,10 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
     fail(verdict, "its last iterations still moved it; add stops, or give a closer initial_extrinsics");
     return verdict;
   }
+  if (!e.pose.covariance.allFinite() || !e.pose.T_base_camera.t.allFinite()) {
+    fail(verdict, "its solution is no number: too little holds it; add stops, or give a closer initial_extrinsics");
+    return verdict;
+  }
   const bool halves_disagree = halves_bounds(e, require) > limits.halves_share;
   const bool is_doubtful = opinions_disagree(e, limits) || halves_disagree;
   if (const std::string why = why_false(e, require, refined, limits); !why.empty()) {

@@ -59,6 +59,16 @@ TEST(CameraVerdict, FailsWhatDoesNotConverge) {
   EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("still moved")));
 }
 
+TEST(CameraVerdict, FailsWhatIsNoNumber) {
+  CameraEstimate e = sound();
+  e.pose.covariance(4, 4) = std::nan("");
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("is no number")));
+  e = sound();
+  e.pose.T_base_camera.t.x() = std::nan("");
+  EXPECT_EQ(judge(e).status, Status::failed);
+}
+
 TEST(CameraVerdict, SaysWhyNothingWasHeldOut) {
   CameraEstimate e = sound();
   e.hold_out = 0.0;
