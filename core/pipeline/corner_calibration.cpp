@@ -15,6 +15,7 @@
 namespace rigcal {
 namespace {
 
+constexpr double ambiguous = 0.75;      // as of any LiDAR without a guess
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
 
@@ -121,6 +122,18 @@ class CornerCalibration {
         .with_priors[lidar];
   }
 
+  // A LiDAR between this one and the base whose place is one of two.
+  [[nodiscard]] std::optional<std::size_t> unsure_on_the_way(const LidarPlacement& how,
+                                                             const RigPlacement& placed) const {
+    for (int via = how.via; via != views_.base;) {
+      const auto at = static_cast<std::size_t>(via);
+      const LidarPlacement& between = placed.lidars[at];
+      if (between.pair.runner_up_score > ambiguous * between.pair.score) return at;
+      via = between.via;
+    }
+    return std::nullopt;
+  }
+
   [[nodiscard]] Verdict judge(std::size_t lidar, const RigPlacement& placed, const LidarCovariances& covariances,
                               Matrix6d& covariance) const {
     const LidarPlacement& how = placed.lidars[lidar];
@@ -161,6 +174,11 @@ class CornerCalibration {
                           ", which no planes join with " + e.base_name +
                           ": it is known no better than that one; show that one and " + e.base_name +
                           " a corner of three large flat surfaces");
+    }
+    if (const auto unsure = unsure_on_the_way(how, placed)) {
+      weaken(verdict, "it was laid on " + views_.names[*unsure] +
+                          ", for whose own place another pose fits nearly as well; give a rough pose of " +
+                          views_.names[*unsure] + " under initial_extrinsics, or choose a corner without symmetry");
     }
     if (how.pair.score < least_overlap) {
       weaken(verdict, "only " + number(100.0 * how.pair.score, 0) + " % of what it and " +

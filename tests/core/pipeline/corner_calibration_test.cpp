@@ -120,6 +120,32 @@ TEST_F(CornerCalibrationTest, FailsWhereTheTwoSeeDifferentPlaces) {
   EXPECT_EQ(result.sensors[1].status, Status::failed) << testing::PrintToString(result.sensors[1].reasons);
 }
 
+TEST_F(CornerCalibrationTest, WhatLiesOnOneWhosePlaceIsOneOfTwoIsWeak) {
+  const SE3 T_side_rear = sim::paper_configuration(2);
+  const auto beside = sim::make_corner_clouds(fine(75.0, T_side_rear, 7));
+  for (const double angle_deg : {90.0, 105.0}) {
+    see(fine(angle_deg, sim::paper_configuration(1), 2));
+    rig_.sensors.push_back(rig_.sensors[1]);
+    rig_.sensors[2].name = "rear";
+    recording_.lidar_sensors = {0, 1, 2};
+    recording_.stops = {{0, 0, 0}, {1, 0, 0}};
+    recording_.patches.push_back(patch_of(beside.a.points, 1));
+    recording_.patches.push_back(patch_of(beside.b.points, 2));
+    for (std::size_t k : {2U, 3U}) recording_.patches[k].stop = 1;
+    SilentReporter reporter;
+    const auto result = calibrate_by_planes(rig_, recording_, {SE3{}, std::nullopt, std::nullopt}, {}, {reporter});
+    ASSERT_TRUE(result);
+    const SensorResult& rear = result->sensors[2];
+    const auto says_so = testing::Contains(HasSubstr("it was laid on side, for whose own place another pose fits"));
+    if (angle_deg == 90.0) {
+      EXPECT_EQ(rear.status, Status::weak);
+      EXPECT_THAT(rear.reasons, says_so);
+    } else {
+      EXPECT_EQ(rear.status, Status::good) << testing::PrintToString(rear.reasons);
+    }
+  }
+}
+
 // "front" and "side" share no corner, "rear" sees one with "side" only.
 TEST_F(CornerCalibrationTest, WhatLiesOnOneThatShapesHoldIsWeakAndKnownNoBetter) {
   Random random(22);
