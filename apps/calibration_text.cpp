@@ -14,7 +14,7 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
   std::string text = fmt::format("{}: {}\nT_{}_sensor, p_{} = R p_sensor + t:\n", to_string(result.status),
                                  summary_sentence(result), result.base, result.base);
   for (const SensorResult& s : result.sensors) {
-    if (s.name == result.base) continue;
+    if (s.name == result.base && s.reasons.empty()) continue;
     if (!s.T_base_sensor) {
       text += fmt::format("  {:<16} {}\n", s.name, to_string(s.status));
     } else {

@@ -156,6 +156,11 @@ TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
   const ProgramRun without = rigcal("calibrate patches --out without_rig");
   EXPECT_EQ(without.code, 3);
   EXPECT_THAT(without.err, HasSubstr("patches: a patch folder needs a rig file; add --rig"));
+  fs::remove_all(scratch / "patches/avia");
+  const ProgramRun blind = rigcal("calibrate patches --rig rig.yaml --out from_blind_base");
+  EXPECT_EQ(blind.code, 1);
+  EXPECT_THAT(blind.out, testing::ContainsRegex("  avia +failed\n    - it has no points"));
+  EXPECT_THAT(blind.out, HasSubstr("avia, the base, has no points in any stop"));
   EXPECT_FALSE(fs::exists(scratch / "without_rig"));
 }
 
