@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/estimate_text.h"
+#include "apps/json_text.h"
 #include "core/report/result_texts.h"
 #include "core/report/summary_text.h"
 
@@ -44,7 +45,7 @@ std::string calibration_json(const CalibrationResult& result, const std::string&
   json["command"] = "calibrate";
   json["out"] = out;
   if (!estimates.empty()) json["estimates"] = nlohmann::ordered_json::parse(estimates_json(estimates));
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -89,7 +90,7 @@ std::string evaluation_json(const Evaluation& evaluation, std::optional<bool> wi
                      {"worst_translation_mm", poses.worst_translation_m * 1e3}};
   }
   if (within) json["within_max_error"] = *within;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/extrinsics_file.h"
@@ -144,7 +145,7 @@ std::string batch_json(const BatchOutcome& outcome, const std::string& out) {
     session["sensors"] = Json::array();
     for (const SensorRow& sensor : row.sensors) session["sensors"].push_back(sensor_json(sensor));
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 std::string batch_text(const BatchOutcome& outcome, const std::string& out) {

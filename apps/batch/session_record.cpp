@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "core/base/sha256.h"
 #include "core/base/version.h"
 #include "core/io/output_file.h"
@@ -132,7 +133,7 @@ Expected<void> write_record(const SessionRecord& record, const std::string& path
                   {"cpu_s", record.cpu_s},
                   {"peak_memory_mb", record.peak_memory_mb},
                   {"host", record.host}};
-  return replace_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  return replace_file(path, json_text(json));
 }
 
 namespace {

@@ -152,8 +152,7 @@ class CameraCalibration {
 
   // Than the edges, by more than a pose may be off, `share` times.
   [[nodiscard]] bool is_elsewhere(const PoseEstimate& opinion, double share = 1.0) const {
-    const Vector6d apart = (best_.state.T_base_camera.inverse() * opinion.T_base_camera).log();
-    return apart.head<3>().norm() > share * elsewhere_rad || apart.tail<3>().norm() > share * elsewhere_m;
+    return !is_within(best_.state.T_base_camera, opinion.T_base_camera, share * elsewhere_rad, share * elsewhere_m);
   }
 
   // A guess that is off by more than it may be is no better known than that.
@@ -230,9 +229,8 @@ class CameraCalibration {
   // Of solutions near the guess, where the best is another one than the end so far, which has this score.
   bool take_better(double score, std::vector<EdgeSolution>& solutions) {
     std::erase_if(solutions, [&](const EdgeSolution& solution) {
-      const Vector6d off = (camera_.guess_T_base_camera->inverse() * solution.state.T_base_camera).log();
-      return off.head<3>().norm() > farthest_sigmas * options_.guess_sigma_rad ||
-             off.tail<3>().norm() > farthest_sigmas * options_.guess_sigma_m;
+      return !is_within(*camera_.guess_T_base_camera, solution.state.T_base_camera,
+                        farthest_sigmas * options_.guess_sigma_rad, farthest_sigmas * options_.guess_sigma_m);
     });
     const bool is_better = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& solution) {
       return solution.score > clearly_better * score && !is_same_minimum(solution.state, best_.state, 0.5);

@@ -4,9 +4,13 @@
 
 namespace rigcal {
 
+bool is_within(const SE3& a, const SE3& b, double rotation_rad, double translation_m) {
+  const Vector6d apart = (a.inverse() * b).log();
+  return apart.head<3>().norm() <= rotation_rad && apart.tail<3>().norm() <= translation_m;
+}
+
 bool is_same_minimum(const CameraState& a, const CameraState& b, double share) {
-  const Vector6d apart = (a.T_base_camera.inverse() * b.T_base_camera).log();
-  return apart.head<3>().norm() < share * to_rad(0.2) && apart.tail<3>().norm() < share * 0.03;
+  return is_within(a.T_base_camera, b.T_base_camera, share * to_rad(0.2), share * 0.03);
 }
 
 Minima compare_minima(std::vector<EdgeSolution>& solutions) {

@@ -7,6 +7,9 @@
 
 namespace rigcal {
 
+/// Whether two poses are no farther apart than a turn and a way.
+[[nodiscard]] bool is_within(const SE3& a, const SE3& b, double rotation_rad, double translation_m);
+
 /// Whether two poses are in one minimum: no farther apart than `share` of what tells minima apart, 0.2 degrees and 3
 /// cm.
 [[nodiscard]] bool is_same_minimum(const CameraState& a, const CameraState& b, double share);

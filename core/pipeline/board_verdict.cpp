@@ -12,7 +12,6 @@
 namespace rigcal {
 namespace {
 
-constexpr double ambiguous = 0.75;
 constexpr int least_boards = 3;
 constexpr double most_hold_out = 2.0;
 constexpr double sure_sigmas = 3.0;
@@ -56,7 +55,7 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
     fail(verdict, "the adjustment of the boards did not converge; look for poses in which the board moved");
     return verdict;
   }
-  if (e.runner_up > ambiguous) {
+  if (e.runner_up > ambiguous_share) {
     fail(verdict,
          e.several_boards
              ? "there are boards that look alike, and which is which cannot be told; cover all but one, or give "

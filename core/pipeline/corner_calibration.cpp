@@ -15,7 +15,6 @@
 namespace rigcal {
 namespace {
 
-constexpr double ambiguous = 0.75;      // as of any LiDAR without a guess
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
 
@@ -128,7 +127,7 @@ class CornerCalibration {
     for (int via = how.via; via != views_.base;) {
       const auto at = static_cast<std::size_t>(via);
       const LidarPlacement& between = placed.lidars[at];
-      if (between.pair.runner_up_score > ambiguous * between.pair.score) return at;
+      if (between.pair.runner_up_score > ambiguous_share * between.pair.score) return at;
       via = between.via;
     }
     return std::nullopt;

@@ -97,7 +97,7 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   }
   if (e.has_assumed_steps) weaken(verdict, assumed_steps_words());
   // A guess speaks against places far from it.
-  if (e.runner_up_score > (e.has_guess ? 0.9 : 0.75) * e.match_score) {
+  if (e.runner_up_score > (e.has_guess ? 0.9 : ambiguous_share) * e.match_score) {
     weaken(verdict, "another pose fits its surfaces nearly as well (" + number(100.0 * e.runner_up_score, 0) +
                         " % against " + number(100.0 * e.match_score, 0) +
                         " %); the scene is symmetric: give a closer guess or add stops");

@@ -8,6 +8,9 @@
 
 namespace rigcal {
 
+/// Of the score of a place without a guess: where another place has more, the two cannot be told apart.
+constexpr double ambiguous_share = 0.75;
+
 /// All that speaks for or against one LiDAR's extrinsics.
 struct LidarEvidence {
   std::string name;

@@ -14,9 +14,8 @@ std::int64_t read(clockid_t clock) {
 }  // namespace
 
 std::int64_t monotonic_of_recent(std::int64_t realtime_ns, const ClockReading& now) {
-  constexpr std::int64_t recent_ns = 10'000'000'000;
   const std::int64_t age_ns = now.realtime_ns - realtime_ns;
-  return age_ns >= 0 && age_ns < recent_ns ? now.monotonic_ns - age_ns : now.monotonic_ns;
+  return age_ns >= 0 && age_ns < kRecentNs ? now.monotonic_ns - age_ns : now.monotonic_ns;
 }
 
 ClockReading read_clocks() {

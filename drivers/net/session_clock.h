@@ -11,6 +11,9 @@ struct ClockReading {
 };
 [[nodiscard]] ClockReading read_clocks();
 
+/// What came within the last seconds came within so many.
+constexpr std::int64_t kRecentNs = 10'000'000'000;
+
 /// CLOCK_MONOTONIC of a stamp by CLOCK_REALTIME of which it is known that it was taken within the last seconds before
 /// `now`: one from the other side of a step of CLOCK_REALTIME, as far as that shows, is `now`.
 [[nodiscard]] std::int64_t monotonic_of_recent(std::int64_t realtime_ns, const ClockReading& now);
@@ -45,7 +48,6 @@ class SessionClock {
   [[nodiscard]] const ClockReading& latest() const { return latest_; }
 
  private:
-  static constexpr std::int64_t kRecentNs = 10'000'000'000;
   static constexpr std::int64_t kStepNs = 1'000'000;
   ClockReading start_;
   ClockReading latest_;

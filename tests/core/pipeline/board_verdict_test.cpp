@@ -80,12 +80,17 @@ TEST(AdviceOnPoses, NamesWhatIsLacking) {
   }
 }
 
-TEST(JudgeByBoards, PassesOnWhatIsWrongWithTheSensorBetween) {
+BoardEvidence twelve_boards(double variance) {
   BoardEvidence evidence;
   evidence.name = "side";
   evidence.via = "front";
   evidence.shared = evidence.agreeing = 12;
-  evidence.covariance = 1e-10 * Matrix6d::Identity();
+  evidence.covariance = variance * Matrix6d::Identity();
+  return evidence;
+}
+
+TEST(JudgeByBoards, PassesOnWhatIsWrongWithTheSensorBetween) {
+  BoardEvidence evidence = twelve_boards(1e-10);
   evidence.via_agreeing = 12;
   EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
   evidence.via_agreeing = 1;
@@ -100,12 +105,7 @@ TEST(JudgeByBoards, PassesOnWhatIsWrongWithTheSensorBetween) {
 }
 
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
-  BoardEvidence evidence;
-  evidence.name = "side";
-  evidence.via = "front";
-  evidence.shared = evidence.agreeing = 12;
-  evidence.covariance = 1e-4 * Matrix6d::Identity();
-  const Verdict verdict = judge_by_boards(evidence, {}, "add poses at the left of what it sees");
+  const Verdict verdict = judge_by_boards(twelve_boards(1e-4), {}, "add poses at the left of what it sees");
   EXPECT_EQ(verdict.status, Status::weak);
   EXPECT_THAT(verdict.reasons, testing::Contains(HasSubstr("add poses at the left of what it sees")));
 }

@@ -79,16 +79,26 @@ TEST(LidarCovariances, AreMeasuredAgainWhenTheNoiseIsLargerThanItWasSaidToBe) {
   EXPECT_GT(translation_bound(c.with_priors[1]), 2.0 * said);
 }
 
-TEST(LidarCovariances, AreTheSameWhicheverLidarIsFixed) {
-  Random random(11);
-  RigState state;
-  state.T_G_base.emplace_back();
-  for (int j = 1; j < stops; ++j) state.T_G_base.push_back(random_pose(random, 0.6, 0.2));
-  state.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
-  std::vector<PlaneFeature> features = make_plane_features(state, 25, 60, sigma_m, random);
-  for (PlaneFeature& feature : features) {
-    for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
+// Planes that all three see at all stops.
+struct ThreeLidars {
+  explicit ThreeLidars(std::uint64_t seed) {
+    Random random(seed);
+    state.T_G_base.emplace_back();
+    for (int j = 1; j < stops; ++j) state.T_G_base.push_back(random_pose(random, 0.6, 0.2));
+    state.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
+    features = make_plane_features(state, 25, 60, sigma_m, random);
+    for (PlaneFeature& feature : features) {
+      for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
+    }
   }
+  RigState state;
+  std::vector<PlaneFeature> features;
+};
+
+TEST(LidarCovariances, AreTheSameWhicheverLidarIsFixed) {
+  const ThreeLidars rig(11);
+  const RigState& state = rig.state;
+  const std::vector<PlaneFeature>& features = rig.features;
   const auto covariances = [&](const RigState& at, int fixed, int base) {
     ParameterLayout layout(stops, 3);
     for (int j = 1; j < stops; ++j) layout.free_stop(j);
@@ -131,15 +141,9 @@ TEST(LidarCovariances, NothingSeenIsNotObservable) {
 
 // Three LiDARs, the last of which sees no plane at all, one, or all but with numbers that are none.
 TEST(LidarCovariances, JudgeEachLidarByWhatHoldsIt) {
-  Random random(12);
-  RigState state;
-  state.T_G_base.emplace_back();
-  for (int j = 1; j < stops; ++j) state.T_G_base.push_back(random_pose(random, 0.6, 0.2));
-  state.T_base_sensor = {SE3{}, random_pose(random, 0.8, 0.2), random_pose(random, 0.8, 0.2)};
-  std::vector<PlaneFeature> features = make_plane_features(state, 25, 60, sigma_m, random);
-  for (PlaneFeature& feature : features) {
-    for (PlaneObservation& o : feature.observations) o.offset_variance = sigma_m * sigma_m / o.N;
-  }
+  const ThreeLidars rig(12);
+  const RigState& state = rig.state;
+  std::vector<PlaneFeature> features = rig.features;
   ParameterLayout layout(stops, 3);
   for (int j = 1; j < stops; ++j) layout.free_stop(j);
   layout.free_lidar(1);
