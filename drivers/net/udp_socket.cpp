@@ -2,7 +2,9 @@
 
 #include <arpa/inet.h>
 #include <linux/sock_diag.h>
+#include <net/if.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -36,6 +38,20 @@ bool set_option(int descriptor, int level, int name, int value) {
   return setsockopt(descriptor, level, name, &value, sizeof value) == 0;
 }
 
+// Keeps the socket to the interface of that name.
+bool bind_to(int descriptor, const std::string& interface) {
+  return setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, interface.c_str(),
+                    static_cast<socklen_t>(interface.size())) == 0;
+}
+
+// 0: there is none of that name.
+int interface_number(int descriptor, const std::string& interface) {
+  ifreq request{};
+  if (interface.size() >= sizeof request.ifr_name) return 0;
+  std::memcpy(request.ifr_name, interface.data(), interface.size());
+  return ioctl(descriptor, SIOCGIFINDEX, &request) == 0 ? request.ifr_ifindex : 0;
+}
+
 Error socket_error(const std::string& what, const Endpoint& local, std::string mend) {
   return system_error(what + ": " + std::strerror(errno), "UDP " + to_string(local), std::move(mend));
 }
@@ -61,8 +77,7 @@ Expected<void> set_up(int descriptor, const UdpOptions& options) {
   if (!set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, 1) ||
       (options.tell_destination && !set_option(descriptor, IPPROTO_IP, IP_PKTINFO, 1)))
     return socket_error("the system gives no stamps or addresses of datagrams", options.local, {});
-  if (!options.interface.empty() && setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, options.interface.c_str(),
-                                               static_cast<socklen_t>(options.interface.size())) != 0)
+  if (!options.interface.empty() && !bind_to(descriptor, options.interface))
     return socket_error("cannot bind to the interface '" + options.interface + "'", options.local,
                         errno == ENODEV ? "there is no such interface (`ip link` lists them)"
                                         : "this needs CAP_NET_RAW: leave the interface away, or give the capability");
@@ -152,6 +167,8 @@ Expected<UdpSocket> UdpSocket::open(const UdpOptions& options) {
   if (getsockname(made.descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
     return socket_error("cannot tell the port", options.local, {});
   made.local_ = to_endpoint(address);
+  made.interface_ = options.interface;
+  made.interface_number_ = interface_number(made.descriptor_, options.interface);
   int bytes = 0;
   size = sizeof bytes;
   if (getsockopt(made.descriptor_, SOL_SOCKET, SO_RCVBUF, &bytes, &size) == 0)
@@ -168,6 +185,8 @@ UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
   close();
   descriptor_ = std::exchange(other.descriptor_, -1);
   local_ = other.local_;
+  interface_ = std::move(other.interface_);
+  interface_number_ = other.interface_number_;
   receive_bytes_ = other.receive_bytes_;
   kernel_drops_ = other.kernel_drops_;
   dropped_ = other.dropped_;
@@ -272,6 +291,14 @@ Expected<std::size_t> UdpSocket::send_all(std::span<const Parts> datagrams) cons
     at += static_cast<std::size_t>(std::max(sent, 1));
   }
   return taken;
+}
+
+bool UdpSocket::follow_interface() {
+  if (interface_.empty()) return false;
+  const int number = interface_number(descriptor_, interface_);
+  if (number == 0 || number == interface_number_ || !bind_to(descriptor_, interface_)) return false;
+  interface_number_ = number;
+  return true;
 }
 
 void UdpSocket::set_do_not_fragment(bool refuse) const {

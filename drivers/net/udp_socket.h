@@ -87,6 +87,11 @@ class UdpSocket {
   /// Whether datagrams that are too long for the network are refused rather than sent in fragments. Best effort.
   void set_do_not_fragment(bool refuse) const;
 
+  /// An adapter that is plugged in anew has its name again, but another number by the system, and a socket that was
+  /// bound to it stays bound to the old one: this binds it to the new one. Whether there was one, and the system let
+  /// it. Asks the system each time; nothing where no interface was named.
+  bool follow_interface();
+
   /// Datagrams that the kernel had to throw away because the buffer was full, until the last `receive`.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
@@ -99,6 +104,8 @@ class UdpSocket {
 
   int descriptor_ = -1;
   Endpoint local_;
+  std::string interface_;
+  int interface_number_ = 0;
   std::size_t receive_bytes_ = 0;
   std::uint32_t kernel_drops_ = 0;
   std::uint64_t dropped_ = 0;

@@ -73,6 +73,7 @@ void ControlLoop::run() {
     const std::lock_guard lock(mutex_);
     const net::ClockReading now = net::read_clocks();
     clock_.update(now);
+    if (now.monotonic_ns - followed_ns_ >= longest_wait_ns) follow_interfaces(now.monotonic_ns);
     if (waiter_.is_ready(0)) hear(discovery_, std::nullopt);
     for (std::size_t i = 0; i < commands_.size(); ++i)
       if (waiter_.is_ready(i + 1)) hear(commands_[i], i);
@@ -81,6 +82,11 @@ void ControlLoop::run() {
     hand_out();
   }
   heartbeat_.rest();
+}
+
+void ControlLoop::follow_interfaces(std::int64_t now_ns) {
+  followed_ns_ = now_ns;
+  for (net::UdpSocket& socket : commands_) socket.follow_interface();
 }
 
 // Pulses of GPS receivers and masters of time come with the full seconds of UTC, and so do those of a host that makes

@@ -60,6 +60,7 @@ class ControlLoop {
   auto with_protocol(const Call& call);
   void hear(net::UdpSocket& socket, std::optional<std::size_t> host);
   void hand_out();
+  void follow_interfaces(std::int64_t now_ns);
   void tell_utc(const net::ClockReading& now);
 
   Wiring wiring_;
@@ -73,8 +74,9 @@ class ControlLoop {
   DatagramRing ring_;
   ProtocolOutput output_;
   Heartbeat heartbeat_{"commands to the LiDARs"};
-  mutable std::mutex mutex_;     ///< Of the protocol, its output, the ring's writing end and the events.
-  std::int64_t utc_told_s_ = 0;  ///< The second of the last time of day that was sent.
+  mutable std::mutex mutex_;      ///< Of the protocol, its output, the ring's writing end and the events.
+  std::int64_t followed_ns_ = 0;  ///< When the interfaces were looked at last.
+  std::int64_t utc_told_s_ = 0;   ///< The second of the last time of day that was sent.
   std::deque<Event> events_;
   std::uint64_t lost_events_ = 0;
 };

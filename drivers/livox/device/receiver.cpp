@@ -58,6 +58,7 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
     if (is_flowing_ && pause_ns_ > 0) {
       pause_for(std::min(pause_ns_, timeout_ns));
     } else if (!waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) {
+      socket_.follow_interface();
       return false;
     }
   }

@@ -3,7 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 
+#include <cstdlib>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "drivers/net/session_clock.h"
@@ -178,6 +182,51 @@ TEST(UdpSocket, SaysWhyItCannotListen) {
 TEST(UdpSocket, TwoMayShareAPortWhereAsked) {
   const UdpSocket first = open({{{0, 0, 0, 0}, 0}, true, false, 0, {}});
   EXPECT_TRUE(UdpSocket::open({first.local(), true, false, 0, {}}).has_value());
+}
+
+// In a network of this thread's own, which a process that it starts is in, too; false where the system gives none.
+template <class F>
+bool in_own_network(const F& f) {
+  bool given = false;
+  std::thread([&] {
+    given = unshare(CLONE_NEWNET) == 0;
+    if (given) given = f();
+  }).join();
+  return given;
+}
+
+bool runs(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
+
+// A pair of adapters and the way between them.
+bool plug_in(const std::string& name) {
+  return runs("ip link add " + name + " type veth peer name " + name + "_far") &&
+         runs("ip address add 10.55.0.1/24 dev " + name) && runs("ip link set " + name + " up") &&
+         runs("ip link set " + name + "_far up");
+}
+
+TEST(UdpSocket, FollowsAnAdapterThatIsPluggedInAnew) {
+  const bool given = in_own_network([] {
+    if (!plug_in("usb0")) return false;
+    UdpSocket host = open({{{10, 55, 0, 1}, 0}, false, false, 0, "usb0"});
+    EXPECT_FALSE(host.follow_interface());
+    const auto has_a_way = [&] {
+      const std::uint8_t byte = 1;
+      const auto sent = host.send({{10, 55, 0, 2}, 65000}, {&byte, 1});
+      return sent.has_value() && *sent;
+    };
+    EXPECT_TRUE(has_a_way());
+    EXPECT_TRUE(runs("ip link delete usb0"));
+    EXPECT_FALSE(host.follow_interface());
+    EXPECT_FALSE(has_a_way());
+    EXPECT_TRUE(runs("ip link add other0 type veth peer name other1"));  // takes the old one's number, if any does
+    EXPECT_TRUE(plug_in("usb0"));
+    EXPECT_FALSE(has_a_way());
+    EXPECT_TRUE(host.follow_interface());
+    EXPECT_TRUE(has_a_way());
+    EXPECT_FALSE(host.follow_interface());
+    return true;
+  });
+  if (!given) GTEST_SKIP() << "this system gives no network of its own, or no program `ip` to make adapters with";
 }
 
 }  // namespace
