@@ -15,6 +15,14 @@
 #define RIGCAL_HAS_WIDE 0
 #endif
 
+/// Before a loop over arrays of which none that is written overlaps another: where there are many the compiler does not
+/// look whether they do, and takes one round after the other.
+#if defined(__GNUC__) && !defined(__clang__)
+#define RIGCAL_APART _Pragma("GCC ivdep")
+#else
+#define RIGCAL_APART
+#endif
+
 namespace rigcal {
 
 /// Eight doubles side by side, as the widest registers hold them.

@@ -49,7 +49,8 @@ RIGCAL_WIDE void unmark_near(const Places& places, const NearPlane& plane, float
   const float* y = places.y;
   const float* z = places.z;
   const NearPlane at = plane;
-  for (std::int32_t i = 0; i < places.count; ++i) {
+  const std::int32_t count = places.count;  // a mark might be it, as far as the compiler knows
+  for (std::int32_t i = 0; i < count; ++i) {
     const float off = std::abs(at.x * x[i] + at.y * y[i] + at.z * z[i] - at.d);
     marks[i] &= static_cast<std::int32_t>(off >= within);
   }
@@ -72,7 +73,9 @@ RIGCAL_WIDE void mark_passing(const Places& places, const Belonging& belonging, 
   const float* pz = places.z;
   const Belonging of = belonging;
   const NearGate at = gate;
-  for (std::int32_t i = 0; i < places.count; ++i) {
+  const std::int32_t count = places.count;
+  RIGCAL_APART
+  for (std::int32_t i = 0; i < count; ++i) {
     const float own = at.own.x * px[i] + at.own.y * py[i] + at.own.z * pz[i] - at.own.d;
     const float c = at.own.x * of.ray[0][i] + at.own.y * of.ray[1][i] + at.own.z * of.ray[2][i];
     const float growth = 1.0F + of.slant_growth[i] * (1.0F - std::abs(c));
