@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/number_range.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 
@@ -41,7 +42,7 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
                   "How far a given trajectory may be off: metres, degrees (default 0.05,2)")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::PositiveNumber)
+      ->check(number_range(1e-6, 1e6))
       ->option_text("M,DEG");
   command.add_flag("--full-map", options.full_map, "map.ply with all points kept, not one for each 2 cm");
 }

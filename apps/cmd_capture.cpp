@@ -15,6 +15,7 @@
 #include "apps/estimate_text.h"
 #include "apps/live_datagrams.h"
 #include "apps/live_result.h"
+#include "apps/number_range.h"
 #include "apps/packet_recorder.h"
 #include "apps/service_notify.h"
 #include "apps/tolerance.h"
@@ -208,7 +209,7 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
       ->add_option_function<double>(
           "--duration", [options](double seconds) { options->capture.duration_s = seconds; },
           "Stop after so many seconds (default: when told to)")
-      ->check(CLI::Range(0.1, 1e7))
+      ->check(number_range(0.1, 1e7))
       ->option_text("S");
   command
       ->add_option("--stops", options->capture.goal.stops,
@@ -218,12 +219,12 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--dwell", options->capture.goal.dwell_s,
                    "Seconds of rest that a stop is to have before the rig is turned on (default 1)")
-      ->check(CLI::Range(0.5, 3600.0))
+      ->check(number_range(0.5, 3600.0))
       ->option_text("S");
   command
       ->add_option("--table-timeout", options->capture.goal.table_s,
                    "Seconds that a table on a serial line may take for a step (default 60)")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(number_range(1.0, 3600.0))
       ->option_text("S");
   command->add_flag(
       "--parts", options->parts,

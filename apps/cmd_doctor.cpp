@@ -13,6 +13,7 @@
 #include "apps/known_files.h"
 #include "apps/live_datagrams.h"
 #include "apps/machine_checks.h"
+#include "apps/number_range.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal {
@@ -177,7 +178,7 @@ void add_doctor_command(CLI::App& app, CommandContext& context) {
                    "Rig file; its LiDARs and cameras are taken for some seconds. Without: only listen")
       ->option_text("RIG");
   command->add_option("--seconds", options->seconds, "How long to look at the LiDARs (default 5)")
-      ->check(CLI::Range(0.5, 3600.0))
+      ->check(number_range(0.5, 3600.0))
       ->option_text("S");
   command->footer("Example:\n  rigcal doctor --rig turntable");
   command->callback([options, &context] { context.run = [=, &context] { return run_doctor(*options, context); }; });

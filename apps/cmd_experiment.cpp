@@ -10,6 +10,7 @@
 #include "apps/command.h"
 #include "apps/kept_memory.h"
 #include "apps/known_files.h"
+#include "apps/number_range.h"
 #include "apps/planes_experiment_text.h"
 #include "apps/sigma_experiment.h"
 #include "apps/speed/experiment.h"
@@ -348,7 +349,7 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
                    "scans or growth; may be repeated")
       ->option_text("NAME");
   command->add_option("--scale", options->scale, "speed: of all numbers of points (default 1)")
-      ->check(CLI::Range(0.001, 1.0))
+      ->check(number_range(0.001, 1.0))
       ->option_text("SHARE");
   command
       ->add_option(

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "apps/number_range.h"
 #include "apps/replay.h"
 
 namespace rigcal {
@@ -73,13 +74,13 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   command->add_option("--rig", options->rig, "Rig file, for LiDARs that do not say in the recording what they are")
       ->option_text("RIG");
   command->add_option("--speed", options->speed, "So many times faster than recorded (default 1)")
-      ->check(CLI::Range(0.01, 100.0))
+      ->check(number_range(0.01, 100.0))
       ->option_text("N");
   command->add_flag("--loop", options->loop, "Begin again at the end");
   command
       ->add_option("--spin-up", options->spin_up_s,
                    "With --as-devices: seconds from switching a device on until it can sample (default 2)")
-      ->check(CLI::Range(0.0, 600.0))
+      ->check(number_range(0.0, 600.0))
       ->needs(as_devices)
       ->option_text("SECONDS");
   command->footer("Example:\n  rigcal replay session --as-devices --network 127.0.0.0");

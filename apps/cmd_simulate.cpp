@@ -8,6 +8,7 @@
 #include "apps/json_text.h"
 #include "apps/live_options.h"
 #include "apps/motion_options.h"
+#include "apps/number_range.h"
 #include "apps/tolerance.h"
 #include "core/base/version.h"
 #include "core/rig/rig.h"
@@ -138,30 +139,30 @@ void add_unit_error_options(CLI::App& command, sim::UnitErrorOptions& errors) {
       .add_option_function<double>(
           "--range-bias", [&errors](double mm) { errors.range_bias_sigma_m = 1e-3 * mm; },
           "Millimetres, 1 sigma between units, by which all ranges of a unit are off (default 0)")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(number_range(0.0, 1000.0))
       ->option_text("MM");
   command
       .add_option_function<double>(
           "--dark-bias", [&errors](double mm) { errors.dark_bias_m = 1e-3 * mm; },
           "Millimetres by which a black target seems further than a white one (default 0)")
-      ->check(CLI::Range(-1000.0, 1000.0))
+      ->check(number_range(-1000.0, 1000.0))
       ->option_text("MM");
   command
       .add_option_function<double>(
           "--wobble", [&errors](double deg) { errors.wobble_rad = to_rad(deg); },
           "Degrees by which the beam goes round where the sensor thinks it is (default 0)")
-      ->check(CLI::Range(0.0, 5.0))
+      ->check(number_range(0.0, 5.0))
       ->option_text("DEG");
   command
       .add_option("--footprint", errors.footprint_share,
                   "Share of shots whose footprint is sampled twice (default 0.2; 1 is a real sensor, and slower)")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(number_range(0.0, 1.0))
       ->option_text("SHARE");
 }
 
 void add_fault_options(CLI::App& command, CLI::Option& patches, sim::FaultOptions& faults) {
   const auto add = [&](const char* name, double& share, const char* text) {
-    command.add_option(name, share, text)->check(CLI::Range(0.0, 0.2))->excludes(&patches)->option_text("SHARE");
+    command.add_option(name, share, text)->check(number_range(0.0, 0.2))->excludes(&patches)->option_text("SHARE");
   };
   add("--loss", faults.loss, "Share of packets that get lost (default 0)");
   add("--duplicate", faults.duplicate, "Share of packets that come twice (default 0)");
@@ -175,13 +176,13 @@ void add_timing_options(CLI::App& command, CLI::Option& patches, SimulateOptions
       .add_option_function<double>(
           "--jitter", [&options](double ms) { options.path.jitter_s = 1e-3 * ms; },
           "Milliseconds that packets are late on average, each by another amount (default 0.05)")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(number_range(0.0, 100.0))
       ->excludes(&patches)
       ->option_text("MS");
   command
       .add_option("--clock-drift", options.clock_drift_ppm,
                   "Millionths by which the devices' clocks may run fast or slow (default 50)")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(number_range(0.0, 1000.0))
       ->excludes(&patches)
       ->option_text("PPM");
 }

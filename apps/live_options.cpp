@@ -7,20 +7,21 @@
 #include <vector>
 
 #include "apps/json_text.h"
+#include "apps/number_range.h"
 #include "core/base/version.h"
 
 namespace rigcal {
 
 void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& options) {
   command.add_option("--speed", options.speed, "With --live: so many times faster than real time (default 1)")
-      ->check(CLI::Range(0.01, 100.0))
+      ->check(number_range(0.01, 100.0))
       ->needs(&live)
       ->option_text("N");
   command.add_flag("--loop", options.loop, "With --live: begin again when the run is over")->needs(&live);
   command
       .add_option("--spin-up", options.device.spin_up_s,
                   "With --live: seconds from switching a device on until it can sample (default 2)")
-      ->check(CLI::Range(0.0, 600.0))
+      ->check(number_range(0.0, 600.0))
       ->needs(&live)
       ->option_text("SECONDS");
   command
@@ -37,7 +38,7 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
       ->needs(&live)
       ->option_text("SOURCE");
   const auto add_share = [&](const char* name, double& share, const char* text) {
-    command.add_option(name, share, text)->check(CLI::Range(0.0, 0.9))->needs(&live)->option_text("SHARE");
+    command.add_option(name, share, text)->check(number_range(0.0, 0.9))->needs(&live)->option_text("SHARE");
   };
   add_share("--control-loss", options.control.drop, "With --live: share of the devices' answers that get lost");
   add_share("--control-duplicate", options.control.duplicate, "With --live: share of answers that come twice");
@@ -56,7 +57,7 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
   command
       .add_option("--camera-delay", options.cameras.answer_delay_s,
                   "With --live: seconds that the cameras take for an answer (default 0)")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(number_range(0.0, 60.0))
       ->needs(&live)
       ->option_text("SECONDS");
   command
@@ -84,7 +85,7 @@ void add_live_options(CLI::App& command, CLI::Option& live, sim::LiveOptions& op
       ->needs(&live);
   command
       .add_option("--table-jams", options.table_jams_s, "With --table: it turns no more from this second of the run on")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_range(0.0, 1e6))
       ->needs(&live)
       ->option_text("SECONDS");
   command

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/number_range.h"
+
 namespace rigcal {
 namespace {
 
@@ -74,14 +76,14 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
       ->check(CLI::IsMember({"turntable", "vehicle", "figure8"}))
       ->option_text("MOTION");
   command.add_option("--drive", options.drive_m, "Metres, half the length of the figure of eight (default 1.2)")
-      ->check(CLI::Range(0.1, 100.0))
+      ->check(number_range(0.1, 100.0))
       ->needs("--motion")
       ->option_text("M");
   command.add_option("--stops", options.stops, "Stops in a full turn (default 20)")
       ->check(CLI::Range(1, 1000))
       ->option_text("N");
   command.add_option("--dwell", options.dwell_s, "Seconds of each stop (default 2)")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(number_range(0.1, 600.0))
       ->option_text("S");
   using Numbers = std::vector<double>;
   add_list(command, "--dwell-range", NumberList({{0.1, 600.0}, {0.1, 600.0}}, "SHORTEST,LONGEST in seconds"), "S,S",
@@ -92,7 +94,7 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
       .add_option_function<double>(
           "--creep", [&options](double deg) { options.creep_rad_per_s = to_rad(deg); },
           "Degrees a second by which the table turns on at rest")
-      ->check(CLI::Range(-10.0, 10.0))
+      ->check(number_range(-10.0, 10.0))
       ->option_text("DEG_S");
   add_list(command, "--vibration", NumberList({{0.0, 5.0}, {0.1, 500.0}}, "DEG,HZ"), "DEG,HZ",
            "The rig trembles all the time: amplitude and frequency", [&options](const Numbers& n) {
@@ -102,7 +104,7 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
       .add_option_function<double>(
           "--overshoot", [&options](double deg) { options.overshoot_rad = to_rad(deg); },
           "Degrees by which each turn goes too far, and back")
-      ->check(CLI::Range(0.0, 45.0))
+      ->check(number_range(0.0, 45.0))
       ->option_text("DEG");
   add_list(command, "--bump", NumberList({{0.0, 999.0}, {0.0, 600.0}, {0.0, 45.0}}, "STOP,SECONDS,DEG"), "STOP,S,DEG",
            "Somebody knocks against the rig in this stop, so long after its start; may be repeated",
