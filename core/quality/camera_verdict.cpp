@@ -127,14 +127,16 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
     weaken(verdict, "either half of its stops gives another pose, " + apart_words(e) +
                         " apart; add stops, or check that the camera sits firmly");
   }
-  const bool is_elsewhere = e.information && !is_confirmed(e, require, limits);
+  const bool is_unsure = (e.information || e.hold_out == 0.0) && !is_confirmed(e, require, limits);
   const bool is_as_good = e.runner_up_ratio > limits.runner_up_ratio;
-  if (e.runner_up && (is_as_good || (is_elsewhere && e.runner_up_ratio > limits.doubtful_runner_up_ratio))) {
+  if (e.runner_up && (is_as_good || (is_unsure && e.runner_up_ratio > limits.doubtful_runner_up_ratio))) {
     const SE3 between = e.pose.T_base_camera.inverse() * *e.runner_up;
-    weaken(verdict,
-           "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) + " away, fits " +
-               (is_as_good ? "nearly as well" : "well, too, and grey values do not lead to this one") + " (" +
-               number(100.0 * e.runner_up_ratio, 0) + " %); give a closer guess or add stops that face other things");
+    const std::string how_well = is_as_good      ? "nearly as well"
+                                 : e.information ? "well, too, and grey values do not lead to this one"
+                                                 : "well, too, and nothing tells which is right";
+    weaken(verdict, "another pose, " + mm(between.t.norm()) + " and " + deg(log_so3(between.R).norm()) +
+                        " away, fits " + how_well + " (" + number(100.0 * e.runner_up_ratio, 0) +
+                        " %); give a closer guess or add stops that face other things");
   }
 }
 
@@ -171,9 +173,9 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
   }
   // First what may be the cause of all else.
   if (!refined) judge_intrinsics(e, limits, is_doubtful, verdict);
+  judge_second_opinions(e, require, limits, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);
-  judge_second_opinions(e, require, limits, verdict);
   return verdict;
 }
 

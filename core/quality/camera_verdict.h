@@ -23,7 +23,8 @@ struct CameraThresholds {
   double halves_chi2 = differing_chi2;        ///< And over what they may differ by.
   double confirming_share = 1.5;              ///< Information that leads no farther off confirms, over the same.
   double runner_up_ratio = 0.95;
-  double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not.
+  double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not,
+                                           ///< or nothing was held out and none confirms.
 };
 
 /// The contract's rule for a camera: good needs the 95 % bounds inside the requirement, a hold-out within twice the

@@ -196,6 +196,19 @@ TEST(CameraVerdict, WeakensOpinionsThatDiffer) {
   expect_weak(e, "fits well, too, and grey values do not lead to this one (80 %)");
 }
 
+TEST(CameraVerdict, OfOneImageNamesAnotherPoseBeforeTheBounds) {
+  CameraEstimate e = sound();
+  e.information.reset();
+  e.views = 1;
+  e.hold_out = 0.0;
+  e.pose.covariance = 1e-3 * Matrix6d::Identity();
+  const auto first_reason = [&] { return judge(e).reasons.at(0); };
+  EXPECT_THAT(first_reason(), testing::HasSubstr("its translation is known to"));
+  e.runner_up_ratio = 0.8;
+  EXPECT_EQ(judge(e).status, Status::weak);
+  EXPECT_THAT(first_reason(), testing::HasSubstr("fits well, too, and nothing tells which is right (80 %)"));
+}
+
 TEST(CameraVerdict, FailsWhereHalvesOfTheStopsDifferByFarMoreThanTheyMay) {
   CameraEstimate e = sound();
   e.halves_chi2 = 20.0;
