@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/records/pixel_format.h"
+
 namespace rigcal {
 namespace {
 
@@ -76,13 +78,69 @@ std::optional<TriggerSettings> read_camera_trigger(const YamlMap& camera) {
   return trigger;
 }
 
+std::string in_small_letters(std::string_view text) {
+  std::string small(text);
+  for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return small;
+}
+
+std::vector<std::string> usable_pixel_formats() {
+  std::vector<std::string> formats;
+  for (const char* layout : {"Mono", "BayerRG", "BayerGR", "BayerGB", "BayerBG", "RGB", "BGR"}) {
+    for (const char* bits : {"8", "10", "12", "14", "16"}) formats.push_back(std::string(layout) + bits);
+  }
+  return formats;
+}
+
+/// The usable format that was probably meant, or empty.
+std::string meant_pixel_format(const std::string& name) {
+  const std::string small = in_small_letters(name);
+  // As V4L2 (RGGB) and ROS (bayer_rggb8) call the mosaics.
+  for (const char* square : {"rggb", "grbg", "gbrg", "bggr"}) {
+    const std::size_t at = small.find(square);
+    if (at == std::string::npos) continue;
+    const std::string bits = small.substr(at + 4);
+    std::string meant =
+        std::string("Bayer") + static_cast<char>(square[0] - 'a' + 'A') + static_cast<char>(square[1] - 'a' + 'A');
+    return parse_pixel_format(meant + bits) ? meant + bits : meant + "8";
+  }
+  const std::vector<std::string> formats = usable_pixel_formats();
+  std::vector<std::string> small_formats;
+  for (const std::string& format : formats) small_formats.push_back(in_small_letters(format));
+  const std::string nearest = nearest_word(small, small_formats);
+  const auto found = std::find(small_formats.begin(), small_formats.end(), nearest);
+  return found == small_formats.end() ? std::string()
+                                      : formats[static_cast<std::size_t>(found - small_formats.begin())];
+}
+
+/// Names of the GenICam convention that rigcal does not read from a camera, but that say clearly that there is no
+/// mosaic: Mono12Packed, Mono10p, RGBa8, YUV422_8 and so on. The images of a recording may well have come that way.
+bool is_plainly_no_mosaic(std::string_view name) {
+  for (const std::string_view family : {"Mono", "RGB", "BGR", "RGBa", "BGRa", "YUV", "YCbCr"}) {
+    if (name.size() > family.size() && name.starts_with(family) && name[family.size()] >= '1' &&
+        name[family.size()] <= '9')
+      return true;
+  }
+  return false;
+}
+
+/// A misspelt mosaic would be taken for grey values, and its pattern for edges.
+std::string read_pixel_format(const YamlMap& camera) {
+  std::string name = camera.text("pixel_format").value_or("");
+  if (parse_pixel_format(name) || is_plainly_no_mosaic(name)) return name;
+  const std::string meant = meant_pixel_format(name);
+  camera.fail("pixel_format", "is '" + name.substr(0, 40) + "', which is no format that can be read",
+              meant.empty() ? "use a name like BayerRG8, Mono12 or RGB8" : "did you mean '" + meant + "'?");
+  return name;
+}
+
 CameraSettings read_camera(const YamlMap& map) {
   CameraSettings camera;
   if (const auto driver = map.choice("driver", {"aravis", "v4l2", "images"})) {
     camera.driver = *driver == 0 ? "aravis" : (*driver == 1 ? "v4l2" : "images");
   }
   camera.device = map.text("device").value_or("");
-  camera.pixel_format = map.text("pixel_format").value_or("");
+  camera.pixel_format = read_pixel_format(map);
   camera.exposure_us = map.number("exposure_us", 0.1, 1e8);
   camera.gain = map.number("gain", -100.0, 1000.0);
   camera.frame_rate = map.number("frame_rate", 1e-3, 1e5);

@@ -162,6 +162,14 @@ TEST(Rig, ACameraMayBeTheBaseOnlyWhereThereAreNoLidars) {
   EXPECT_FALSE(parse_rig(cameras + "  c: {type: livox_avia}\n", "rig.yaml"));
 }
 
+TEST(Rig, PixelFormatsWithoutAMosaicNeedNotBeReadable) {
+  for (const char* name : {"BayerGB14", "Mono12Packed", "Mono10p", "BGRa8", "YUV422_8", "YCbCr422_8"}) {
+    const Rig rig = read("rigcal: 1\nbase: a\nsensors:\n  a: {type: lidar}\n  c: {type: camera, pixel_format: " +
+                         std::string(name) + "}\n");
+    EXPECT_EQ(rig.sensors[1].camera->pixel_format, name);
+  }
+}
+
 TEST(Rig, ReadsWindowsLineEndings) {
   EXPECT_TRUE(parse_rig("rigcal: 1\r\nbase: a\r\nsensors:\r\n  a: {type: lidar}\r\n", "rig.yaml"));
 }
