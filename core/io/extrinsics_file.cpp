@@ -1,5 +1,6 @@
 #include "core/io/extrinsics_file.h"
 
+#include <algorithm>
 #include <array>
 
 #include "core/io/sensor_transforms.h"
@@ -33,27 +34,80 @@ Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& na
   return file;
 }
 
-/// Six rows of six numbers; nothing where the key is absent or (after adding an error) wrong.
-std::optional<Matrix6d> read_covariance(const YamlMap& entry) {
-  const YamlNode* rows = entry.get("covariance");
+// Files carry matrices and quaternions with as many digits as somebody chose; a contradiction is larger than these.
+constexpr double most_rounding = 1e-6;
+constexpr double largest = 1e300;
+
+/// A square list of rows; nothing where the key is absent or (after adding an error) wrong.
+template <int Size>
+std::optional<Eigen::Matrix<double, Size, Size>> read_square(const YamlMap& entry, const char* key) {
+  const YamlNode* rows = entry.get(key);
   if (rows == nullptr) return std::nullopt;
-  if (rows->kind != YamlNode::Kind::sequence || rows->items.size() != 6) {
-    entry.fail("covariance", "is no list of six rows");
+  if (rows->kind != YamlNode::Kind::sequence || rows->items.size() != Size) {
+    entry.fail(key, std::string("is no list of ") + (Size == 6 ? "six" : "four") + " rows");
     return std::nullopt;
   }
-  constexpr double largest = 1e300;
-  Matrix6d covariance;
-  for (int i = 0; i < 6; ++i) {
+  Eigen::Matrix<double, Size, Size> square;
+  for (int i = 0; i < Size; ++i) {
     YamlNode row;  // a map of one key, so that a row is checked like any other list
     row.kind = YamlNode::Kind::map;
     row.keys = {{"row " + std::to_string(i + 1), rows->items[static_cast<std::size_t>(i)].line}};
     row.items = {rows->items[static_cast<std::size_t>(i)]};
-    const YamlMap map(row, entry.name() + ".covariance", entry.errors(), {});
-    const std::optional<std::vector<double>> values = map.numbers(row.keys[0].name, 6, 6, -largest, largest);
+    const YamlMap map(row, entry.name() + "." + key, entry.errors(), {});
+    const std::optional<std::vector<double>> values = map.numbers(row.keys[0].name, Size, Size, -largest, largest);
     if (!values) return std::nullopt;
-    for (int j = 0; j < 6; ++j) covariance(i, j) = (*values)[static_cast<std::size_t>(j)];
+    for (int j = 0; j < Size; ++j) square(i, j) = (*values)[static_cast<std::size_t>(j)];
+  }
+  return square;
+}
+
+std::optional<Matrix6d> read_covariance(const YamlMap& entry) {
+  const std::optional<Matrix6d> covariance = read_square<6>(entry, "covariance");
+  if (!covariance) return std::nullopt;
+  constexpr double most_below_zero = 1e-18;  // A nanometre or a nanoradian: what rounding makes of zero.
+  if (covariance->diagonal().minCoeff() < -most_below_zero) {
+    entry.fail("covariance", "has a variance below zero on its diagonal", "restore the file as calibrate wrote it");
+  } else if ((*covariance - covariance->transpose()).cwiseAbs().maxCoeff() >
+             most_rounding * covariance->cwiseAbs().maxCoeff()) {
+    entry.fail("covariance", "is not symmetric", "restore the file as calibrate wrote it");
   }
   return covariance;
+}
+
+void fail_contradiction(const YamlMap& entry, const char* key) {
+  entry.fail(key, "contradicts translation and rotation_xyzw", "keep the one that is right and remove the other");
+}
+
+/// What a file says twice must be the same, as nobody knows which of the two somebody changed.
+void check_matrices(const YamlMap& entry, const SE3& T) {
+  const double tolerance = most_rounding * std::max(1.0, T.t.norm());
+  for (const char* key : {"matrix", "matrix_inverse"}) {
+    const std::optional<Eigen::Matrix4d> matrix = read_square<4>(entry, key);
+    if (!matrix) continue;
+    const bool inverse = key == std::string_view("matrix_inverse");
+    const Eigen::Matrix4d expected = (inverse ? T.inverse() : T).matrix();
+    if ((*matrix - expected).cwiseAbs().maxCoeff() > tolerance) fail_contradiction(entry, key);
+  }
+  const std::optional<YamlMap> example = entry.map("example", {});
+  if (!example) return;
+  const auto from = example->numbers("p_sensor", 3, 3, -1e6, 1e6);
+  const auto to = example->numbers("p_base", 3, 3, -1e7, 1e7);
+  if (!from || !to) return;
+  const Vector3d p(from->data());
+  const Vector3d expected = T * p;
+  if ((Vector3d(to->data()) - expected).norm() > most_rounding * std::max({1.0, p.norm(), expected.norm()}))
+    fail_contradiction(entry, "example");
+}
+
+/// Other conventions turn every transform around or about.
+void check_convention(const YamlMap& top) {
+  const std::optional<std::string> text = top.text("convention");
+  if (!text) return;
+  std::string without_spaces = *text;
+  std::erase(without_spaces, ' ');
+  if (without_spaces != "p_base=Rp_sensor+t") {
+    top.fail("convention", "is another than 'p_base = R p_sensor + t'", "convert the transforms, then correct it");
+  }
 }
 
 /// A list of texts; other items are passed over, as nothing depends on them.
@@ -73,6 +127,7 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
   ExtrinsicsFile file;
   top.require("base", "name the sensor whose frame the transforms map into");
   file.base = top.text("base").value_or("");
+  check_convention(top);
   if (top.has("method")) file.method = top.text("method").value_or("");
   if (!top.require("sensors", "list the sensors and their transforms")) return file;
   const std::optional<YamlMap> list = top.map("sensors", {});
@@ -92,6 +147,7 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     if (failed && !entry.has("translation") && !entry.has("rotation_xyzw")) continue;
     const std::optional<SE3> T = read_transform(entry);
     if (!T) return file;
+    check_matrices(entry, *T);
     const bool is_identity = T->t.norm() <= 1e-9 && rotation_distance(T->R, Matrix3d::Identity()) <= 1e-9;
     if (key.name == file.base && !is_identity) {
       top.errors().add(key.line, "sensors." + key.name + " is not the identity, but it is the base");

@@ -26,7 +26,8 @@ struct ExtrinsicsFile {
 /// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's
 /// `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer version, a
 /// sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the identity,
-/// no transform at all.
+/// no transform at all, another convention, matrices that contradict translation and quaternion, a covariance that is
+/// none.
 [[nodiscard]] Expected<ExtrinsicsFile> load_extrinsics(const std::string& path);
 /// The same from text; `name` stands for the file in errors.
 [[nodiscard]] Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::string& name);

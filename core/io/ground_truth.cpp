@@ -1,6 +1,7 @@
 #include "core/io/ground_truth.h"
 
 #include <limits>
+#include <set>
 
 #include "core/base/text.h"
 #include "core/io/output_file.h"
@@ -30,11 +31,14 @@ void read_stops(const YamlMap& top, GroundTruth& truth) {
     top.fail("stops", "is not a list");
     return;
   }
+  std::set<int> numbers;
   for (std::size_t i = 0; i < node->items.size() && top.errors().ok(); ++i) {
     const YamlMap entry(node->items[i], "stops[" + std::to_string(i) + "]", top.errors(), {});
     for (const char* key : {"stop", "start_ns", "end_ns", "T_G_base"}) entry.require(key);
     StopTruth stop;
     stop.stop.index = static_cast<int>(entry.integer("stop", 0, std::numeric_limits<int>::max()).value_or(0));
+    if (!numbers.insert(stop.stop.index).second)
+      entry.fail("stop", "is " + std::to_string(stop.stop.index) + ", as that of a stop before");
     stop.stop.start_ns = entry.integer("start_ns", -any_ns, any_ns).value_or(0);
     stop.stop.end_ns = entry.integer("end_ns", -any_ns, any_ns).value_or(0);
     if (stop.stop.end_ns < stop.stop.start_ns) entry.fail("end_ns", "lies before start_ns");

@@ -10,6 +10,7 @@
 namespace rigcal {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 const char* const contract_example = R"(
@@ -79,6 +80,52 @@ TEST(ExtrinsicsFile, NamesTheLineOfAMistake) {
   EXPECT_THAT(load_extrinsics(fresh_path("none.yaml")).error().message(), HasSubstr("no such file"));
 }
 
+TEST(ExtrinsicsFile, RefusesAnotherConvention) {
+  const std::string sensors = "base: a\nsensors:\n  b: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n";
+  EXPECT_EQ(error_of("rigcal: 1\nconvention: \"p_base = R p_sensor + t\"\n" + sensors), "no error");
+  EXPECT_EQ(error_of("rigcal: 1\nconvention: p_base=R p_sensor+t\n" + sensors), "no error");
+  EXPECT_THAT(error_of("rigcal: 1\nconvention: \"p_sensor = R p_base + t\"\n" + sensors),
+              HasSubstr("e.yaml:2: convention is another than 'p_base = R p_sensor + t'; convert the transforms"));
+  EXPECT_THAT(error_of("rigcal: 1\nconvention: [1]\n" + sensors), HasSubstr("e.yaml:2: convention is a list"));
+  EXPECT_THAT(parse_ground_truth("rigcal: 1\nconvention: theirs\n" + sensors, "g.yaml").error().message(),
+              HasSubstr("g.yaml:2: convention"));
+}
+
+// A quarter turn about z and a shift, and one line more.
+std::string with(const std::string& line) {
+  return "rigcal: 1\nbase: a\nsensors:\n  b:\n    translation: [1, 2, 3]\n    rotation_xyzw: [0, 0, 0.7071068, "
+         "0.7071068]\n    " +
+         line + "\n";
+}
+
+TEST(ExtrinsicsFile, RefusesWhatContradictsItself) {
+  EXPECT_EQ(error_of(with("matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.0000004], [0, 0, 0, 1]]")), "no error");
+  EXPECT_EQ(error_of(with("matrix_inverse: [[0, 1, 0, -2], [-1, 0, 0, 1], [0, 0, 1, -3], [0, 0, 0, 1]]")), "no error");
+  EXPECT_EQ(error_of(with("example: {p_sensor: [1, 0, 0], p_base: [1, 3, 3]}")), "no error");
+  for (const char* wrong : {"matrix: [[0, 1, 0, 1], [-1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]",
+                            "matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.00001], [0, 0, 0, 1]]",
+                            "matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 2]]",
+                            "matrix_inverse: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]",
+                            "example: {p_sensor: [1, 0, 0], p_base: [1, 1, 3]}"}) {
+    EXPECT_THAT(error_of(with(wrong)),
+                AllOf(HasSubstr("e.yaml:7: sensors.b."), HasSubstr("contradicts translation and rotation_xyzw")))
+        << wrong;
+  }
+  EXPECT_THAT(error_of(with("matrix: [[0, -1, 0, 1]]")), HasSubstr("e.yaml:7: sensors.b.matrix is no list of four"));
+  EXPECT_THAT(error_of(with("matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1], [0, 0, 0]]")),
+              HasSubstr("sensors.b.matrix.row 1 is a list of 3, not a list of 4 numbers"));
+}
+
+TEST(ExtrinsicsFile, RefusesACovarianceThatIsNone) {
+  const std::string rest = ", [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], ";
+  const auto message = [&](const std::string& first, const std::string& last) {
+    return error_of(with("covariance: [[" + first + "]" + rest + "[" + last + "]]"));
+  };
+  EXPECT_EQ(message("1, 0, 0, 0, 0, 0.5", "0.5, 0, 0, 0, 0, 1"), "no error");
+  EXPECT_THAT(message("1, 0, 0, 0, 0, 0", "0, 0, 0, 0, 0, -1"), HasSubstr("e.yaml:7: sensors.b.covariance has a var"));
+  EXPECT_THAT(message("1, 0, 0, 0, 0, 0.5", "0, 0, 0, 0, 0, 1"), HasSubstr("is not symmetric"));
+}
+
 GroundTruth full_truth() {
   GroundTruth truth;
   truth.base = "b";
@@ -131,6 +178,9 @@ TEST(GroundTruth, NamesTheLineOfAMistake) {
               HasSubstr("g.yaml:6: stops[0].end_ns lies before"));
   EXPECT_THAT(message(head + "  - {stop: 0, start_ns: 5, end_ns: 6}\n"), HasSubstr("'T_G_base' is missing"));
   EXPECT_THAT(message(head + "  a: 1\n"), HasSubstr("not a list"));
+  const std::string stop =
+      "  - {stop: 3, start_ns: 5, end_ns: 6, T_G_base: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}}\n";
+  EXPECT_THAT(message(head + stop + stop), HasSubstr("g.yaml:7: stops[1].stop is 3, as that of a stop before"));
 }
 
 }  // namespace
