@@ -15,6 +15,7 @@
 #include "core/base/spare_pool.h"
 #include "core/io/pcd_file.h"
 #include "core/io/session_folder.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 namespace {
@@ -235,7 +236,9 @@ Expected<Recording> read_images_alone(Rig rig, const std::string& path, const st
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
   std::error_code ec;
-  if (!fs::exists(path, ec)) return input_error("no such file or folder", path, "check the path");
+  const bool there = fs::exists(path, ec);
+  if (ec) return cannot_read(path, ec.value());
+  if (!there) return input_error("no such file or folder", path, "check the path");
   const bool folder = fs::is_directory(path, ec);
   if (folder && is_session_folder(path)) {
     Expected<SessionFolder> session = open_session(path);

@@ -18,6 +18,7 @@
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
 #include "core/io/staged_folder.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 namespace {
@@ -180,9 +181,12 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
 Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path, const std::string& out,
                                        const RunContext& context) {
   std::error_code error;
+  const bool there = fs::exists(input, error);
+  if (error) return cannot_read(input, error.value());
+  if (!there) return input_error("no such file or folder", input, "check the path");
   const bool folder = fs::is_directory(input, error);
-  if (!folder && !fs::exists(input, error)) return input_error("no such file or folder", input, "check the path");
   if (folder && is_session_folder(input)) {
+    if (const Expected<SessionFolder> session = open_session(input); !session) return session.error();
     return input_error("is a session already", input, "calibrate it as it is");
   }
   const std::string own = below(input, "rig.yaml");

@@ -30,6 +30,13 @@ std::string existing(const std::string& folder, const char* name) {
   return fs::exists(path, error) ? path : std::string();
 }
 
+/// Why nothing can be said of what is in the folder, like errno: no permission mostly. 0 where it can.
+int looking_failed(const std::string& folder) {
+  std::error_code error;
+  static_cast<void>(fs::exists(below(folder, "rig.yaml"), error));
+  return error.value();
+}
+
 json to_json(const SessionRecord& record) {
   json pairs = json::array();
   for (const ClockPair& pair : record.clock_pairs) pairs.push_back({pair.realtime_ns, pair.monotonic_ns});
@@ -162,21 +169,25 @@ std::vector<std::string> session_packet_parts(const std::string& packets_path) {
 }
 
 bool is_session_folder(const std::string& path) {
-  if (existing(path, "rig.yaml").empty()) return false;
+  if (looking_failed(path) != 0) return true;
+  if (!existing(path, "session.json").empty() || !existing(path, packets_name).empty()) return true;
   // A patch folder may bring its rig file along.
-  return !existing(path, "session.json").empty() || !existing(path, packets_name).empty() ||
-         !existing(path, "patches").empty();
+  return !existing(path, "rig.yaml").empty() && !existing(path, "patches").empty();
 }
 
 Expected<SessionFolder> open_session(const std::string& path) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    if (!fs::exists(path, error)) return cannot_read(path, ENOENT);
+    if (!fs::exists(path, error)) return cannot_read(path, error ? error.value() : ENOENT);
     return input_error("is no session folder", path, "name the folder that holds rig.yaml");
   }
+  if (const int code = looking_failed(path); code != 0) return cannot_read(path, code);
   if (!is_session_folder(path)) {
     return input_error("is no session folder: it has no rig.yaml, or neither lidar.pcapng nor patches", path,
-                       "give a session, or a patch folder together with --rig");
+                       "name the folder of a session");
+  }
+  if (existing(path, "rig.yaml").empty()) {
+    return input_error("has no rig.yaml, the rig that it is a recording of", path, "put it back into this folder");
   }
   SessionFolder session;
   session.path = path;

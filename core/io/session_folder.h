@@ -41,11 +41,12 @@ struct SessionFolder {
   std::string ground_truth;             ///< ground_truth.yaml
 };
 
-/// Whether a path is a session folder: one that holds a rig.yaml and a session.json, packets or patches.
+/// Whether a path is a session folder: one that holds a session.json or packets, or a rig.yaml and patches. One that may
+/// not be looked into is taken for one, too: `open_session` says what is wrong with it.
 [[nodiscard]] bool is_session_folder(const std::string& path);
 
-/// Reads rig.yaml and session.json and finds the rest. Errors: no session, a newer format, damaged files, a session
-/// with neither packets nor patches.
+/// Reads rig.yaml and session.json and finds the rest. Errors: no session, no permission, no rig.yaml, a newer format,
+/// damaged files, a session with neither packets nor patches.
 [[nodiscard]] Expected<SessionFolder> open_session(const std::string& path);
 
 /// Whether its session.json says that the recording goes on or was cut short.

@@ -158,6 +158,13 @@ TEST_F(CalibrateRefusal, OfPatchesWithoutARig) {
   expect_refused("patches --rig rig.yaml", "patches", "", "");
 }
 
+TEST_F(CalibrateRefusal, OfASessionThatLostItsRig) {
+  fs::create_directories(scratch / "session/patches/avia");
+  write("session/session.json", "{\"format\": 1, \"start_ns\": 0}");
+  for (const char* more : {"", " --rig rig.yaml"})
+    expect_refused(std::string("session") + more, "session: ", "has no rig.yaml", "put it back");
+}
+
 TEST_F(CalibrateRefusal, OfRoughExtrinsicsOfAnotherBase) {
   write_run("run.pcapng", true, [](double) { return 0.0; });
   write("guess.yaml",

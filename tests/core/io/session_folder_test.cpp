@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "core/io/output_file.h"
 #include "tests/core/io/dump_bytes.h"
@@ -102,6 +103,34 @@ TEST(SessionFolder, SaysWhatIsWrong) {
   EXPECT_THAT(message(path), HasSubstr("'start_ns'"));
   put(path + "/session.json", "[1]");
   EXPECT_THAT(message(path), HasSubstr("'format'"));
+}
+
+TEST(SessionFolder, WithoutItsRigIsStillOne) {
+  const std::string path = new_session("no_rig");
+  put(session_packets_path(path), "x");
+  std::filesystem::remove(path + "/rig.yaml");
+  EXPECT_TRUE(is_session_folder(path));
+  EXPECT_THAT(open_session(path).error().message(), HasSubstr("has no rig.yaml"));
+  EXPECT_THAT(open_session(path).error().message(), HasSubstr("put it back"));
+}
+
+TEST(SessionFolder, ThatMayNotBeReadSaysSo) {
+  const std::string path = new_session("closed");
+  put(session_packets_path(path), "x");
+  std::filesystem::permissions(path, std::filesystem::perms::none);
+  // Nothing is closed to root.
+  const uid_t user = geteuid();
+  const bool changed = user == 0 && seteuid(65534) == 0;
+  const bool is_session = is_session_folder(path);
+  const Expected<SessionFolder> session = open_session(path);
+  if (changed) {
+    ASSERT_EQ(seteuid(user), 0);
+  }
+  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  if (user == 0 && !changed) GTEST_SKIP() << "cannot be anybody but root here";
+  EXPECT_TRUE(is_session);
+  ASSERT_FALSE(session);
+  EXPECT_THAT(session.error().message(), HasSubstr("no permission to read it"));
 }
 
 TEST(ReplaceFile, LeavesNothingBesideTheFile) {
