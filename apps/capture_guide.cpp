@@ -31,6 +31,13 @@ std::string stop_text(const StopRecord& record) {
   return text.data();
 }
 
+// How many are in is said along with the number that the session's files have, which is another one.
+std::string counts_text(int stop, const CaptureProgress& progress) {
+  std::string text = "stop " + std::to_string(stop) + " counts: " + std::to_string(progress.stops);
+  if (progress.wanted_stops > 0) text += " of " + std::to_string(progress.wanted_stops);
+  return text + ((progress.wanted_stops > 0 ? progress.wanted_stops : progress.stops) == 1 ? " stop in" : " stops in");
+}
+
 }  // namespace
 
 CaptureGuide::CaptureGuide(const CaptureGoal& goal, const std::vector<std::string>& lidars,
@@ -48,7 +55,7 @@ void CaptureGuide::say(std::string text, bool is_gap) {
 void CaptureGuide::tell(const CaptureInput& input) {
   const std::vector<CaptureAction> actions = machine_.handle(seconds_of(now_ns_), input);
   const CaptureProgress progress = machine_.progress();
-  if (progress.stops > full_stops_) say("stop " + std::to_string(progress.stops) + " is in");
+  if (progress.stops > full_stops_) say(counts_text(stop_, progress));
   full_stops_ = progress.stops;
   for (const CaptureAction action : actions) {
     switch (action) {
@@ -94,6 +101,7 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
         break;
       case Kind::settled:
         settled_ns_ = event.stamp_ns;
+        stop_ = event.stop;
         tell(happened::RestSettled{event.stop});
         break;
       case Kind::complete: {

@@ -54,6 +54,7 @@ class CaptureGuide {
   std::size_t lidars_;
   std::int64_t now_ns_ = 0;
   std::optional<std::int64_t> settled_ns_;  ///< Of the stop that goes on.
+  int stop_ = -1;                           ///< That goes on, or went on last.
   int full_stops_ = 0;                      ///< As told last.
   CaptureState told_state_ = CaptureState::idle;
   std::vector<Stop> found_;

@@ -84,7 +84,10 @@ TEST_F(CaptureGuideTest, EndsWhenTheStopsAreIn) {
   EXPECT_EQ(guide.progress().stops, 3);
   EXPECT_EQ(secured, 3);
   EXPECT_EQ(guide.stops().size(), 2U);  // The last one goes on.
-  EXPECT_THAT(said, Contains("stop 1 is in"));
+  // By the numbers that the session's files have.
+  EXPECT_THAT(said, Contains("stop 0 counts: 1 of 3 stops in"));
+  EXPECT_THAT(said, Contains(testing::StartsWith("stop 0 is over, ")));
+  EXPECT_THAT(said, Contains("stop 2 counts: 3 of 3 stops in"));
   EXPECT_THAT(said, Contains("moving"));
   EXPECT_THAT(said, Contains("complete"));
 }
