@@ -9,6 +9,8 @@
 namespace rigcal {
 namespace {
 
+constexpr std::size_t utc_text_size = 23;  // "2026-11-21 21:10:03.512"
+
 bool is_gap(const livox::EventContent& content) {
   if (std::holds_alternative<livox::Lost>(content) || std::holds_alternative<livox::AddressConflict>(content))
     return true;
@@ -28,6 +30,14 @@ std::string sentence(const livox::EventContent& content) {
   if (status == nullptr) return text;
   for (const std::string& word : status_words(status->now)) text += ", " + word;
   return text;
+}
+
+// By the time that each sentence begins with; what is told late, as of a stop, comes where it belongs.
+void insert_in_order(std::vector<std::string>& sentences, const std::string& dated) {
+  const auto is_earlier = [](const std::string& one, const std::string& other) {
+    return one.compare(0, utc_text_size, other, 0, utc_text_size) < 0;
+  };
+  sentences.insert(std::upper_bound(sentences.begin(), sentences.end(), dated, is_earlier), dated);
 }
 
 }  // namespace
@@ -75,7 +85,7 @@ void CaptureLog::add(std::int64_t stamp_ns, const std::string& about, const std:
   const std::string dated = utc_text(stamp_ns) + " " + text;
   const auto keep = [&dated](std::vector<std::string>& list, std::uint64_t& left_out) {
     if (list.size() < kMost) {
-      list.push_back(dated);
+      insert_in_order(list, dated);
     } else {
       ++left_out;
     }

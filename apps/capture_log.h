@@ -31,7 +31,7 @@ class CaptureLog {
   /// `is_gap`: also a reason for something that is missing.
   void add(std::int64_t stamp_ns, const std::string& about, const std::string& what, bool is_gap);
 
-  /// The oldest first; the last one says how many more there were.
+  /// In the order of their times; the last one says how many more there were.
   [[nodiscard]] std::vector<std::string> events() const { return closed(events_, left_out_events_); }
   /// The newest `count`, the newest last.
   [[nodiscard]] std::uint64_t count() const { return events_.size() + left_out_events_; }

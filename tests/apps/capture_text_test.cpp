@@ -168,6 +168,19 @@ TEST_F(Log, DoesNotSayTheSameAgainAndAgain) {
   EXPECT_THAT(log.gaps(), IsEmpty());
 }
 
+TEST_F(Log, IsInTheOrderOfItsTimes) {
+  log.add(noon_ns + 420'000'000, "avia", "sampling stopped", true);
+  log.add(noon_ns + 448'000'000, "capture", "stop 3 is over", false);
+  log.add(noon_ns + 420'000'000, "left", "sampling stopped", true);
+  log.add(noon_ns, "camera", "an image was lost", true);
+  EXPECT_THAT(
+      log.events(),
+      ElementsAre("2026-09-21 14:13:20.000 camera: an image was lost", "2026-09-21 14:13:20.420 avia: sampling stopped",
+                  "2026-09-21 14:13:20.420 left: sampling stopped", "2026-09-21 14:13:20.448 capture: stop 3 is over"));
+  EXPECT_EQ(log.gaps().front(), "2026-09-21 14:13:20.000 camera: an image was lost");
+  EXPECT_THAT(log.last_events(1), ElementsAre("2026-09-21 14:13:20.000 camera: an image was lost"));  // As it was told.
+}
+
 TEST_F(Log, IsBounded) {
   for (std::size_t i = 0; i < CaptureLog::kMost + 7; ++i) tell(livox::Lost{});
   EXPECT_THAT(log.gaps(), SizeIs(CaptureLog::kMost + 1));
