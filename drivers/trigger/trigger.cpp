@@ -249,7 +249,8 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
 
 void Trigger::run_pps(PpsDevice device) {
   net::name_thread("trigger-pps");
-  std::optional<std::uint32_t> last;
+  std::uint32_t last = 0;
+  bool has_last = false;
   while (is_running_.load()) {
     beat_of(TriggerSource::pps).beat();
     const auto pulse = device.next(longest_wait_ns);
@@ -257,13 +258,14 @@ void Trigger::run_pps(PpsDevice device) {
       auto regained = regain<PpsDevice>(TriggerSource::pps, [this] { return PpsDevice::open(options_.pps); });
       if (!regained) break;
       device = *std::move(regained);
-      last.reset();
+      has_last = false;
       continue;
     }
     if (!*pulse) continue;
     const std::uint32_t sequence = (*pulse)->sequence;
-    const std::uint32_t missed = last ? sequence - *last - 1 : 0;
+    const std::uint32_t missed = has_last ? sequence - last - 1 : 0;
     last = sequence;
+    has_last = true;
     net::SessionClock clock = clock_;
     clock.update(net::read_clocks());
     {
