@@ -52,6 +52,31 @@ std::vector<std::string> names_of_lidars(const Rig& rig) {
   return names;
 }
 
+std::string times_text(std::uint64_t count) { return std::to_string(count) + (count == 1 ? " time" : " times"); }
+
+std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const CaptureDevice& device) {
+  if (device.report.packets == 0) return {"it never sent anything"};
+  const livox::LinkCounters& link = device.report.link.counters;
+  std::vector<std::string> all;
+  if (link.losses > 0) all.push_back("its connection was lost " + times_text(link.losses));
+  if (link.interruptions > link.losses) all.push_back("it was interrupted " + times_text(link.interruptions));
+  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
+    all.push_back("nothing came from it in the last " + std::to_string(silence_ns / 1'000'000'000) + " s");
+  return all;
+}
+
+std::vector<std::string> shortfalls_of(const CaptureCamera& camera) {
+  std::vector<std::string> all;
+  if (camera.failure)
+    all.emplace_back("its images could not be written any more");
+  else if (camera.written == 0)
+    all.emplace_back("it never sent anything");
+  if (const std::uint64_t dropped = camera.dropped_by_queue + camera.counters.no_buffer; dropped > 0)
+    all.push_back(std::to_string(dropped) + " frames were lost in this machine");
+  if (camera.counters.losses > 0) all.push_back("its connection was lost " + times_text(camera.counters.losses));
+  return all;
+}
+
 /// What takes part in a capture. Members are ended in the order of `Capture::shut_down`.
 struct Parts {
   livox::Driver& driver;
@@ -169,6 +194,8 @@ class Capture {
     summary.gaps = log_.gaps();
     const std::vector<std::string> gaps = stream_gaps(rig_, figures.ingest);
     summary.gaps.insert(summary.gaps.end(), gaps.begin(), gaps.end());
+    const std::vector<std::string> silences = silence_gaps(summary, parts_.driver.session_start().realtime_ns);
+    summary.gaps.insert(summary.gaps.end(), silences.begin(), silences.end());
     std::sort(summary.gaps.begin(), summary.gaps.end());  // Each begins with its time.
     summary.notes = parts_.driver.notes();
     if (summary.status.trigger)
@@ -320,22 +347,27 @@ std::int64_t CaptureSummary::silence_ns(const CaptureDevice& device) const {
   return std::max<std::int64_t>(0, end_ns - device.report.last_packet_ns);
 }
 
-bool CaptureSummary::is_complete() const {
-  const bool all_there = std::all_of(status.devices.begin(), status.devices.end(), [this](const CaptureDevice& device) {
-    const livox::LinkCounters& link = device.report.link.counters;
-    return device.report.packets > 0 && link.losses == 0 && link.interruptions == 0 &&
-           silence_ns(device) <= kLongestSilenceNs;
-  });
-  const bool all_kept = std::all_of(interfaces.begin(), interfaces.end(), [](const livox::InterfaceReport& report) {
-    return report.counters.dropped_by_kernel == 0 && report.counters.dropped_by_queue == 0;
-  });
-  const bool all_seen = std::all_of(status.cameras.begin(), status.cameras.end(), [](const CaptureCamera& camera) {
-    return camera.written > 0 && !camera.failure && camera.dropped_by_queue == 0 && camera.counters.no_buffer == 0 &&
-           camera.counters.losses == 0;
-  });
+std::vector<std::string> CaptureSummary::shortfalls() const {
+  std::vector<std::string> all;
+  for (const CaptureDevice& device : status.devices) {
+    for (const std::string& text : shortfalls_of(*this, device)) all.push_back(device.sensor + ": " + text);
+  }
+  for (const livox::InterfaceReport& report : interfaces) {
+    const std::uint64_t dropped = report.counters.dropped_by_kernel + report.counters.dropped_by_queue;
+    if (dropped > 0)
+      all.push_back(report.interface.name + " " + to_string(report.interface.ip) + ": " + std::to_string(dropped) +
+                    " packets were lost in this machine");
+  }
+  if (dropped_control > 0) all.push_back(std::to_string(dropped_control) + " control frames were not recorded");
+  for (const CaptureCamera& camera : status.cameras) {
+    for (const std::string& text : shortfalls_of(camera)) all.push_back(camera.sensor + ": " + text);
+  }
   const CaptureProgress& progress = status.progress;
-  const bool all_in = progress.state != CaptureState::failed && progress.stops >= progress.wanted_stops;
-  return all_there && all_kept && dropped_control == 0 && all_seen && all_in;
+  if (progress.state == CaptureState::failed) all.push_back(progress.failure);
+  if (progress.stops < progress.wanted_stops)
+    all.push_back("only " + std::to_string(progress.stops) + " of " + std::to_string(progress.wanted_stops) +
+                  " stops are in");
+  return all;
 }
 
 Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver_options,

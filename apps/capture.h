@@ -38,7 +38,9 @@ struct CaptureSummary {
 
   /// Every LiDAR and every camera has sent, without interruption and to the end, nothing got lost in this machine, and
   /// all stops that were asked for are in.
-  [[nodiscard]] bool is_complete() const;
+  [[nodiscard]] bool is_complete() const { return shortfalls().empty(); }
+  /// What keeps it from being complete, one clause each.
+  [[nodiscard]] std::vector<std::string> shortfalls() const;
   /// How long nothing had come from a LiDAR when the capture was ended.
   [[nodiscard]] std::int64_t silence_ns(const CaptureDevice& device) const;
 };

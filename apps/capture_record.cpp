@@ -58,6 +58,22 @@ std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest
   return gaps;
 }
 
+std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_t start_ns) {
+  std::vector<std::string> gaps;
+  for (const CaptureDevice& device : summary.status.devices) {
+    if (device.report.packets == 0) {
+      const bool was_heard = device.report.link.counters.handshakes > 0;
+      gaps.push_back(utc_text(start_ns) + " " + device.sensor + ": it never sent anything" +
+                     (was_heard ? ", though its broadcasts were heard" : ": no broadcast of it was heard"));
+    } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs) {
+      gaps.push_back(utc_text(device.report.last_packet_ns) + " " + device.sensor +
+                     ": nothing came any more until the end, " + fixed_text(1e-9 * static_cast<double>(silence_ns), 1) +
+                     " s");
+    }
+  }
+  return gaps;
+}
+
 SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures, const CaptureStatus& status,
                                  const std::vector<livox::InterfaceReport>& interfaces) {
   SessionCounters all = session_counters(rig, figures.ingest);

@@ -25,6 +25,10 @@ class ClockPairs {
 /// What the stamps of the LiDARs' streams say is missing, one sentence each, with its time.
 [[nodiscard]] std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest);
 
+/// The LiDARs of the rig that never sent anything, and those that had fallen silent by the end, likewise. `start_ns`:
+/// of the session.
+[[nodiscard]] std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_t start_ns);
+
 /// What session.json counts of a capture: by sensor, by interface, of the trigger, and of the recording itself.
 [[nodiscard]] SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures,
                                                const CaptureStatus& status,

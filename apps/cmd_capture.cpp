@@ -175,15 +175,18 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     if (result) result->estimates = known.estimates;
     context.reporter.clear();
   }
+  bool is_anybody_there = false;
+  for (const CaptureDevice& device : summary->status.devices)
+    is_anybody_there = is_anybody_there || device.report.packets > 0;
+  if (is_anybody_there) {  // Otherwise the error says it.
+    for (const std::string& shortfall : summary->shortfalls()) context.reporter.warn(shortfall);
+  }
   if (context.json) {
     CommandContext::print(capture_json(*summary, result ? &*result : nullptr));
   } else if (!context.quiet) {
     CommandContext::print(capture_text(*summary));
     if (result) CommandContext::print(calibration_text(result->result, result->out));
   }
-  bool is_anybody_there = false;
-  for (const CaptureDevice& device : summary->status.devices)
-    is_anybody_there = is_anybody_there || device.report.packets > 0;
   if (!is_anybody_there)
     return system_error("no LiDAR of the rig has sent anything", command.rig,
                         "rigcal doctor --rig RIG tells what keeps them from it");

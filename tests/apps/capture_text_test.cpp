@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/capture_log.h"
+#include "apps/capture_record.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal {
@@ -124,6 +125,45 @@ TEST(CaptureSummary, IsNotCompleteWhereALidarStoppedToSendThoughItAnswered) {
   summary.status.devices[1].report.link.counters.interruptions = 2;
   EXPECT_FALSE(summary.is_complete());
   EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost, interrupted 2 times\n"));
+}
+
+TEST(CaptureSummary, SaysAllThatKeepsItFromBeingComplete) {
+  CaptureSummary summary = two_lidars();
+  EXPECT_THAT(summary.shortfalls(), IsEmpty());
+  summary.end_ns = noon_ns;
+  summary.status.devices[0].report.last_packet_ns = noon_ns - 12'500'000'000;
+  summary.status.devices[0].report.link.counters.losses = 1;
+  summary.status.devices[0].report.link.counters.interruptions = 1;  // By the loss.
+  summary.status.devices[1].report.packets = 0;
+  summary.interfaces[0].counters.dropped_by_kernel = 40;
+  summary.interfaces[0].counters.dropped_by_queue = 2;
+  summary.dropped_control = 3;
+  CaptureCamera& camera = summary.status.cameras.emplace_back();
+  camera.sensor = "camera_left";
+  camera.counters.losses = 2;
+  summary.status.progress.stops = 2;
+  summary.status.progress.wanted_stops = 3;
+  EXPECT_THAT(
+      summary.shortfalls(),
+      ElementsAre("avia: its connection was lost 1 time", "avia: nothing came from it in the last 12 s",
+                  "mid100_left: it never sent anything", "eth0 192.168.1.5: 42 packets were lost in this machine",
+                  "3 control frames were not recorded", "camera_left: it never sent anything",
+                  "camera_left: its connection was lost 2 times", "only 2 of 3 stops are in"));
+}
+
+TEST(CaptureGaps, TellOfLidarsThatNeverSentAndOfThoseThatFellSilent) {
+  CaptureSummary summary = two_lidars();
+  summary.end_ns = noon_ns + 60'000'000'000;
+  for (CaptureDevice& device : summary.status.devices) device.report.last_packet_ns = summary.end_ns - 1'000'000'000;
+  EXPECT_THAT(silence_gaps(summary, noon_ns), IsEmpty());
+  summary.status.devices[0].report.last_packet_ns = noon_ns + 20'000'000'000;
+  CaptureDevice& left = summary.status.devices[1];
+  left.report.packets = 0;
+  EXPECT_THAT(silence_gaps(summary, noon_ns),
+              ElementsAre("2026-09-21 14:13:40.000 avia: nothing came any more until the end, 40.0 s",
+                          "2026-09-21 14:13:20.000 mid100_left: it never sent anything: no broadcast of it was heard"));
+  left.report.link.counters.handshakes = 1;
+  EXPECT_THAT(silence_gaps(summary, noon_ns).back(), HasSubstr("though its broadcasts were heard"));
 }
 
 TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
