@@ -33,10 +33,7 @@ Expected<Inspection> inspect(const InspectOptions& options, const RunContext& co
     }
     const Expected<SessionFolder> session = open_session(options.path);
     if (!session) return session.error();
-    if (session->packets.empty()) {
-      const std::string own = (fs::path(options.path) / "rig.yaml").string();
-      return inspect_patches(session->patches, options.rig.empty() ? own : options.rig, context);
-    }
+    if (session->packets.empty()) return inspect_patch_session(*session, options.rig, context);
   } else {
     const std::string ending = fs::path(options.path).extension().string();
     if (ending == ".yaml" || ending == ".yml") return inspect_result(options.path);

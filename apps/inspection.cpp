@@ -6,6 +6,7 @@
 
 #include "apps/bag_batches.h"
 #include "core/base/version.h"
+#include "core/io/image_folder.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcd_file.h"
 
@@ -171,21 +172,69 @@ Inspection view_json(const PointStillFigures& view) {
           {"blind_s", view.blind_s}};
 }
 
-/// Image files in the folder of each camera; only counted.
-Inspection images_json(const fs::path& folder) {
-  Inspection images = Inspection::object();
+/// Whether calibrate takes a camera's images from a folder of this name.
+bool is_of_camera(const std::string& folder, const Rig& rig) {
+  const auto has_images_there = [&](const Sensor& sensor) {
+    return sensor.camera && (sensor.name == folder || sensor.folder == folder);
+  };
+  return std::any_of(rig.sensors.begin(), rig.sensors.end(), has_images_there);
+}
+
+std::uint64_t image_files(const std::string& folder) {
   std::error_code error;
-  std::map<std::string, std::uint64_t> files;
-  for (fs::directory_iterator camera(folder, error), end; !error && camera != end; camera.increment(error)) {
-    if (!camera->is_directory(error)) continue;
-    std::uint64_t& count = files[camera->path().filename().string()];
-    for (fs::directory_iterator file(camera->path(), error); !error && file != end; file.increment(error)) {
-      const std::string ending = file->path().extension().string();
-      count += ending == ".png" || ending == ".jpg" || ending == ".jpeg" ? 1 : 0;
+  std::uint64_t count = 0;
+  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
+    const std::string ending = file->path().extension().string();
+    count += ending == ".png" || ending == ".jpg" || ending == ".jpeg" ? 1 : 0;
+  }
+  return count;
+}
+
+/// False, with the reason as calibrate gives it, where no image of the folder can be used. None is opened.
+bool check_images(const std::string& camera, const std::string& folder, std::vector<std::string>& warnings) {
+  const std::string unusable = "the images of " + camera + " cannot be used: ";
+  const Expected<ImageFolder> listed = list_image_folder(folder);
+  if (!listed) {
+    warnings.push_back(unusable + listed.error().message());
+    return false;
+  }
+  if (!listed->torn.empty()) warnings.push_back(listed->torn);
+  if (listed->images.empty()) {
+    warnings.push_back(unusable + "its folder " + folder + " holds no images");
+    return false;
+  }
+  std::error_code error;
+  const auto is_missing = [&](const ListedImage& image) { return !fs::exists(image.path, error); };
+  const auto missing = std::count_if(listed->images.begin(), listed->images.end(), is_missing);
+  if (missing == 0) return true;
+  const auto first = std::find_if(listed->images.begin(), listed->images.end(), is_missing);
+  const std::string what = std::to_string(missing) + " of the " + std::to_string(listed->images.size()) +
+                           " images in frames.csv are missing, the first: " + first->path;
+  const bool none = missing == static_cast<std::ptrdiff_t>(listed->images.size());
+  warnings.push_back(none ? unusable + what : camera + ": " + what);
+  return !none;
+}
+
+struct FoundImages {
+  Inspection json = Inspection::object();  ///< Files by camera.
+  bool usable = true;                      ///< False: none of a camera's can be used.
+};
+
+/// Of a camera those count that lie in the first of the places, as calibrate looks for them.
+FoundImages find_images(const std::vector<fs::path>& places, const Rig& rig, std::vector<std::string>& warnings) {
+  std::map<std::string, std::string> folders;
+  for (const fs::path& place : places) {
+    std::error_code error;
+    for (fs::directory_iterator camera(place, error), end; !error && camera != end; camera.increment(error)) {
+      if (camera->is_directory(error)) folders.emplace(camera->path().filename().string(), camera->path().string());
     }
   }
-  for (const auto& [camera, count] : files) images[camera] = {{"files", count}};
-  return images;
+  FoundImages found;
+  for (const auto& [camera, folder] : folders) {
+    found.json[camera] = {{"files", image_files(folder)}};
+    if (is_of_camera(camera, rig) && !check_images(camera, folder, warnings)) found.usable = false;
+  }
+  return found;
 }
 
 Expected<Rig> rig_of_folders(const std::string& path) {
@@ -209,6 +258,14 @@ Expected<Rig> rig_of_folders(const std::string& path) {
     Sensor sensor;
     sensor.name = name;
     sensor.lidar.emplace();
+    rig.sensors.push_back(std::move(sensor));
+  }
+  for (fs::directory_iterator entry(fs::path(path) / "image", error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (!entry->is_directory(error)) continue;
+    Sensor sensor;
+    sensor.name = entry->path().filename().string();
+    sensor.camera.emplace();
     rig.sensors.push_back(std::move(sensor));
   }
   return rig;
@@ -259,9 +316,13 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   for (std::size_t i = 0; i < drop_reasons; ++i) {
     dropped[to_string(static_cast<DropReason>(i))] = summary->points.dropped[i];
   }
-  if (source.path != source.file) json["images"] = images_json(fs::path(source.path) / "images");
-  json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
   std::vector<std::string> warnings = reading_warnings(source, *summary);
+  if (source.path != source.file) {
+    FoundImages images = find_images({fs::path(source.path) / "images"}, source.rig, warnings);
+    json["images"] = std::move(images.json);
+    if (!images.usable) json["complete"] = false;
+  }
+  json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
   if (const std::optional<Error> error = reading_error(source, options, *summary)) {
     warnings.push_back("not fit for calibrate: " + error->what);
   }
@@ -269,10 +330,12 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   return json;
 }
 
-Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path, const RunContext& context) {
-  const Expected<Rig> rig = rig_path.empty() ? rig_of_folders(path) : load_rig(rig_path);
-  if (!rig) return rig.error();
-  const Expected<PatchFolder> folder = list_patch_folder(path, *rig);
+namespace {
+
+/// `trajectory_path` may be empty, as for `list_patch_folder`.
+Expected<Inspection> inspect_patch_folder(const std::string& path, const Rig& rig, const std::string& trajectory_path,
+                                          const std::vector<fs::path>& image_places, const RunContext& context) {
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig, trajectory_path);
   if (!folder) return folder.error();
   std::vector<std::string> warnings;
   std::map<int, Inspection> stops;
@@ -284,12 +347,12 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", path, {}};
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
-      stops[file.stop]["points"][rig->sensors[i].name] = cloud->points;
+      stops[file.stop]["points"][rig.sensors[i].name] = cloud->points;
       intensity.add(cloud->intensity);
-      if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig->sensors[i].name);
+      if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig.sensors[i].name);
     }
     const std::string complaint = intensity.complaint();
-    if (!complaint.empty()) warnings.push_back(rig->sensors[i].name + ": its " + complaint);
+    if (!complaint.empty()) warnings.push_back(rig.sensors[i].name + ": its " + complaint);
     context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
@@ -298,8 +361,37 @@ Expected<Inspection> inspect_patches(const std::string& path, const std::string&
   json["trajectory"] = folder->trajectory.has_value();
   json["stops"] = Inspection::array();
   for (auto& [stop, entry] : stops) json["stops"].push_back(std::move(entry));
-  if (Inspection images = images_json(fs::path(path) / "image"); !images.empty()) json["images"] = std::move(images);
+  FoundImages images = find_images(image_places, rig, warnings);
+  if (!images.json.empty()) json["images"] = std::move(images.json);
+  if (!images.usable) json["complete"] = false;
   json["warnings"] = warnings;
+  return json;
+}
+
+}  // namespace
+
+Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path, const RunContext& context) {
+  const Expected<Rig> rig = rig_path.empty() ? rig_of_folders(path) : load_rig(rig_path);
+  if (!rig) return rig.error();
+  return inspect_patch_folder(path, *rig, {}, {fs::path(path) / "image"}, context);
+}
+
+Expected<Inspection> inspect_patch_session(const SessionFolder& session, const std::string& rig_path,
+                                           const RunContext& context) {
+  const Expected<Rig> rig = rig_path.empty() ? Expected<Rig>(session.rig) : load_rig(rig_path);
+  if (!rig) return rig.error();
+  const fs::path folder(session.path);
+  const std::vector<fs::path> image_places{folder / "images", folder / "patches" / "image", folder / "image"};
+  Expected<Inspection> json = inspect_patch_folder(session.patches, *rig, session.trajectory, image_places, context);
+  if (!json) return json;
+  (*json)["kind"] = "session";
+  (*json)["path"] = session.path;
+  // Without a session.json nobody says that it was cut short, and each patch is whole as it is.
+  const bool has_end = !session.record || session.record->end_ns;
+  (*json)["complete"] = has_end && json->value("complete", true);
+  if (has_end) return json;
+  (*json)["warnings"].push_back(session.path + " has no end: the recording that it was made from was cut short");
+  for (const std::string& gap : session.record->gaps) (*json)["warnings"].push_back(gap);
   return json;
 }
 

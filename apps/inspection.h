@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/stop_reader.h"
+#include "core/io/session_folder.h"
 
 namespace rigcal {
 
@@ -16,6 +17,10 @@ using Inspection = nlohmann::ordered_json;
 /// A patch folder; its sensors are those of the rig file, or, where `rig_path` is empty, its folders.
 [[nodiscard]] Expected<Inspection> inspect_patches(const std::string& path, const std::string& rig_path,
                                                    const RunContext& context);
+/// A session whose recording came as patches, not complete where it has no end; its rig file is taken where `rig_path`
+/// is empty.
+[[nodiscard]] Expected<Inspection> inspect_patch_session(const SessionFolder& session, const std::string& rig_path,
+                                                         const RunContext& context);
 /// A result folder or an extrinsics.yaml: the verdict, in the words of report.html.
 [[nodiscard]] Expected<Inspection> inspect_result(const std::string& path);
 /// Two of them: which sensors moved between them, and whether any did ("same").

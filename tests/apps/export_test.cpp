@@ -22,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 std::string text_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -53,9 +54,11 @@ class Export : public testing::Test {
 TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   simulate("--stops 3 --dwell 1.5 --loss 0.01 --duplicate 0.002 --reorder 0.003");
   fs::create_directories(scratch / "s/images/camera_left");
-  for (const char* name : {"000000.png", "000001.png", "frames.csv"}) {
+  for (const char* name : {"000000.png", "000001.png"}) {
     std::ofstream(scratch / "s/images/camera_left" / name) << "only counted";
   }
+  std::ofstream(scratch / "s/images/camera_left/frames.csv")
+      << "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n000000.png,5,,,,\n000001.png,6,,,,\n";
   const auto session = parse(rigcal("inspect s --json"));
   EXPECT_THAT(SchemaCheck("inspect.json").violations(session), IsEmpty());
   EXPECT_EQ(session["kind"], "session");
@@ -135,6 +138,7 @@ TEST_F(Export, WritesTheStopsOfASessionAsPatchesThatInspectShowsAlike) {
   EXPECT_THAT(SchemaCheck("inspect.json").violations(dump), IsEmpty());
   EXPECT_EQ(dump["kind"], "dump");
   EXPECT_FALSE(dump.contains("stops"));
+  EXPECT_THAT(dump["warnings"].dump(), Not(HasSubstr("rig file"))) << "none was given";
   EXPECT_EQ(rigcal("export s --format patches --out p").code, 3) << "never over what is there";
 }
 

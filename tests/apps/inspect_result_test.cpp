@@ -1,4 +1,4 @@
-// rigcal inspect of one result and of two, from files to exit code.
+// rigcal inspect of results and of sessions that came as patches, from files to exit code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -148,6 +148,96 @@ TEST_F(InspectResult, RefusesWhatCannotBeCompared) {
   EXPECT_THAT(inspect("may june").err, HasSubstr("two bases"));
   EXPECT_EQ(inspect("may nowhere").code, 3);
   EXPECT_EQ(inspect("may june july").code, 2);
+}
+
+// Two stops of a LiDAR, and a camera's images of them; none of these is opened.
+class InspectSession : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch = scratch_folder("inspect_session");
+    for (const char* folder : {"session/patches/top", "session/images/eye"})
+      std::filesystem::create_directories(scratch / folder);
+    put("session/rig.yaml", "rigcal: 1\nbase: top\nsensors:\n  top: {type: lidar}\n  eye: {type: camera}\n");
+    put_end("6");
+    for (const char* stop : {"0", "1"}) {
+      put("session/patches/top/" + std::string(stop) + ".pcd",
+          "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+          "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n");
+      put("session/images/eye/00000" + std::string(stop) + ".png", "an image");
+    }
+    put_frames("000000.png,5,,,,0\n000001.png,6,,,,1\n");
+  }
+  void TearDown() override { std::filesystem::remove_all(scratch); }
+
+  void put(const std::string& name, const std::string& text) const { std::ofstream(scratch / name) << text; }
+  void put_end(const std::string& end_ns) const {
+    put("session/session.json",
+        "{\"format\": 1, \"start_ns\": 4, \"end_ns\": " + end_ns + ", \"gaps\": [\"run.bag ends in a message\"]}");
+  }
+  void put_frames(const std::string& lines) const {
+    put("session/images/eye/frames.csv", "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n" + lines);
+  }
+  [[nodiscard]] ProgramRun inspect(const std::string& arguments) const {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' inspect " + arguments, scratch);
+  }
+
+  std::filesystem::path scratch;
+};
+
+TEST_F(InspectSession, OfWholePatchesEndsWithZero) {
+  const ProgramRun run = inspect("session --json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["kind"], "session");
+  EXPECT_EQ(json["path"], "session");
+  EXPECT_EQ(json["complete"], true);
+  EXPECT_EQ(json["stops"].size(), 2U);
+  EXPECT_EQ(json["images"]["eye"]["files"], 2);
+  EXPECT_THAT(json["warnings"], IsEmpty());
+}
+
+TEST_F(InspectSession, OfPatchesWithoutAnEndSaysThatTheRecordingWasCutShort) {
+  put_end("null");
+  const ProgramRun run = inspect("session --json");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("session has no end: the recording that it was made from was cut short"));
+  EXPECT_THAT(run.err, HasSubstr("run.bag ends in a message"));
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["complete"], false);
+}
+
+TEST_F(InspectSession, SaysWhyImagesCannotBeUsed) {
+  for (const auto& [lines, reason] : {std::pair{"", "its folder session/images/eye holds no images"},
+                                      {"000000.png,nan,,,,0\n", "frames.csv:2: stamp_ns is 'nan'"},
+                                      {"../../../etc/passwd,5,,,,0\n", "frames.csv:2: "},
+                                      {"7.png,5,,,,0\n", "1 of the 1 images in frames.csv are missing, the first: "}}) {
+    put_frames(lines);
+    const ProgramRun run = inspect("session --json");
+    EXPECT_EQ(run.code, 1) << lines;
+    EXPECT_THAT(run.err, HasSubstr("the images of eye cannot be used: ")) << lines;
+    EXPECT_THAT(run.err, HasSubstr(reason));
+    EXPECT_THAT(SchemaCheck("inspect.json").violations(nlohmann::json::parse(run.out)), IsEmpty());
+  }
+  put("session/images/eye/frames.csv", "name,time\n000000.png,5\n");
+  EXPECT_EQ(inspect("session").code, 1);
+  EXPECT_THAT(inspect("session").err, HasSubstr("frames.csv:1: the first line is not the header"));
+}
+
+TEST_F(InspectSession, OfWhichAnImageIsMissingWarnsAlone) {
+  put_frames("000000.png,5,,,,0\n7.png,6,,,,1\n");
+  const ProgramRun run = inspect("session");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.err,
+              HasSubstr("eye: 1 of the 2 images in frames.csv are missing, the first: session/images/eye/7.png"));
+}
+
+TEST_F(InspectSession, LooksAtNoImagesThatNoCameraTakes) {
+  std::filesystem::create_directories(scratch / "session/images/thumbnails");
+  put("session/images/thumbnails/frames.csv", "none\n");
+  EXPECT_EQ(inspect("session").code, 0);
+  EXPECT_THAT(inspect("session").err, IsEmpty());
 }
 
 }  // namespace
