@@ -121,6 +121,34 @@ std::vector<std::string> read_reasons(const YamlMap& entry) {
   return reasons;
 }
 
+std::vector<ListedDirection> read_weak_directions(const YamlMap& entry) {
+  std::vector<ListedDirection> directions;
+  const YamlNode* list = entry.get("weak_directions");
+  if (list == nullptr) return directions;
+  if (list->kind != YamlNode::Kind::sequence) {
+    entry.fail("weak_directions", "is not a list");
+    return directions;
+  }
+  for (std::size_t i = 0; i < list->items.size() && entry.errors().ok(); ++i) {
+    const YamlMap map(list->items[i], entry.name() + ".weak_directions[" + std::to_string(i) + "]", entry.errors(), {});
+    ListedDirection direction;
+    map.require("of");
+    direction.is_turn = map.choice("of", {"place", "turn"}) == std::size_t{1};
+    const char* bound = direction.is_turn ? "bound_deg" : "bound_m";
+    for (const char* key : {"axis", bound}) map.require(key);
+    const auto axis = map.numbers("axis", 3, 3, -1.0 - most_rounding, 1.0 + most_rounding);
+    if (axis) direction.axis = Vector3d(axis->data());
+    direction.bound = map.number(bound, 0.0, largest).value_or(0.0);
+    if (direction.is_turn) direction.bound = to_rad(direction.bound);
+    direction.is_open = map.flag("open").value_or(false);
+    direction.is_frozen = map.flag("frozen").value_or(false);
+    const YamlNode* missing = map.get("missing");
+    if (missing != nullptr) direction.missing = missing->text;
+    directions.push_back(std::move(direction));
+  }
+  return directions;
+}
+
 }  // namespace
 
 ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
@@ -141,6 +169,7 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     file.names.push_back(key.name);
     if (entry.has("reasons")) file.reasons[key.name] = read_reasons(entry);
     constexpr std::array<const char*, 3> words{"good", "weak", "failed"};
+    if (entry.has("weak_directions")) file.weak_directions[key.name] = read_weak_directions(entry);
     const std::optional<std::size_t> status = entry.choice("status", {"good", "weak", "failed"});
     if (status) file.status[key.name] = words[*status];
     const bool failed = status && file.status[key.name] == "failed";

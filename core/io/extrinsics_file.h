@@ -10,6 +10,16 @@
 
 namespace rigcal {
 
+/// A direction that is known worse than was required, as a result lists it.
+struct ListedDirection {
+  bool is_turn = false;  ///< Else a place.
+  Vector3d axis = Vector3d::Zero();
+  double bound = 0.0;  ///< 95 %; m, or rad of a turn.
+  bool is_open = false;
+  bool is_frozen = false;
+  std::string missing;  ///< What would hold it.
+};
+
 /// Transforms by sensor name, from a result's extrinsics.yaml, a ground_truth.yaml or a rig file.
 struct ExtrinsicsFile {
   std::string base;
@@ -20,6 +30,7 @@ struct ExtrinsicsFile {
   std::map<std::string, std::vector<std::string>> reasons;  ///< Why not good, where the file says it.
   /// Of xi = [rotation rad; translation m] in T exp(xi), where the file has it.
   std::map<std::string, Matrix6d> covariance;
+  std::map<std::string, std::vector<ListedDirection>> weak_directions;  ///< Where the file has some.
   std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of cameras whose intrinsics were found, too.
 };
 

@@ -126,6 +126,28 @@ TEST(ExtrinsicsFile, RefusesACovarianceThatIsNone) {
   EXPECT_THAT(message("1, 0, 0, 0, 0, 0.5", "0, 0, 0, 0, 0, 1"), HasSubstr("is not symmetric"));
 }
 
+TEST(ExtrinsicsFile, ReadsWhatIsKnownWorst) {
+  const Expected<ExtrinsicsFile> file = parse_extrinsics(
+      with("weak_directions:\n"
+           "      - {of: place, axis: [0, 0.6, 0.8], bound_m: 0.25, open: false, frozen: true, missing: \"a floor\"}\n"
+           "      - {of: turn, axis: [1, 0, 0], bound_deg: 45, open: true, frozen: false, missing: \"a wall\"}"),
+      "e.yaml");
+  ASSERT_TRUE(file) << file.error().message();
+  const std::vector<ListedDirection>& directions = file->weak_directions.at("b");
+  ASSERT_EQ(directions.size(), 2U);
+  EXPECT_FALSE(directions[0].is_turn);
+  EXPECT_EQ(directions[0].axis, Vector3d(0, 0.6, 0.8));
+  EXPECT_EQ(directions[0].bound, 0.25);
+  EXPECT_TRUE(directions[0].is_frozen);
+  EXPECT_EQ(directions[0].missing, "a floor");
+  EXPECT_TRUE(directions[1].is_turn);
+  EXPECT_DOUBLE_EQ(directions[1].bound, pi / 4.0);
+  EXPECT_TRUE(directions[1].is_open);
+  EXPECT_THAT(error_of(with("weak_directions: {of: place}")), HasSubstr("weak_directions is not a list"));
+  EXPECT_THAT(error_of(with("weak_directions: [{of: place, axis: [0, 0, 1], bound_deg: 3}]")),
+              HasSubstr("e.yaml:7: sensors.b.weak_directions[0]: the key 'bound_m' is missing"));
+}
+
 GroundTruth full_truth() {
   GroundTruth truth;
   truth.base = "b";
