@@ -1,5 +1,8 @@
+#include <stdio_ext.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -114,6 +117,16 @@ std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, co
   return std::move(*result);
 }
 
+// Nobody may read it any more (`| head`). The session is there all the same, and how it is stays what the exit code
+// says.
+void print_if_anybody_reads(const std::string& text, ConsoleReporter& reporter) {
+  CommandContext::print(text);
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  reporter.warn("the summary could not be written to standard output");
+  __fpurge(stdout);  // What is left of it would be tried again at the program's end.
+  std::clearerr(stdout);
+}
+
 Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) {
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   std::signal(SIGPIPE, SIG_IGN);  // Ctrl-C ends who reads the output (`| tee log`), too; the recording is what counts.
@@ -182,10 +195,11 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     for (const std::string& shortfall : summary->shortfalls()) context.reporter.warn(shortfall);
   }
   if (context.json) {
-    CommandContext::print(capture_json(*summary, result ? &*result : nullptr));
+    print_if_anybody_reads(capture_json(*summary, result ? &*result : nullptr), context.reporter);
   } else if (!context.quiet) {
-    CommandContext::print(capture_text(*summary));
-    if (result) CommandContext::print(calibration_text(result->result, result->out));
+    std::string text = capture_text(*summary);
+    if (result) text += calibration_text(result->result, result->out);
+    print_if_anybody_reads(text, context.reporter);
   }
   if (!is_anybody_there)
     return system_error("no LiDAR of the rig has sent anything", command.rig,
