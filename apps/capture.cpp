@@ -272,8 +272,17 @@ class Capture {
   void look_at_disk(Reporter& reporter) {
     if (Clock::now() - disk_looked_ < disk_period) return;
     disk_looked_ = Clock::now();
+    if (const auto failure = parts_.keeper.failure()) {
+      reporter.warn(
+          "the session cannot be written any more: the capture ends");  // The error is told when it has ended.
+      guide_.end(now_ns(), failure->message());
+      return;
+    }
     const auto free = free_bytes(options_.out);
-    if (!free) return;
+    if (!free) {  // The folder may be gone: whether it is shows when it is written to.
+      secure();
+      return;
+    }
     std::uint64_t bytes = parts_.recording.figures().bytes;
     for (const CaptureCamera& camera : cameras()) bytes += camera.bytes;
     if (const auto warning = disk_.look(std::chrono::duration<double>(Clock::now() - started_).count(), bytes, *free)) {
@@ -436,6 +445,7 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   const Expected<void> named = name_formats(options.out, rig, misread_formats(rig, cameras), context.reporter);
   if (const auto& failure = running.disk_failure()) return *failure;
   if (const auto failure = recording.figures().error) return *failure;
+  if (const auto failure = keeper.failure()) return *failure;
   if (table && table->failure()) return *table->failure();
   if (trigger) {
     if (const auto failure = trigger->failure()) return *failure;

@@ -45,6 +45,11 @@ std::uint64_t SessionKeeper::secured() const {
   return secured_;
 }
 
+std::optional<Error> SessionKeeper::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
 double SessionKeeper::worst_s() const {
   const std::lock_guard lock(mutex_);
   return worst_s_;
@@ -61,13 +66,16 @@ void SessionKeeper::run() {
     }
     heartbeat_.beat();
     const auto begun = std::chrono::steady_clock::now();
-    // Where it cannot be written, the end of the recording tells.
-    static_cast<void>(write_session_record(session_, record));
-    sync_files(session_);
+    const Expected<void> written = write_session_record(session_, record);
+    if (written) sync_files(session_);
     const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
     heartbeat_.beat();
     heartbeat_.rest();
     const std::lock_guard lock(mutex_);
+    if (!written) {
+      failure_ = written.error();
+      return;
+    }
     ++secured_;
     worst_s_ = std::max(worst_s_, took);
   }

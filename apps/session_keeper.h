@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "core/base/error.h"
 #include "core/base/heartbeat.h"
 #include "core/io/session_folder.h"
 
@@ -28,7 +29,9 @@ class SessionKeeper {
   void finish();
 
   [[nodiscard]] std::uint64_t secured() const;  ///< Times.
-  [[nodiscard]] double worst_s() const;         ///< The longest that it took.
+  /// Why session.json could not be written, the first time that it could not, which ends the keeping.
+  [[nodiscard]] std::optional<Error> failure() const;
+  [[nodiscard]] double worst_s() const;  ///< The longest that it took.
   [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
@@ -41,6 +44,7 @@ class SessionKeeper {
   std::optional<SessionRecord> next_;
   bool is_over_ = false;
   std::uint64_t secured_ = 0;
+  std::optional<Error> failure_;
   double worst_s_ = 0.0;
   std::thread thread_;
 };
