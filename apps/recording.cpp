@@ -104,11 +104,7 @@ void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, c
 
 void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
              Reporter& reporter) {
-  if (!folder.unknown.empty()) {
-    std::string names;
-    for (const std::string& name : folder.unknown) names += (names.empty() ? "" : ", ") + name;
-    reporter.warn(folder.path + ": not used, since no sensor of the rig has that name or folder: " + names);
-  }
+  for (const std::string& reason : reasons_of_unknown(folder)) reporter.warn(folder.path + ": " + reason);
   std::uint64_t not_finite = 0;
   bool size_missing = false;
   for (const PatchOutcome& o : outcomes) {

@@ -35,9 +35,21 @@ struct ImportTask {
 
 std::string below(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
-Expected<void> copy_file(const std::string& from, const std::string& to) {
+/// With all that is in it.
+Expected<void> copy_folder(const fs::path& from, const fs::path& to) {
   std::error_code error;
-  if (!fs::copy_file(from, to, error) || error) return cannot_write(to, error.value());
+  fs::create_directories(to, error);
+  if (error) return cannot_write(to.string(), error.value());
+  fs::directory_iterator entry(from, error);
+  if (error) return cannot_read(from.string(), error.value());
+  for (; entry != fs::directory_iterator(); entry.increment(error)) {
+    const fs::path copy = to / entry->path().filename();
+    const bool folder = entry->is_directory(error);
+    const Expected<void> copied =
+        folder ? copy_folder(entry->path(), copy) : copy_file(entry->path().string(), copy.string());
+    if (!copied) return copied.error();
+  }
+  if (error) return cannot_read(from.string(), error.value());
   return {};
 }
 
@@ -161,17 +173,14 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   }
   std::error_code error;
   if (fs::is_directory(fs::path(task.input) / "image", error)) {
-    fs::create_directories(out, error);  // a rig of cameras alone has no clouds in it
-    if (!error) fs::copy(fs::path(task.input) / "image", out / "image", fs::copy_options::recursive, error);
-    if (error) return cannot_write((out / "image").string(), error.value());
+    const Expected<void> copied = copy_folder(fs::path(task.input) / "image", out / "image");
+    if (!copied) return copied.error();
   }
   if (folder->trajectory) {
     const Expected<void> copied = copy_file(below(task.input, "trajectory.tum"), below(task.folder, "trajectory.tum"));
     if (!copied) return copied.error();
   }
-  for (const std::string& name : folder->unknown) {
-    task.context.reporter.warn(task.input + ": " + name + " belongs to no sensor and was left out");
-  }
+  for (const std::string& reason : reasons_of_unknown(*folder)) task.context.reporter.warn(task.input + ": " + reason);
   if (const Expected<void> record = write_record(task, 0, 0, {}, {}); !record) return record.error();
   return summary;
 }

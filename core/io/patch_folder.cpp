@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "core/io/input_file.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
 #include "core/io/tum_file.h"
@@ -147,6 +148,34 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
   return folder;
 }
 
+std::vector<std::string> reasons_of_unknown(const PatchFolder& folder) {
+  std::string strangers;
+  std::string misnamed;
+  for (const std::string& name : folder.unknown) {
+    std::string& names = fs::path(name).has_parent_path() ? misnamed : strangers;
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  std::vector<std::string> reasons;
+  if (!strangers.empty())
+    reasons.push_back("not used, since no sensor of the rig has that name or folder: " + strangers);
+  if (!misnamed.empty())
+    reasons.push_back("not used, since a cloud is named by the number of its stop, like 3.pcd: " + misnamed);
+  return reasons;
+}
+
+// The library's own copying says no more of a full disk than that there was an error.
+Expected<void> copy_file(const std::string& from, const std::string& to) {
+  Expected<InputFile> in = InputFile::open(from);
+  if (!in) return in.error();
+  Expected<OutputFile> out = OutputFile::create(to);
+  if (!out) return out.error();
+  constexpr std::size_t part_bytes = std::size_t{256} << 10;
+  for (ByteView part = in->take(part_bytes); !part.empty() && out->status(); part = in->take(part_bytes))
+    out->write(part);
+  if (!in->failure().empty()) return input_error("cannot be read to its end (" + in->failure() + ")", from);
+  return out->close();
+}
+
 Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, const Rig& rig) {
   Expected<StagedFolder> folder = StagedFolder::create(path);
   if (!folder) return folder.error();
@@ -180,11 +209,7 @@ Expected<std::string> PatchFolderWriter::image_path(int sensor, int stop) const 
 }
 
 Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
-  std::error_code error;
-  const fs::path copy = fs::path(folder_.path()) / "rig.yaml";
-  fs::copy_file(path, copy, error);
-  if (error) return cannot_write(copy.string(), error.value());
-  return {};
+  return copy_file(path, (fs::path(folder_.path()) / "rig.yaml").string());
 }
 
 Expected<void> PatchFolderWriter::finish() {

@@ -27,8 +27,13 @@ struct PatchFolder {
   std::vector<int> stops;  ///< All stop numbers that occur, sorted.
   /// T_G_base by stop number from trajectory.tum, where there is one; may hold stops without a patch.
   std::optional<std::map<int, SE3>> trajectory;
-  std::vector<std::string> unknown;  ///< Names in the folder that belong to no sensor, for a warning; sorted.
+  /// What is not used, for a warning; sorted: names that belong to no sensor, and, with their folder before them, those
+  /// in a sensor's folder that are no <stop>.pcd.
+  std::vector<std::string> unknown;
 };
+
+/// Why what is `unknown` is not used, a sentence for each reason.
+[[nodiscard]] std::vector<std::string> reasons_of_unknown(const PatchFolder& folder);
 
 /// Lists a patch folder; clouds are not opened. That of a rig with cameras alone holds none, and no stops.
 /// `trajectory_path` empty: `<folder>/trajectory.tum`, if it is there. Errors: no folder, nothing in it, no folder for
@@ -36,6 +41,9 @@ struct PatchFolder {
 /// first column is no stop number or has one twice.
 [[nodiscard]] Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
                                                       const std::string& trajectory_path = {});
+
+/// Copies a file; where the disk is full the error says so.
+Expected<void> copy_file(const std::string& from, const std::string& to);
 
 /// Writes a patch folder, which appears as a whole with `finish`. An existing path is never touched.
 class PatchFolderWriter {

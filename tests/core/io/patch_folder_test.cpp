@@ -61,6 +61,19 @@ TEST(PatchFolder, SortsStopsByNumberAndListsStrangers) {
   EXPECT_THAT(folder->stops, ElementsAre(7, 9, 10));
   EXPECT_THAT(folder->unknown, ElementsAre("a/-1.pcd", "a/notes.txt", "avia", "b"));
   EXPECT_FALSE(folder->trajectory);
+  EXPECT_THAT(
+      reasons_of_unknown(*folder),
+      ElementsAre("not used, since no sensor of the rig has that name or folder: avia, b",
+                  "not used, since a cloud is named by the number of its stop, like 3.pcd: a/-1.pcd, a/notes.txt"));
+}
+
+TEST(CopyFile, SaysThatTheDiskIsFull) {
+  const std::string from = write_text("to_copy", std::string(3'000'000, 'x'));
+  const std::string to = fresh_path("copy");
+  ASSERT_TRUE(copy_file(from, to));
+  EXPECT_EQ(read_bytes(to), read_bytes(from));
+  EXPECT_THAT(copy_file(from, "/dev/full").error().message(), HasSubstr("the disk is full; make room"));
+  EXPECT_THAT(copy_file(fresh_path("nothing"), to).error().message(), HasSubstr("no such file"));
 }
 
 TEST(PatchFolder, ReadsATrajectoryByStopNumber) {
