@@ -49,9 +49,11 @@ void warn_of_identity(const Rig& rig, const DeviceIngest& device, std::vector<st
                        ", but the rig file has this address for " + rig.sensors[static_cast<std::size_t>(by_ip)].name +
                        ": " + told);
   } else if (device.sensor < 0 && device.packets > 0) {
-    const std::string hub = device.type == livox::DeviceType::hub ? " is a Hub, whose packets are not read:"
-                                                                  : " belong to no sensor of the rig file:";
-    warnings.push_back("the " + std::to_string(device.packets) + " packets from " + name_of(rig, device) + hub +
+    const bool hub = device.type == livox::DeviceType::hub;
+    // Where a dump is only looked at there is no rig file that they could belong to.
+    if (!hub && rig.sensors.empty()) return;
+    warnings.push_back("the " + std::to_string(device.packets) + " packets from " + name_of(rig, device) +
+                       (hub ? " is a Hub, whose packets are not read:" : " belong to no sensor of the rig file:") +
                        " they are not used");
   }
   if (device.sensor < 0 || !device.type) return;
