@@ -48,6 +48,8 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
 }
 
 void check_calibration_options(const CalibrateOptions& options, const CLI::App& command) {
+  const std::string out = command.get_option("--out")->as<std::string>();
+  if (out.empty()) throw CLI::ValidationError("--out", "is empty: name the folder to make");
   std::vector<const char*> useless;
   if (options.method == "planes")
     useless = {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"};

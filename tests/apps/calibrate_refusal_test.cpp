@@ -165,6 +165,14 @@ TEST_F(CalibrateRefusal, OfASessionThatLostItsRig) {
     expect_refused(std::string("session") + more, "session: ", "has no rig.yaml", "put it back");
 }
 
+TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
+  for (const char* command : {"calibrate", "batch"}) {
+    const ProgramRun run = run_program(std::string("'") + RIGCAL_PROGRAM + "' " + command + " x --out ''", scratch);
+    EXPECT_EQ(run.code, 2) << command;
+    EXPECT_THAT(run.err, HasSubstr("--out: is empty"));
+  }
+}
+
 TEST_F(CalibrateRefusal, OfRoughExtrinsicsOfAnotherBase) {
   write_run("run.pcapng", true, [](double) { return 0.0; });
   write("guess.yaml",
