@@ -1,5 +1,8 @@
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +21,9 @@
 
 namespace rigcal {
 namespace {
+
+constexpr double most_mount_error_m = 10.0;
+constexpr double most_mount_error_rad = pi + 1e-9;
 
 struct SimulateOptions {
   std::string scene;
@@ -134,6 +140,30 @@ Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& 
   return ExitCode::good;
 }
 
+// CLI11 makes some seed or other of negative numbers and of those that are too large.
+std::string check_seed(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, problem] = std::from_chars(text.data(), end, seed);
+  if (problem == std::errc{} && rest == end) return {};
+  return text + " is no whole number from 0 to " + std::to_string(std::numeric_limits<std::uint64_t>::max());
+}
+
+std::string check_mount_error(const std::string& text) {
+  const Expected<Tolerance> off = parse_tolerance(text);
+  if (!off) return off.error().message();
+  if (off->translation_m <= most_mount_error_m && off->rotation_rad <= most_mount_error_rad) return {};
+  return text + " is more than 10 m or 180 degrees";
+}
+
+void check_bumps(const sim::TurntableOptions& motion) {
+  for (const sim::Bump& bump : motion.bumps) {
+    if (bump.stop >= motion.stops)
+      throw CLI::ValidationError("--bump", "there is no stop " + std::to_string(bump.stop) + ": the last one is " +
+                                               std::to_string(motion.stops - 1));
+  }
+}
+
 void add_unit_error_options(CLI::App& command, sim::UnitErrorOptions& errors) {
   command
       .add_option_function<double>(
@@ -202,7 +232,9 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   CLI::Option* out =
       command->add_option("--out", options->out, "Session to make; must not exist")->option_text("SESSION");
   CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
-  command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")->option_text("N");
+  command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")
+      ->check(CLI::Validator(check_seed, ""))
+      ->option_text("N");
   add_motion_options(*command, options->motion);
   command
       ->add_option("--points", options->points,
@@ -218,7 +250,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--mount-error", options->mount_error,
                    "How far the rig file's extrinsics are off (default 200mm,10deg)")
-      ->check(CLI::Validator(check_tolerance, ""))
+      ->check(CLI::Validator(check_mount_error, ""))
       ->option_text("MM,DEG");
   add_unit_error_options(*command, options->unit_errors);
   add_fault_options(*command, *patches, options->faults);
@@ -233,6 +265,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
     if (options->patches && options->images_per_stop > 1)
       throw CLI::ValidationError("--images-per-stop",
                                  "a patch folder has one image of a camera and a stop: give 0 or 1");
+    check_bumps(options->motion);
     context.run = [options, &context] { return run_simulate(*options, context); };
   });
 }

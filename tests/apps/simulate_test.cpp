@@ -70,6 +70,17 @@ TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
   EXPECT_EQ(refused("--vibration 0.1,0").code, 2);
   EXPECT_EQ(refused("--dwell-range 1,2,3").code, 2);
   EXPECT_EQ(refused("--creep fast").code, 2);
+  EXPECT_EQ(refused("--stops 3 --bump 3,1,1").code, 2);
+  EXPECT_THAT(refused("--bump 99,1,1").err, HasSubstr("there is no stop 99: the last one is 19"));
+}
+
+TEST_F(Simulate, RefusesNumbersThatCannotBeMeant) {
+  for (const char* option : {"--seed -1", "--seed 18446744073709551616", "--seed 1.5", "--seed ''",
+                             "--mount-error 1e300mm,1deg", "--mount-error 10.1m,1deg", "--mount-error 1mm,181deg"}) {
+    const ProgramRun run = simulate("room " + rig() + out("s") + " --patches --points 10 --stops 1 " + option);
+    EXPECT_EQ(run.code, 2) << option << run.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(scratch / "s"));
 }
 
 TEST_F(Simulate, SaysWhatIsWrongAndLeavesNothingBehind) {
