@@ -36,7 +36,9 @@ Expected<std::vector<std::string>> read_list(const std::string& path) {
   std::ifstream file;
   if (path != "-") {
     file.open(path);
-    if (!file) return input_error(std::string("cannot read the list: ") + std::strerror(errno), path);
+    if (!file)
+      return input_error(std::string("cannot read the list: ") + std::strerror(errno), path,
+                         "check its name and permissions; - is the standard input");
   }
   std::istream& in = path == "-" ? std::cin : file;
   std::vector<std::string> paths;

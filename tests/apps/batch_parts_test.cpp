@@ -68,6 +68,7 @@ TEST_F(BatchFiles, ListsHaveAPathALine) {
   ASSERT_TRUE(listed) << listed.error().message();
   EXPECT_THAT(*listed, ElementsAre("one", "with a space"));
   EXPECT_THAT(read_list(path("none")).error().message(), HasSubstr("none: cannot read the list"));
+  EXPECT_THAT(read_list(path("none")).error().message(), HasSubstr("; check its name"));
 }
 
 TEST_F(BatchFiles, AClaimIsHadByOneUntilItEnds) {
