@@ -15,13 +15,15 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   source.file = path;
   source.rig_path = rig_path;
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
+  const bool folder = std::filesystem::is_directory(path, error);
+  if (folder && !is_session_folder(path)) {
+    const std::string own = (std::filesystem::path(path) / "rig.yaml").string();
+    if (rig_path.empty() && std::filesystem::exists(own, error)) source.rig_path = own;
+    if (source.rig_path.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
+  } else if (folder) {
     Expected<SessionFolder> session = open_session(path);
     if (!session) return session.error();
-    if (session->packets.empty()) {
-      return input_error("holds no packets", path, "its patches can be used as they are");
-    }
-    source.file = session->packets;
+    source.file = session->packets.empty() ? session->patches : session->packets;
     source.complete = session->record.has_value() && session->record->end_ns.has_value();
     source.rig = std::move(session->rig);
     if (rig_path.empty()) {
@@ -29,8 +31,8 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
       return source;
     }
   }
-  if (rig_path.empty()) return input_error("a recording needs the rig that made it", path, "add --rig RIG");
-  Expected<Rig> rig = load_rig(rig_path);
+  if (source.rig_path.empty()) return input_error("a recording needs the rig that made it", path, "add --rig RIG");
+  Expected<Rig> rig = load_rig(source.rig_path);
   if (!rig) return rig.error();
   source.rig = std::move(*rig);
   return source;

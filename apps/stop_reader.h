@@ -12,17 +12,18 @@
 
 namespace rigcal {
 
-/// A recording in the order of time (a dump, a bag, a session with packets), and the rig that made it.
+/// A recording in the order of time (a dump, a bag, a session with packets), and the rig that made it; or patches.
 struct StreamSource {
   std::string path;  ///< As given.
-  std::string file;  ///< The same, or the session's lidar.pcapng.
+  std::string file;  ///< The same, or the session's lidar.pcapng or patches/.
   std::string rig_path;
   Rig rig;
   bool complete = true;  ///< False for a session that was cut short.
 };
 
-/// Opens a file (then `rig_path` is needed) or a session (then it is taken instead of the session's own where it is
-/// not empty). Errors: no rig, no packets in the session, what `load_rig` and `open_session` find.
+/// Opens a file (then `rig_path` is needed), a session or a patch folder (then it is taken instead of their own
+/// rig.yaml where it is not empty). Patches are not for `read_stops`: `file` is a folder then. Errors: no rig, what
+/// `load_rig` and `open_session` find.
 [[nodiscard]] Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path);
 
 /// Where the patches of a recording go.

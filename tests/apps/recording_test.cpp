@@ -106,6 +106,35 @@ TEST_F(RecordingOfPatches, TellsWhatIsLeftOutOfItsClouds) {
                                      testing::HasSubstr("top: its intensities are at most 0.90")}));
 }
 
+TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {
+  write_trajectory(0.1);
+  std::ofstream(folder_ / "rig.yaml")
+      << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, range: [0.5, 5.0]}\n";
+  const auto source = open_stream((folder_ / "patches").string(), (folder_ / "rig.yaml").string());
+  ASSERT_TRUE(source) << source.error().message();
+  SilentReporter silent;
+  for (const auto& [layout, name] : {std::pair{PatchLayout::pcd, "top_4.pcd"}, {PatchLayout::las, "top_4.las"}}) {
+    const fs::path out = folder_ / "clouds" / name;
+    const auto done = export_patches(*source, layout, out.string(), {silent});
+    ASSERT_TRUE(done) << done.error().message();
+    EXPECT_EQ(done->files, 2U);
+    EXPECT_EQ(done->reading.stops.size(), 2U);
+    EXPECT_EQ(done->reading.points.in_stops, 2U) << "one of each two points is out of range";
+    EXPECT_TRUE(fs::exists(out / name));
+  }
+  EXPECT_EQ(read_pcd((folder_ / "clouds/top_4.pcd/top_4.pcd").string())->points.front().z, 3.0F);
+  const auto done = export_patches(*source, PatchLayout::patches, (folder_ / "again").string(), {silent});
+  ASSERT_TRUE(done) << done.error().message();
+  // Its own rig.yaml is with it.
+  const auto again = open_stream((folder_ / "again").string(), {});
+  ASSERT_TRUE(again) << again.error().message();
+  const auto listed = list_patch_folder((folder_ / "again").string(), again->rig);
+  ASSERT_TRUE(listed) << listed.error().message();
+  ASSERT_TRUE(listed->trajectory);
+  EXPECT_NEAR(listed->trajectory->at(4).t.x(), 0.4, 1e-9);
+  EXPECT_THAT(open_stream((folder_ / "patches").string(), {}).error().message(), testing::HasSubstr("add --rig"));
+}
+
 // Images of two stops, in a folder as a user has it.
 TEST(RecordingOfImages, OfARigWithoutLidarsIsReadInspectedAndImported) {
   const fs::path folder = scratch_folder("images_alone");
