@@ -273,8 +273,8 @@ class Capture {
     if (Clock::now() - disk_looked_ < disk_period) return;
     disk_looked_ = Clock::now();
     if (const auto failure = parts_.keeper.failure()) {
-      reporter.warn(
-          "the session cannot be written any more: the capture ends");  // The error is told when it has ended.
+      // The error itself is told when it has ended.
+      reporter.warn("the session cannot be written any more: the capture ends");
       guide_.end(now_ns(), failure->message());
       return;
     }
