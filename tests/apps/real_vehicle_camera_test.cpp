@@ -1,11 +1,14 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <vector>
 
 #include "apps/recording.h"
 #include "core/base/random.h"
@@ -15,6 +18,8 @@ namespace rigcal {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AnyOf;
+using testing::HasSubstr;
 
 using RowMajor34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 
@@ -116,7 +121,9 @@ TEST_P(RealVehicleCamera, IsFoundButNeverCalledGoodFromOneImage) {
   const SE3 published = scene_.T_camera_lidar.inverse();
   Random random(7);
   const auto direction = [&random] { return Vector3d(random.normal(), random.normal(), random.normal()).normalized(); };
-  for (int k = 0; k < 3; ++k) {
+  constexpr int starts = 12;
+  std::vector<double> turns_deg;
+  for (int k = 0; k < starts; ++k) {
     const SE3 off{exp_so3(to_rad(3.0) * direction()), 0.1 * direction()};
     const auto result = calibrate(published * off);
     ASSERT_TRUE(result) << result.error().message();
@@ -124,17 +131,25 @@ TEST_P(RealVehicleCamera, IsFoundButNeverCalledGoodFromOneImage) {
     ASSERT_EQ(camera.name, "front");
     // One stop: nothing can be held out, and no surface says more than the road.
     EXPECT_NE(camera.status, Status::good);
-    EXPECT_FALSE(camera.reasons.empty());
+    ASSERT_FALSE(camera.reasons.empty());
     ASSERT_TRUE(camera.T_base_sensor) << scene_.name << ": " << camera.reasons.front();
     const double off_deg = to_deg(rotation_distance(camera.T_base_sensor->R, published.R));
     const double off_m = (camera.T_base_sensor->t - published.t).norm();
-    // From 3 degrees.
-    EXPECT_LT(off_deg, scene_.name == "scene_a" ? 1.0 : 0.5);
-    EXPECT_LT(off_m, 0.2);
+    turns_deg.push_back(off_deg);
     std::printf("%s start %d: %s, %.3f deg and %.0f mm from the published pose\n", scene_.name.c_str(), k,
                 to_string(camera.status), off_deg, 1e3 * off_m);
     for (const std::string& reason : camera.reasons) std::printf("    %s\n", reason.c_str());
+    // What is a false match says first that it may be one.
+    if (off_deg > 1.0) {
+      EXPECT_THAT(camera.reasons.front(), AnyOf(HasSubstr("disagree"), HasSubstr("another pose")));
+    }
+    if (scene_.name == "scene_a") continue;
+    EXPECT_LT(off_deg, 0.5);
+    EXPECT_LT(off_m, 0.2);
   }
+  // Few edges are in scene a: from some starts it is another place that explains them.
+  std::sort(turns_deg.begin(), turns_deg.end());
+  EXPECT_LT(turns_deg[starts / 2], scene_.name == "scene_a" ? 1.0 : 0.3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, RealVehicleCamera, ::testing::Values("scene_a", "scene_b"));

@@ -86,8 +86,12 @@ TEST_F(RealVehicle, IsFoundByPlanesFromTheGuessThatLacksTheTilt) {
   for (std::size_t i = 1; i < 3; ++i) {
     const SensorResult& sensor = result->sensors[i];
     ASSERT_TRUE(sensor.T_base_sensor) << sensor.name;
-    EXPECT_LT(to_deg(rotation_distance(sensor.T_base_sensor->R, answer_[i].R)), 0.7) << sensor.name;
-    EXPECT_LT((sensor.T_base_sensor->t - answer_[i].t).norm(), 0.05) << sensor.name;
+    const double off_deg = to_deg(rotation_distance(sensor.T_base_sensor->R, answer_[i].R));
+    const double off_m = (sensor.T_base_sensor->t - answer_[i].t).norm();
+    std::printf("%s: %s, %.3f degrees and %.1f mm from the registration\n", sensor.name.c_str(),
+                to_string(sensor.status), off_deg, 1e3 * off_m);
+    EXPECT_LT(off_deg, 0.7) << sensor.name;
+    EXPECT_LT(off_m, 0.05) << sensor.name;
     EXPECT_EQ(sensor.status, Status::weak) << sensor.name << ": one place cannot tell to a centimetre";
   }
 }
