@@ -22,7 +22,9 @@ target_compile_options(rigcal_rules INTERFACE
   # GCC 12 and 13 see overlaps in "text" + std::string that are not there (GCC bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # The same sums on every processor: no fusing of multiply and add behind our back.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # Nobody asks errno about a square root: without it loops with roots are done for many numbers at once.
+  -fno-math-errno)
 # Debug builds check what the standard library can check of itself: indices, empty containers.
 target_compile_definitions(rigcal_rules INTERFACE $<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
 if(RIGCAL_SANITIZE)
