@@ -44,6 +44,13 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
       ->expected(2)
       ->check(number_range(1e-6, 1e6))
       ->option_text("M,DEG");
+  command
+      .add_option(
+          "--seed", options.seed,
+          "Of the draws by which --method checkerboard finds boards in clouds with rings; nothing else is drawn "
+          "(default 1)")
+      ->check(seed_range())
+      ->option_text("N");
   command.add_flag("--full-map", options.full_map, "map.ply with all points kept, not one for each 2 cm");
 }
 
@@ -73,6 +80,7 @@ std::vector<std::string> arguments_of(const CalibrateOptions& options) {
   give("--initial", options.initial, usual.initial);
   give("--require", options.require, usual.require);
   give("--pose-prior", prior_text(options), prior_text(usual));
+  give("--seed", std::to_string(options.seed), std::to_string(usual.seed));
   if (options.refine_intrinsics) out.emplace_back("--refine-intrinsics");
   if (options.full_map) out.emplace_back("--full-map");
   return out;
@@ -88,6 +96,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOpti
           {"--refine-intrinsics", options.refine_intrinsics ? "yes" : "no"},
           {"--require", options.require},
           {"--pose-prior", prior_text(options)},
+          {"--seed", std::to_string(options.seed)},
           {"--full-map", options.full_map ? "yes" : "no"}};
 }
 

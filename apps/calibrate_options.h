@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@ struct CalibrateOptions {
   std::string images;
   std::string require = "10mm,0.1deg";
   std::vector<double> pose_prior{0.05, 2.0};
+  std::uint64_t seed = 1;
   bool full_map = false;
   bool refine_intrinsics = false;
   bool incremental = false;

@@ -84,6 +84,12 @@ void add_batch_command(CLI::App& app, CommandContext& context) {
   command->footer("Example:\n  rigcal batch fleet/* --out results\n  rigcal batch --list fleet.txt --out results");
   command->callback([options, command, &context] {
     check_calibration_options(options->calibration, *command);
+    if (options->inputs.empty() && options->list.empty()) throw CLI::RequiredError("INPUT or --list FILE");
+    // What a list says is known later, and is an input.
+    if (options->list.empty()) {
+      if (const auto named = batch::name_sessions(options->inputs); !named)
+        throw CLI::ValidationError("INPUT", named.error().message());
+    }
     context.run = [options, &context] { return run_batch_command(*options, context); };
   });
 }

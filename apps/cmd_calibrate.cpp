@@ -116,7 +116,8 @@ Expected<CalibrationResult> calibrate(const Recording& recording, const std::opt
                                       const CalibrateOptions& options, const Tolerance& require,
                                       CommandContext& command, std::vector<StopEstimate>& estimates) {
   if (options.method == "checkerboard") {
-    const BoardCalibrationOptions board{{require.translation_m, require.rotation_rad}, options.refine_intrinsics};
+    const BoardCalibrationOptions board{
+        {require.translation_m, require.rotation_rad}, options.refine_intrinsics, options.seed};
     return calibrate_by_boards(recording.rig, {recording.lidar.stops, recording.near_points, recording.cameras},
                                sensor_guesses(recording.rig, initial), board, command.run_context());
   }

@@ -375,7 +375,9 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
                     "start: ever worse guesses, from 1 m and 20 degrees on, until fewer than 99 of 100 rigs are right");
   command->add_flag("--no-guess", options->no_guess, "base: without a guess");
   command->add_flag("--no-gyro", options->no_gyro, "base: without the turns by a gyro");
-  command->add_option("--seed", options->seed, "Of all random numbers (default 1)")->option_text("N");
+  command->add_option("--seed", options->seed, "Of all random numbers (default 1)")
+      ->check(seed_range())
+      ->option_text("N");
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
       ->option_text("DIR");
   command->footer(

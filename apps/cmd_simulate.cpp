@@ -1,8 +1,6 @@
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -140,15 +138,6 @@ Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& 
   return ExitCode::good;
 }
 
-// CLI11 makes some seed or other of negative numbers and of those that are too large.
-std::string check_seed(const std::string& text) {
-  std::uint64_t seed = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, problem] = std::from_chars(text.data(), end, seed);
-  if (problem == std::errc{} && rest == end) return {};
-  return text + " is no whole number from 0 to " + std::to_string(std::numeric_limits<std::uint64_t>::max());
-}
-
 std::string check_mount_error(const std::string& text) {
   const Expected<Tolerance> off = parse_tolerance(text);
   if (!off) return off.error().message();
@@ -233,7 +222,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
       command->add_option("--out", options->out, "Session to make; must not exist")->option_text("SESSION");
   CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
   command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")
-      ->check(CLI::Validator(check_seed, ""))
+      ->check(seed_range())
       ->option_text("N");
   add_motion_options(*command, options->motion);
   command

@@ -199,9 +199,9 @@ bool check_images(const std::string& camera, const std::string& folder, std::vec
     return false;
   }
   if (!listed->torn.empty()) warnings.push_back(listed->torn);
-  if (listed->images.empty()) {
-    warnings.push_back(unusable + "its folder " + folder + " holds no images");
-    return false;
+  if (listed->images.empty()) {  // As of a capture that ended before the first: nothing is damaged.
+    warnings.push_back("no image of " + camera + " is there: its folder " + folder + " holds none");
+    return true;
   }
   std::error_code error;
   const auto is_missing = [&](const ListedImage& image) { return !fs::exists(image.path, error); };
@@ -356,7 +356,7 @@ Expected<Inspection> inspect_patch_folder(const std::string& path, const Rig& ri
     context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
-  for (const std::string& name : folder->unknown) warnings.push_back(name + " belongs to no sensor");
+  for (std::string& reason : reasons_of_unknown(*folder)) warnings.push_back(std::move(reason));
   Inspection json = begin_inspection("patches", path);
   json["trajectory"] = folder->trajectory.has_value();
   json["stops"] = Inspection::array();

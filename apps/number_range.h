@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
+#include <limits>
 #include <string>
+#include <system_error>
 
 namespace rigcal {
 
@@ -15,6 +19,19 @@ inline CLI::Validator number_range(double low, double high) {
         double value = 0.0;
         if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
         return fmt::format("{} is no number from {} to {}", text, low, high);
+      },
+      "");
+}
+
+/// For seeds. CLI11 itself makes some seed or other of negative numbers and of those that are too large.
+inline CLI::Validator seed_range() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::uint64_t seed = 0;
+        const char* const end = text.data() + text.size();
+        const auto [rest, problem] = std::from_chars(text.data(), end, seed);
+        if (problem == std::errc{} && rest == end) return {};
+        return fmt::format("{} is no whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
       },
       "");
 }

@@ -240,6 +240,8 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     Expected<SessionFolder> session = open_session(path);
     if (!session) return session.error();
     if (session->packets.empty()) {
+      if (session->record && !session->record->end_ns)
+        context.reporter.warn(path + " has no end: the recording that it was made from was cut short");
       Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
       if (!rig) return rig.error();
       if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));

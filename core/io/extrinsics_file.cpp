@@ -34,8 +34,8 @@ Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& na
   return file;
 }
 
-// Files carry matrices and quaternions with as many digits as somebody chose; a contradiction is larger than these.
-constexpr double most_rounding = 1e-6;
+// Matrices and quaternions may be written with six digits; a contradiction is larger.
+constexpr double most_rounding = 1e-5;
 constexpr double largest = 1e300;
 
 /// A square list of rows; nothing where the key is absent or (after adding an error) wrong.

@@ -127,6 +127,9 @@ Expected<SessionRecord> read_record(const std::string& path) {
   if (text.contains("end_ns") && !text["end_ns"].is_null()) {
     if (!text["end_ns"].is_number_integer()) return wrong_key(path, "end_ns", "a whole number or null");
     record.end_ns = text["end_ns"].get<std::int64_t>();
+    if (*record.end_ns < record.start_ns) {
+      return input_error("'end_ns' lies before 'start_ns'", path, "restore the file, or remove it to read the rest");
+    }
   }
   Expected<std::vector<ClockPair>> pairs = read_pairs(text, path);
   if (!pairs) return pairs.error();

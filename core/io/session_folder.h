@@ -41,8 +41,8 @@ struct SessionFolder {
   std::string ground_truth;             ///< ground_truth.yaml
 };
 
-/// Whether a path is a session folder: one that holds a session.json or packets, or a rig.yaml and patches. One that may
-/// not be looked into is taken for one, too: `open_session` says what is wrong with it.
+/// Whether a path is a session folder: one that holds a session.json or packets, or a rig.yaml and patches. One that
+/// may not be looked into is taken for one, too: `open_session` says what is wrong with it.
 [[nodiscard]] bool is_session_folder(const std::string& path);
 
 /// Reads rig.yaml and session.json and finds the rest. Errors: no session, no permission, no rig.yaml, a newer format,

@@ -56,7 +56,7 @@ class BoardCalibration {
     context_.reporter.progress("boards", -1.0);
     for (std::size_t s = 0; s < seen_.size(); ++s) {
       if (!rig_.sensors[s].is_lidar()) continue;
-      seen_[s] = find_lidar_boards(rig_, static_cast<int>(s), recording_.patches, board_, context_);
+      seen_[s] = find_lidar_boards(rig_, static_cast<int>(s), recording_.patches, board_, options_.seed, context_);
     }
     for (const CameraRecording& camera : recording_.cameras) {
       at(camera.sensor) = find_camera_boards(rig_, camera, board_, options_.refine_intrinsics, context_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace rigcal {
 struct BoardCalibrationOptions {
   Requirement require;
   bool refine_intrinsics = false;  ///< Also where the rig file has none: then radtan, from the images' size.
+  std::uint64_t seed = 1;          ///< Of the draws in clouds with rings.
 };
 
 /// What was recorded of the board.

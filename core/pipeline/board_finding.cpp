@@ -13,7 +13,9 @@ std::string times_text(std::size_t count) { return std::to_string(count) + (coun
 }  // namespace
 
 SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Patch>& all, const BoardModel& board,
-                               const RunContext& context) {
+                               std::uint64_t seed, const RunContext& context) {
+  CloudBoardOptions cloud;
+  cloud.seed = seed;
   const LidarSettings& settings = *rig.sensors[static_cast<std::size_t>(sensor)].lidar;
   std::vector<const Patch*> patches;
   for (const Patch& patch : all) {
@@ -22,7 +24,7 @@ SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Pat
   std::vector<CloudBoards> found(patches.size());
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end && !context.cancelled(); ++k) {
-      found[k] = find_cloud_boards(patches[k]->points, board, settings.rings);
+      found[k] = find_cloud_boards(patches[k]->points, board, settings.rings, cloud);
     }
   });
   SensorBoards out;

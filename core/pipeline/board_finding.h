@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,9 +21,10 @@ struct SensorBoards {
   std::vector<UsedImage> images;
 };
 
-/// Boards in all patches of one LiDAR, on all threads. `sensor` is its index in the rig.
+/// Boards in all patches of one LiDAR, on all threads. `sensor` is its index in the rig; `seed` of the draws in clouds
+/// with rings.
 [[nodiscard]] SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Patch>& patches,
-                                             const BoardModel& board, const RunContext& context);
+                                             const BoardModel& board, std::uint64_t seed, const RunContext& context);
 
 /// Boards in all images of one camera, on all threads. Without intrinsics in the rig file they are guessed from whole
 /// boards where `guess_intrinsics`.

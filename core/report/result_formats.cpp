@@ -20,6 +20,10 @@ SensorResult sensor_from(const ExtrinsicsFile& file, const std::string& name) {
   sensor.status = status_of(file, name);
   if (const auto reasons = file.reasons.find(name); reasons != file.reasons.end()) sensor.reasons = reasons->second;
   if (const auto T = file.T_base_sensor.find(name); T != file.T_base_sensor.end()) sensor.T_base_sensor = T->second;
+  if (const auto weak = file.weak_directions.find(name); weak != file.weak_directions.end()) {
+    for (const ListedDirection& d : weak->second)
+      sensor.weak_directions.push_back({d.is_turn, d.axis, d.bound, d.is_open, d.is_frozen, d.missing});
+  }
   if (const auto c = file.covariance.find(name); c != file.covariance.end()) sensor.covariance = c->second;
   return sensor;
 }

@@ -252,7 +252,8 @@ TEST_F(Batch, RefusesWhatIsNoFolderOfABatchAndWhatIsNoList) {
   const ProgramRun foreign = rigcal("batch fleet/car1 --out thesis");
   EXPECT_EQ(foreign.code, 3);
   EXPECT_THAT(foreign.err, HasSubstr("thesis: is not empty and no folder of a batch; choose another --out"));
-  EXPECT_EQ(rigcal("batch --out nothing").code, 3);
+  EXPECT_EQ(rigcal("batch --out nothing").code, 2);
+  EXPECT_EQ(rigcal("batch fleet/car1 fleet/car1 --out nothing").code, 2);
   EXPECT_FALSE(fs::exists(scratch / "nothing"));
   EXPECT_EQ(rigcal("batch --list none.txt --out nothing").code, 3);
   EXPECT_EQ(rigcal("batch fleet/car1 --out nothing --memory much").code, 2);

@@ -67,6 +67,25 @@ TEST_F(ExportResult, LeavesAFailedSensorOutAndSaysSo) {
   EXPECT_EQ(json["status"], "failed");
 }
 
+TEST_F(ExportResult, KeepsWhatIsKnownWorstInJson) {
+  CalibrationResult result = make_result();
+  result.sensors[1].weak_directions = {{false, Vector3d::UnitZ(), 0.25, false, true, "a level surface"},
+                                       {true, Vector3d::UnitX(), pi / 4.0, true, false, "an upright one"}};
+  ASSERT_TRUE(write_result_folder(result, (scratch / "weak").string()));
+  EXPECT_EQ(rigcal("export weak --format json --out weak.json").code, 1);
+  const auto json = nlohmann::json::parse(std::ifstream(scratch / "weak.json"));
+  EXPECT_THAT(SchemaCheck("extrinsics.json").violations(json), IsEmpty());
+  EXPECT_FALSE(json["sensors"][result.sensors[0].name].contains("weak_directions"));
+  const auto& weak = json["sensors"][result.sensors[1].name]["weak_directions"];
+  ASSERT_EQ(weak.size(), 2U);
+  EXPECT_EQ(weak[0]["of"], "place");
+  EXPECT_EQ(weak[0]["axis"], (std::vector<double>{0.0, 0.0, 1.0}));
+  EXPECT_EQ(weak[0]["bound_m"], 0.25);
+  EXPECT_EQ(weak[0]["frozen"], true);
+  EXPECT_NEAR(weak[1]["bound_deg"], 45.0, 1e-12);
+  EXPECT_EQ(weak[1]["missing"], "an upright one");
+}
+
 TEST_F(ExportResult, TakesTheCamerasFromTheRigFile) {
   std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nname: r\nbase: avia\nsensors:\n"
                                          "  avia: {type: lidar}\n"

@@ -209,8 +209,7 @@ TEST_F(InspectSession, OfPatchesWithoutAnEndSaysThatTheRecordingWasCutShort) {
 }
 
 TEST_F(InspectSession, SaysWhyImagesCannotBeUsed) {
-  for (const auto& [lines, reason] : {std::pair{"", "its folder session/images/eye holds no images"},
-                                      {"000000.png,nan,,,,0\n", "frames.csv:2: stamp_ns is 'nan'"},
+  for (const auto& [lines, reason] : {std::pair{"000000.png,nan,,,,0\n", "frames.csv:2: stamp_ns is 'nan'"},
                                       {"../../../etc/passwd,5,,,,0\n", "frames.csv:2: "},
                                       {"7.png,5,,,,0\n", "1 of the 1 images in frames.csv are missing, the first: "}}) {
     put_frames(lines);
@@ -225,7 +224,10 @@ TEST_F(InspectSession, SaysWhyImagesCannotBeUsed) {
   EXPECT_THAT(inspect("session").err, HasSubstr("frames.csv:1: the first line is not the header"));
 }
 
-TEST_F(InspectSession, OfWhichAnImageIsMissingWarnsAlone) {
+TEST_F(InspectSession, OfWhichAnImageIsMissingOrAllAreWarnsAlone) {
+  put_frames("");
+  EXPECT_EQ(inspect("session").code, 0);
+  EXPECT_THAT(inspect("session").err, HasSubstr("no image of eye is there: its folder session/images/eye holds none"));
   put_frames("000000.png,5,,,,0\n7.png,6,,,,1\n");
   const ProgramRun run = inspect("session");
   EXPECT_EQ(run.code, 0);

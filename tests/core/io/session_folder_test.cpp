@@ -101,6 +101,8 @@ TEST(SessionFolder, SaysWhatIsWrong) {
   EXPECT_THAT(message(path), HasSubstr("no valid JSON"));
   put(path + "/session.json", "{\"format\": 1, \"start_ns\": \"now\"}");
   EXPECT_THAT(message(path), HasSubstr("'start_ns'"));
+  put(path + "/session.json", "{\"format\": 1, \"start_ns\": 5, \"end_ns\": 4}");
+  EXPECT_THAT(message(path), HasSubstr("session.json: 'end_ns' lies before 'start_ns'; restore the file"));
   put(path + "/session.json", "[1]");
   EXPECT_THAT(message(path), HasSubstr("'format'"));
 }

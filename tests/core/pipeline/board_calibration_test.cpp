@@ -52,12 +52,14 @@ class BoardCalibrationTest : public testing::Test {
     images_.push_back({stop, "", as_image(board_picture(CameraModel(test_camera()), there, printed))});
   }
 
-  SensorResult side() {
+  SensorResult side(std::uint64_t seed = 1) {
     std::vector<CameraRecording> cameras;
     if (rig_.sensors[1].camera) {
       cameras.push_back({1, std::nullopt, [this](const RunContext&) { return StillImages{images_, "no image"}; }});
     }
-    auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, {SE3{}, std::nullopt}, {}, {reporter_});
+    BoardCalibrationOptions options;
+    options.seed = seed;
+    auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, {SE3{}, std::nullopt}, options, {reporter_});
     EXPECT_TRUE(result) << result.error().what;
     return result ? result->sensors[1] : SensorResult{};
   }
@@ -81,6 +83,19 @@ TEST_F(BoardCalibrationTest, SaysThatThereIsNoBoard) {
   EXPECT_EQ(lidar.status, Status::failed);
   EXPECT_THAT(lidar.reasons, Contains(HasSubstr("no board was found in what it saw: no flat piece of 0.85 by 0.61 m "
                                                 "that stands free (2 stops, the first is 0)")));
+}
+
+TEST_F(BoardCalibrationTest, DrawsByItsSeed) {
+  with_lidar();
+  for (int k = 0; k < 6; ++k)
+    show({plate_at(0.2 * k - 0.5, 2.0 + 0.1 * (k % 3), 0.6 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, size_);
+  const SensorResult usual = side();
+  const SensorResult again = side();
+  const SensorResult other = side(2);
+  ASSERT_TRUE(usual.T_base_sensor && again.T_base_sensor && other.T_base_sensor);
+  EXPECT_EQ(usual.T_base_sensor->matrix(), again.T_base_sensor->matrix());
+  EXPECT_NE(usual.T_base_sensor->matrix(), other.T_base_sensor->matrix());
+  EXPECT_LT((usual.T_base_sensor->t - other.T_base_sensor->t).norm(), 0.02);
 }
 
 TEST_F(BoardCalibrationTest, SaysThatAnImageHasNoBoard) {
