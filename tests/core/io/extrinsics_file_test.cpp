@@ -99,11 +99,11 @@ std::string with(const std::string& line) {
 }
 
 TEST(ExtrinsicsFile, RefusesWhatContradictsItself) {
-  EXPECT_EQ(error_of(with("matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.0000004], [0, 0, 0, 1]]")), "no error");
+  EXPECT_EQ(error_of(with("matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.000004], [0, 0, 0, 1]]")), "no error");
   EXPECT_EQ(error_of(with("matrix_inverse: [[0, 1, 0, -2], [-1, 0, 0, 1], [0, 0, 1, -3], [0, 0, 0, 1]]")), "no error");
   EXPECT_EQ(error_of(with("example: {p_sensor: [1, 0, 0], p_base: [1, 3, 3]}")), "no error");
   for (const char* wrong : {"matrix: [[0, 1, 0, 1], [-1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]",
-                            "matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.00001], [0, 0, 0, 1]]",
+                            "matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3.0001], [0, 0, 0, 1]]",
                             "matrix: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 2]]",
                             "matrix_inverse: [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]",
                             "example: {p_sensor: [1, 0, 0], p_base: [1, 1, 3]}"}) {
