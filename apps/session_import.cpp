@@ -14,6 +14,7 @@
 #include "apps/recorded_formats.h"
 #include "apps/session_counters.h"
 #include "core/base/version.h"
+#include "core/io/file_copy.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"

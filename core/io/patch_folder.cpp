@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "core/io/input_file.h"
+#include "core/io/file_copy.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
 #include "core/io/tum_file.h"
@@ -161,19 +161,6 @@ std::vector<std::string> reasons_of_unknown(const PatchFolder& folder) {
   if (!misnamed.empty())
     reasons.push_back("not used, since a cloud is named by the number of its stop, like 3.pcd: " + misnamed);
   return reasons;
-}
-
-// The library's own copying says no more of a full disk than that there was an error.
-Expected<void> copy_file(const std::string& from, const std::string& to) {
-  Expected<InputFile> in = InputFile::open(from);
-  if (!in) return in.error();
-  Expected<OutputFile> out = OutputFile::create(to);
-  if (!out) return out.error();
-  constexpr std::size_t part_bytes = std::size_t{256} << 10;
-  for (ByteView part = in->take(part_bytes); !part.empty() && out->status(); part = in->take(part_bytes))
-    out->write(part);
-  if (!in->failure().empty()) return input_error("cannot be read to its end (" + in->failure() + ")", from);
-  return out->close();
 }
 
 Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, const Rig& rig) {

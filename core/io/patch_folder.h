@@ -42,9 +42,6 @@ struct PatchFolder {
 [[nodiscard]] Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
                                                       const std::string& trajectory_path = {});
 
-/// Copies a file; where the disk is full the error says so.
-Expected<void> copy_file(const std::string& from, const std::string& to);
-
 /// Writes a patch folder, which appears as a whole with `finish`. An existing path is never touched.
 class PatchFolderWriter {
  public:

@@ -3,6 +3,7 @@
 
 #include "core/base/text.h"
 #include "core/base/version.h"
+#include "core/report/result_texts.h"
 #include "core/report/result_writers.h"
 
 namespace rigcal {
@@ -31,18 +32,10 @@ Json json_of(const CameraIntrinsics& camera) {
           {"distortion", camera.distortion}};
 }
 
-Json json_of(const WeakDirection& weak) {
-  return {{"of", weak.is_turn ? "turn" : "place"},
-          {"axis", json_of(weak.axis)},
-          {weak.is_turn ? "bound_deg" : "bound_m", weak.is_turn ? to_deg(weak.bound) : weak.bound},
-          {"open", weak.is_open},
-          {"frozen", weak.is_frozen},
-          {"missing", weak.missing}};
-}
-
 Json json_of(const SensorResult& sensor, bool is_base) {
   Json json{{"status", to_string(sensor.status)}, {"reasons", sensor.reasons}};
-  for (const WeakDirection& weak : sensor.weak_directions) json["weak_directions"].push_back(json_of(weak));
+  for (const WeakDirection& weak : sensor.weak_directions)
+    json["weak_directions"].push_back(Json::parse(weak_direction_json(weak)));
   if (!sensor.T_base_sensor) return json;
   const SE3& T = *sensor.T_base_sensor;
   const Vector6d sigma = sensor.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();

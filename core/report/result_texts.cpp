@@ -243,4 +243,6 @@ std::string report_json(const CalibrationResult& result) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string weak_direction_json(const WeakDirection& weak) { return weak_json(weak).dump(); }
+
 }  // namespace rigcal

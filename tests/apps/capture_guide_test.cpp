@@ -93,6 +93,7 @@ TEST_F(CaptureGuideTest, EndsWhenTheStopsAreIn) {
 }
 
 TEST_F(CaptureGuideTest, WantsImagesInStopsThatAreNotFull) {
+  goal.dwell_s = 0.9;  // Some looks long: shorter ones may be full as soon as they are known.
   CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
   EXPECT_FALSE(guide.wants_images());
   int wanted = 0;
@@ -103,7 +104,8 @@ TEST_F(CaptureGuideTest, WantsImagesInStopsThatAreNotFull) {
     EXPECT_EQ(guide.wants_images(), is_time);
     ++(is_time ? wanted : unwanted);
   }));
-  EXPECT_GT(wanted + unwanted, 5);  // On a busy machine each stop is full as soon as it is known: none wanted then.
+  EXPECT_GT(wanted, 0);
+  EXPECT_GT(unwanted, 5);
   EXPECT_FALSE(guide.wants_images());
   // Packets of long ago do not tell what the rig does now.
   CaptureGuide blind(goal, {"avia", "mid40"}, {}, *stops, nullptr);

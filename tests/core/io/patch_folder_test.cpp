@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/file_copy.h"
 #include "core/io/pcd_file.h"
 #include "tests/core/io/dump_bytes.h"
 #include "tests/support/se3_matchers.h"
