@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 
@@ -55,8 +55,6 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
 }
 
 void check_calibration_options(const CalibrateOptions& options, const CLI::App& command) {
-  const std::string out = command.get_option("--out")->as<std::string>();
-  if (out.empty()) throw CLI::ValidationError("--out", "is empty: name the folder to make");
   std::vector<const char*> useless;
   if (options.method == "planes")
     useless = {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"};

@@ -8,6 +8,7 @@
 #include "apps/byte_size.h"
 #include "apps/calibrate_options.h"
 #include "apps/command.h"
+#include "apps/option_checks.h"
 #include "core/base/parallel.h"
 
 namespace rigcal {
@@ -68,6 +69,7 @@ void add_batch_command(CLI::App& app, CommandContext& context) {
                    "The batch's folder: DIR/NAME is the result of each recording, DIR/batch.csv the table of all; what "
                    "is done there already is kept")
       ->required()
+      ->check(named_path())
       ->option_text("DIR");
   command->add_option("--jobs", options->batch.jobs, "Calibrations at a time (default: as many as --threads)")
       ->check(CLI::Range(1, 1024))

@@ -8,6 +8,7 @@
 #include "apps/estimate_text.h"
 #include "apps/input_digester.h"
 #include "apps/kept_memory.h"
+#include "apps/option_checks.h"
 #include "apps/recording.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
@@ -188,6 +189,7 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->required();
   command->add_option("--out", options->out, "The result folder; an older result there is replaced as a whole")
       ->required()
+      ->check(named_path())
       ->option_text("RESULT");
   add_calibration_options(*command, *options);
   command

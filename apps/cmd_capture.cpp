@@ -18,7 +18,7 @@
 #include "apps/estimate_text.h"
 #include "apps/live_datagrams.h"
 #include "apps/live_result.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "apps/packet_recorder.h"
 #include "apps/service_notify.h"
 #include "apps/tolerance.h"
@@ -221,6 +221,7 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
       ->option_text("RIG");
   command->add_option("--out", options->capture.out, "Session to make; must not exist")
       ->required()
+      ->check(named_path())
       ->option_text("SESSION");
   command
       ->add_option_function<double>(

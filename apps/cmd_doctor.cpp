@@ -13,7 +13,7 @@
 #include "apps/known_files.h"
 #include "apps/live_datagrams.h"
 #include "apps/machine_checks.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal {

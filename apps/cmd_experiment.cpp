@@ -10,7 +10,7 @@
 #include "apps/command.h"
 #include "apps/kept_memory.h"
 #include "apps/known_files.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "apps/planes_experiment_text.h"
 #include "apps/sigma_experiment.h"
 #include "apps/speed/experiment.h"
@@ -379,6 +379,7 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
       ->check(seed_range())
       ->option_text("N");
   command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
+      ->check(named_path())
       ->option_text("DIR");
   command->footer(
       "Example:\n  rigcal experiment targetless --part iterations --trials 4 --out targetless\n  rigcal experiment "

@@ -8,6 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/json_text.h"
+#include "apps/option_checks.h"
 #include "apps/patch_export.h"
 #include "apps/result_export.h"
 #include "core/base/version.h"
@@ -102,7 +103,10 @@ void add_export_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember(formats))
       ->option_text("FORMAT");
-  command->add_option("--out", options->out, "File or folder to make; must not exist")->required()->option_text("PATH");
+  command->add_option("--out", options->out, "File or folder to make; must not exist")
+      ->required()
+      ->check(named_path())
+      ->option_text("PATH");
   command
       ->add_option(
           "--rig", options->rig,

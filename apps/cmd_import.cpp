@@ -6,6 +6,7 @@
 
 #include "apps/command.h"
 #include "apps/json_text.h"
+#include "apps/option_checks.h"
 #include "apps/session_import.h"
 #include "core/base/version.h"
 
@@ -56,7 +57,10 @@ void add_import_command(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("import", "Turn a dump, an .lvx file, a bag or a patch folder into a session");
   command->add_option("INPUT", options->input, "A packet dump, a Livox .lvx file, a ROS 1 bag or a patch folder")
       ->required();
-  command->add_option("--out", options->out, "The session to make; must not exist")->required()->option_text("SESSION");
+  command->add_option("--out", options->out, "The session to make; must not exist")
+      ->required()
+      ->check(named_path())
+      ->option_text("SESSION");
   command->add_option("--rig", options->rig, "The rig file (a patch folder may bring its own)")->option_text("RIG");
   command->footer("Example:\n  rigcal import run.bag --rig rig.yaml --out session");
   command->callback(

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "apps/command.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "apps/replay.h"
 
 namespace rigcal {

@@ -9,7 +9,7 @@
 #include "apps/json_text.h"
 #include "apps/live_options.h"
 #include "apps/motion_options.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "apps/tolerance.h"
 #include "core/base/version.h"
 #include "core/rig/rig.h"
@@ -218,8 +218,9 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   command->add_option("--rig", options->rig, "Rig file; its extrinsics are where the sensors nearly are")
       ->required()
       ->option_text("RIG");
-  CLI::Option* out =
-      command->add_option("--out", options->out, "Session to make; must not exist")->option_text("SESSION");
+  CLI::Option* out = command->add_option("--out", options->out, "Session to make; must not exist")
+                         ->check(named_path())
+                         ->option_text("SESSION");
   CLI::Option* patches = command->add_flag("--patches", options->patches, "Write patches instead of packets");
   command->add_option("--seed", options->seed, "The same seed gives the same run (default 1)")
       ->check(seed_range())

@@ -208,7 +208,7 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
   }
   if (counts.last_ns == 0) counts.first_ns = stamp.stamp_ns;
   counts.last_ns = std::max(counts.last_ns, stamp.stamp_ns);
-  if (counts.sensor < 0 || headers_only_) return;
+  if (headers_only_) return;
   if (imu) {
     add_imu(device, packet, stamp.stamp_ns);
   } else {
@@ -228,7 +228,7 @@ void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket&
   device.counts.out_of_range += left_out.out_of_range;
   device.counts.points += batch_.points.size();
   device.counts.shots += batch_.shots;
-  if (point_sink_) point_sink_(batch_);
+  if (point_sink_ && device.counts.sensor >= 0) point_sink_(batch_);
 }
 
 void LidarIngest::Devices::add_imu(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns) {
@@ -239,7 +239,7 @@ void LidarIngest::Devices::add_imu(Device& device, const livox::SamplePacket& pa
     return;
   }
   ++device.counts.imu_samples;
-  if (!imu_sink_) return;
+  if (!imu_sink_ || device.counts.sensor < 0) return;
   const auto& gyro = reading->gyro_rad_s;
   const auto& acceleration = reading->acceleration_g;
   imu_sink_({device.counts.sensor, stamp_ns, Vector3d(gyro[0], gyro[1], gyro[2]),

@@ -26,7 +26,7 @@ class LidarIngest {
   using PointSink = std::function<void(PointBatch&)>;
   using ImuSink = std::function<void(const ImuSample&)>;
 
-  /// Empty sinks: only count. A rig without sensors: every device is listed, none is used.
+  /// Empty sinks: only count. Of devices that no sensor of the rig is, points and readings are counted and go nowhere.
   LidarIngest(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes = {});
   /// Keeps the books by the packets' headers alone, at a tenth of the cost: no points, no inertial readings.
   [[nodiscard]] static LidarIngest of_headers(const Rig& rig);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/json_text.h"
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 #include "core/base/version.h"
 
 namespace rigcal {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/number_range.h"
+#include "apps/option_checks.h"
 
 namespace rigcal {
 namespace {

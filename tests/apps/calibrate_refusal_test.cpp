@@ -166,8 +166,9 @@ TEST_F(CalibrateRefusal, OfASessionThatLostItsRig) {
 }
 
 TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
-  for (const char* command : {"calibrate", "batch"}) {
-    const ProgramRun run = run_program(std::string("'") + RIGCAL_PROGRAM + "' " + command + " x --out ''", scratch);
+  for (const char* command : {"calibrate x", "batch x", "export x --format patches", "import x", "capture --rig x",
+                              "simulate room --rig x", "experiment bound"}) {
+    const ProgramRun run = run_program(std::string("'") + RIGCAL_PROGRAM + "' " + command + " --out ''", scratch);
     EXPECT_EQ(run.code, 2) << command;
     EXPECT_THAT(run.err, HasSubstr("--out: is empty"));
   }

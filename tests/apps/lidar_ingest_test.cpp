@@ -354,13 +354,14 @@ TEST(LidarIngest, TwoDevicesThatSayTheyAreOneSensorAreWarnedOf) {
   EXPECT_THAT(summary->warnings[0], HasSubstr("both 192.168.1.21 and 192.168.1.99"));
 }
 
-TEST(LidarIngest, WithoutARigEveryDeviceIsListed) {
+TEST(LidarIngest, WithoutARigEveryDeviceIsListedWithItsPoints) {
   Bench bench(Rig{});
   bench.send_one_of_each();
   bench.broadcast(kLeftIp, kLeftCode);
   const Expected<IngestSummary> summary = bench.ingest.finish();
   ASSERT_TRUE(summary) << summary.error().message();
   EXPECT_THAT(summary->devices, SizeIs(3));
+  for (const DeviceIngest& device : summary->devices) EXPECT_EQ(device.points, 1U);
   EXPECT_THAT(bench.batches, IsEmpty());
 }
 

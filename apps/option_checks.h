@@ -36,4 +36,13 @@ inline CLI::Validator seed_range() {
       "");
 }
 
+/// For what is to be made: `--out ""`, as of a shell's variable that is not set, names nothing.
+inline CLI::Validator named_path() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        return text.empty() ? "is empty: name the file or folder to make" : std::string();
+      },
+      "");
+}
+
 }  // namespace rigcal
