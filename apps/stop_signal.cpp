@@ -8,14 +8,29 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
+#include <string_view>
 
 #include "apps/exit_code.h"
 
 namespace rigcal {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Nothing is waited for any more, so nothing may be said by ways that could wait.
+[[noreturn]] void end_at_once() {
+  constexpr std::string_view words =
+      "rigcal: error: ended at once by a second signal: what was being written is left as it was; a session is "
+      "finished "
+      "by rigcal inspect --repair SESSION\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
+  std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
+}
 
 // One that is blocked comes even where it is ignored.
 bool is_ignored(int signal) {
@@ -59,6 +74,7 @@ StopSignal::~StopSignal() {
 
 void StopSignal::listen() {
   std::array<pollfd, 2> watched{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
+  std::optional<Clock::time_point> told;
   while (true) {
     if (poll(watched.data(), watched.size(), -1) < 0) {
       if (errno == EINTR) continue;
@@ -67,7 +83,12 @@ void StopSignal::listen() {
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
     if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
-    if (!source_.request_stop() && signal.ssi_signo != SIGHUP) std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
+    source_.request_stop();
+    if (!told) {
+      told = Clock::now();
+    } else if (signal.ssi_signo != SIGHUP && Clock::now() - *told >= kOneWish) {
+      end_at_once();
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <csignal>
 #include <stop_token>
 #include <thread>
@@ -11,9 +12,12 @@ namespace rigcal {
 /// Turns Ctrl-C (SIGINT), SIGTERM and the end of the terminal (SIGHUP, unless it was ignored before, as nohup does)
 /// into a stop request while it lives. The signals are blocked and read by a thread of its own, so nothing runs inside
 /// a signal handler; make it before any other thread starts. A second signal ends the program at once, for work that
-/// does not listen; not SIGHUP, which shell and system may both send.
+/// does not listen; not SIGHUP, which shell and system may both send, and not one that comes within `kOneWish` of the
+/// first: `timeout`, and wrappers in a terminal, send each signal twice.
 class StopSignal {
  public:
+  static constexpr std::chrono::milliseconds kOneWish{1000};
+
   StopSignal();
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;

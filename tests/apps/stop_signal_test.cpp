@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <mutex>
+#include <thread>
 
 namespace rigcal {
 namespace {
@@ -64,10 +65,25 @@ TEST(StopSignalDeathTest, ASecondSignalEndsTheProgramAtOnce) {
         const StopSignal signal;
         kill(getpid(), SIGINT);
         wait_for(signal.token());
+        std::this_thread::sleep_for(StopSignal::kOneWish);
         kill(getpid(), SIGINT);
         pause();
       },
-      testing::ExitedWithCode(1), "");
+      testing::ExitedWithCode(1), "error: ended at once by a second signal.*--repair");
+}
+
+TEST(StopSignalDeathTest, OneThatIsSentTwiceIsOneWish) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        const StopSignal signal;
+        kill(getpid(), SIGINT);
+        wait_for(signal.token());
+        kill(getpid(), SIGINT);  // As timeout does, to its child and to the child's group.
+        usleep(100'000);
+        _exit(7);
+      },
+      testing::ExitedWithCode(7), "");
 }
 
 }  // namespace
