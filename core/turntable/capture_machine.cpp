@@ -232,6 +232,7 @@ void CaptureMachine::on(const happened::RecordingFailed& input) { fail(input.why
 CaptureProgress CaptureMachine::progress() const {
   CaptureProgress progress;
   progress.state = state_;
+  progress.stop = stop_;
   progress.stops = stops_;
   progress.wanted_stops = goal_.stops;
   progress.short_stops = short_stops_;

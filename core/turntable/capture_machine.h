@@ -92,6 +92,7 @@ enum class CaptureAction {
 /// How a machine stands, for showing and advice.
 struct CaptureProgress {
   CaptureState state = CaptureState::idle;
+  int stop = -1;          ///< That goes on, or went on last: numbered from 0, as in events and files.
   int stops = 0;          ///< That count.
   int wanted_stops = 0;   ///< 0: any number.
   int short_stops = 0;    ///< Left before they counted; they are recorded, too.

@@ -26,7 +26,8 @@ std::string capturing(const CaptureProgress& progress) {
   }
   const double share = progress.dwell_s > 0.0 ? std::min(1.0, progress.rested_s / progress.dwell_s) : 1.0;
   if (share < 1.0)
-    return "hold still: " + stop_name(progress) + ", " + std::to_string(std::lround(100.0 * share)) + " %";
+    return "hold still: stop " + std::to_string(progress.stop) + ", " + std::to_string(std::lround(100.0 * share)) +
+           " %";
   return "hold still: no image of " + joined(progress.awaited) + " yet";
 }
 
@@ -34,13 +35,6 @@ std::string capturing(const CaptureProgress& progress) {
 
 double step_deg(const CaptureProgress& progress) {
   return 360.0 / (progress.wanted_stops > 0 ? static_cast<double>(progress.wanted_stops) : usual_stops);
-}
-
-std::string stop_name(const CaptureProgress& progress) {
-  const int number = progress.stops + (progress.is_full ? 0 : 1);
-  std::string name = "stop " + std::to_string(number);
-  if (progress.wanted_stops > 0) name += " of " + std::to_string(progress.wanted_stops);
-  return name;
 }
 
 std::string advice(const CaptureProgress& progress) {

@@ -12,7 +12,4 @@ namespace rigcal {
 /// What the operator is to do now, one sentence without a full stop.
 [[nodiscard]] std::string advice(const CaptureProgress& progress);
 
-/// "stop 3 of 20", "stop 3".
-[[nodiscard]] std::string stop_name(const CaptureProgress& progress);
-
 }  // namespace rigcal

@@ -19,6 +19,7 @@ CaptureStatus at_the_third_stop() {
   status.seconds = 31.0;
   status.bytes = 250'000'000;
   status.progress.state = CaptureState::capturing;
+  status.progress.stop = 3;
   status.progress.stops = 2;
   status.progress.wanted_stops = 20;
   status.progress.short_stops = 1;
@@ -35,7 +36,7 @@ CaptureStatus at_the_third_stop() {
 
 TEST(CaptureDashboard, ShowsWhatToDoAndHowFarItIs) {
   const auto lines = dashboard_lines(at_the_third_stop());
-  EXPECT_EQ(lines[0], "capturing | hold still: stop 3 of 20, 50 %");
+  EXPECT_EQ(lines[0], "capturing | hold still: stop 3, 50 %");
   EXPECT_EQ(lines[1], "[############            ] 2 of 20 stops, 1 left early, table at 36.00 deg");
   EXPECT_EQ(lines[2], "captured 31 s, 250.0 MB");
   EXPECT_THAT(lines, Contains("disk: 12.3 GB free, 9.1 MB/s, full in 23 min"));

@@ -93,6 +93,7 @@ TEST(CaptureMachine, AWholeRunByHand) {
   EXPECT_EQ(run.progress().stops, 1);
   run.settle(1);
   EXPECT_EQ(run.state(), State::capturing);
+  EXPECT_EQ(run.progress().stop, 1);
   EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::end));
   EXPECT_EQ(run.state(), State::complete);
   EXPECT_EQ(run.progress().short_stops, 0);
