@@ -126,7 +126,7 @@ class Capture {
       if (context.cancelled() || is_over() || is_enough) guide_.end(now_ns());
       if (parts_.recording.has_ended()) {
         const auto error = parts_.recording.figures().error;
-        guide_.end(now_ns(), error ? error->message() : "the recording has ended");
+        end_unwritten(context.reporter, error ? error->message() : "the recording has ended");
       }
       look_at_disk(context.reporter);
       watch();
@@ -269,13 +269,17 @@ class Capture {
       log_.add(event.stamp_ns, "capture", event.text, event.is_gap);
   }
 
+  // The error itself is told when it has ended.
+  void end_unwritten(Reporter& reporter, const std::string& why) {
+    if (!std::exchange(is_unwritten_, true)) reporter.warn("the session cannot be written any more: the capture ends");
+    guide_.end(now_ns(), why);
+  }
+
   void look_at_disk(Reporter& reporter) {
     if (Clock::now() - disk_looked_ < disk_period) return;
     disk_looked_ = Clock::now();
     if (const auto failure = parts_.keeper.failure()) {
-      // The error itself is told when it has ended.
-      reporter.warn("the session cannot be written any more: the capture ends");
-      guide_.end(now_ns(), failure->message());
+      end_unwritten(reporter, failure->message());
       return;
     }
     const auto free = free_bytes(options_.out);
@@ -343,6 +347,7 @@ class Capture {
   Clock::time_point secured_ = started_;
   Clock::time_point disk_looked_;  ///< Long ago at first.
   DiskWatch disk_;
+  bool is_unwritten_ = false;  ///< And so it was told.
   ThreadWatch threads_;
   std::int64_t end_ns_ = 0;
   double closing_s_ = 0.0;

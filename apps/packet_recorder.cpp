@@ -36,6 +36,15 @@ Expected<void> PacketRecorder::write(const Datagram& datagram) {
   return writer_.write(datagram);
 }
 
+Expected<void> PacketRecorder::flush() {
+  // Writing to a file that was removed goes well, and all of it is gone once the file is closed.
+  std::error_code error;
+  if (!std::filesystem::exists(path_, error) && !error)
+    return system_error("was removed or renamed while packets were recorded into it", path_,
+                        "record anew, and let nobody touch a session before its capture has ended");
+  return writer_.begin_sync();
+}
+
 Expected<void> PacketRecorder::begin_part(std::int64_t now_ns) {
   if (const auto closed = writer_.close(); !closed) return closed;
   const std::lock_guard switching(progress_->switching());

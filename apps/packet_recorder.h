@@ -31,7 +31,8 @@ class PacketRecorder {
   /// Hands everything to the system: others can read it, and it outlives this program.
   Expected<void> hand_over() { return writer_.flush(); }
   /// The same, and the system begins to write it to the disk, so that little is left to do at the end.
-  Expected<void> flush() { return writer_.begin_sync(); }
+  /// Errors, too: the file is not where it was.
+  Expected<void> flush();
   /// Hands everything to the system, which brings it to the disk within seconds: a disk that others keep busy must not
   /// keep a capture from ending.
   Expected<void> close();

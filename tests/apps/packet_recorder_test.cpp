@@ -137,6 +137,16 @@ TEST_F(Recorder, AsksForNoMemoryWhileItRecords) {
   EXPECT_TRUE(recorder->close().has_value());
 }
 
+TEST_F(Recorder, SaysThatItsFileIsGone) {
+  auto recorder = record(0, 100);
+  EXPECT_TRUE(recorder->flush().has_value());
+  fs::remove(session_packets_path(session.string()));
+  const auto flushed = recorder->flush();
+  ASSERT_FALSE(flushed.has_value());
+  EXPECT_EQ(flushed.error().kind, ErrorKind::system);
+  EXPECT_THAT(flushed.error().message(), HasSubstr("lidar.pcapng: was removed"));
+}
+
 TEST_F(Recorder, OtherFilesAreNoParts) {
   ASSERT_TRUE(record(0, 10)->close().has_value());
   for (const char* name : {"lidar.00001.pcapng", "lidar.0000x1.pcapng", "lidar.000001.pcap", "other.000001.pcapng"})
