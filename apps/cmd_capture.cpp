@@ -264,6 +264,7 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--result", options->result,
                    "Where the result of --calibrate goes (default: SESSION_result); an older one is replaced")
+      ->check(named_path())
       ->option_text("RESULT");
   command
       ->add_option_function<std::string>(
@@ -279,7 +280,11 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command->add_flag("--bind-interface", options->driver.bind_to_interface,
                     "Keep each socket to its interface (SO_BINDTODEVICE; needs CAP_NET_RAW)");
   command->footer("Example:\n  rigcal capture --rig turntable --out session --stops 20");
-  command->callback([options, &context] { context.run = [=, &context] { return run_capture(*options, context); }; });
+  command->callback([options, &context] {
+    if (!options->result.empty() && !options->calibrate && options->target.empty())
+      throw CLI::ValidationError("--result", "there is none without --calibrate or --target; add one of them");
+    context.run = [=, &context] { return run_capture(*options, context); };
+  });
 }
 
 }  // namespace rigcal

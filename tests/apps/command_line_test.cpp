@@ -59,6 +59,13 @@ TEST_F(CommandLine, EndsWithTwoAndOneLineWhenItIsWrong) {
   }
 }
 
+TEST_F(CommandLine, SaysThatACaptureThatDoesNotCalibrateHasNoResult) {
+  const ProgramRun run = rigcal("capture --rig rig.yaml --out session --result result");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--result: there is none without --calibrate or --target"));
+  EXPECT_EQ(rigcal("capture --rig rig.yaml --out session --calibrate --result ''").code, 2);
+}
+
 TEST_F(CommandLine, NamesACommandThatItDoesNotKnow) {
   EXPECT_THAT(rigcal("calibarte run.pcap").err, HasSubstr("there is no command 'calibarte'"));
   EXPECT_THAT(rigcal("evaluate result").err, HasSubstr("see rigcal evaluate --help"));
