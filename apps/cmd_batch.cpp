@@ -10,6 +10,8 @@
 #include "apps/command.h"
 #include "apps/option_checks.h"
 #include "core/base/parallel.h"
+#include "core/io/extrinsics_file.h"
+#include "core/rig/rig.h"
 
 namespace rigcal {
 namespace {
@@ -27,6 +29,13 @@ Expected<ExitCode> run_batch_command(const BatchCommand& command, CommandContext
     const Expected<std::vector<std::string>> listed = batch::read_list(command.list);
     if (!listed) return listed.error();
     inputs.insert(inputs.end(), listed->begin(), listed->end());
+  }
+  // What would be wrong with each recording is said once.
+  if (!command.calibration.rig.empty()) {
+    if (const Expected<Rig> rig = load_rig(command.calibration.rig); !rig) return rig.error();
+  }
+  if (const std::string& initial = command.calibration.initial; !initial.empty() && initial != no_guess) {
+    if (const auto rough = load_extrinsics(initial); !rough) return rough.error();
   }
   const Expected<std::vector<batch::Session>> sessions = batch::name_sessions(inputs);
   if (!sessions) return sessions.error();

@@ -150,8 +150,9 @@ std::string batch_json(const BatchOutcome& outcome, const std::string& out) {
 
 std::string batch_text(const BatchOutcome& outcome, const std::string& out) {
   const std::map<std::string, int> counts = counts_of(outcome);
-  std::string text = fmt::format("{} sessions: {} good, {} weak, {} failed{}; {} of them from before; {:.1f} s\n",
-                                 outcome.rows.size(), counts.at("good"), counts.at("weak"), counts.at("failed"),
+  std::string text = fmt::format("{} session{}: {} good, {} weak, {} failed{}; {} of them from before; {:.1f} s\n",
+                                 outcome.rows.size(), outcome.rows.size() == 1 ? "" : "s", counts.at("good"),
+                                 counts.at("weak"), counts.at("failed"),
                                  counts.at("waiting") > 0 ? fmt::format(", {} not done", counts.at("waiting")) : "",
                                  counts.at("kept"), outcome.wall_s);
   for (const SessionRow& row : outcome.rows) {

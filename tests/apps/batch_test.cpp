@@ -256,6 +256,11 @@ TEST_F(Batch, RefusesWhatIsNoFolderOfABatchAndWhatIsNoList) {
   EXPECT_EQ(rigcal("batch fleet/car1 fleet/car1 --out nothing").code, 2);
   EXPECT_FALSE(fs::exists(scratch / "nothing"));
   EXPECT_EQ(rigcal("batch --list none.txt --out nothing").code, 3);
+  const ProgramRun rigless = rigcal("batch fleet/car1 fleet/car2 --out nothing --rig none.yaml");
+  EXPECT_EQ(rigless.code, 3);
+  EXPECT_THAT(rigless.err, HasSubstr("error: none.yaml: there is no such file"));
+  EXPECT_EQ(rigcal("batch fleet/car1 --out nothing --initial none.yaml").code, 3);
+  EXPECT_FALSE(fs::exists(scratch / "nothing"));
   EXPECT_EQ(rigcal("batch fleet/car1 --out nothing --memory much").code, 2);
   EXPECT_EQ(rigcal("batch fleet/car1 --out nothing --method planes --stages joint").code, 2);
   EXPECT_THAT(rigcal("batch fleet/car1 --out nothing --require 5 --jobs 2").err, HasSubstr("--require"));
