@@ -10,6 +10,7 @@
 #include "apps/bag_images.h"
 #include "apps/rig_lidars.h"
 #include "apps/still_images.h"
+#include "apps/stop_reader.h"
 #include "apps/stream_recording.h"
 #include "core/base/parallel.h"
 #include "core/base/spare_pool.h"
@@ -249,7 +250,7 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
                           paths.keep_points_within_m, context);
     }
   } else if (folder) {
-    if (paths.rig.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
+    if (paths.rig.empty()) return no_rig_for_folder(path);
     Expected<Rig> rig = load_rig(paths.rig);
     if (!rig) return rig.error();
     if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));

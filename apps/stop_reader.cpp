@@ -9,6 +9,13 @@
 
 namespace rigcal {
 
+Error no_rig_for_folder(const std::string& folder) {
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::path(folder) / "extrinsics.yaml", error))
+    return input_error("is a result, and holds no recording", folder, "give the recording that it was made from");
+  return input_error("a patch folder needs a rig file", folder, "add --rig RIG.yaml");
+}
+
 Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path) {
   StreamSource source;
   source.path = path;
@@ -19,7 +26,7 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   if (folder && !is_session_folder(path)) {
     const std::string own = (std::filesystem::path(path) / "rig.yaml").string();
     if (rig_path.empty() && std::filesystem::exists(own, error)) source.rig_path = own;
-    if (source.rig_path.empty()) return input_error("a patch folder needs a rig file", path, "add --rig RIG.yaml");
+    if (source.rig_path.empty()) return no_rig_for_folder(path);
   } else if (folder) {
     Expected<SessionFolder> session = open_session(path);
     if (!session) return session.error();

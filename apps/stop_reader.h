@@ -21,6 +21,9 @@ struct StreamSource {
   bool complete = true;  ///< False for a session that was cut short.
 };
 
+/// Of a folder that is no session, where no rig file was given: it may also be a result.
+[[nodiscard]] Error no_rig_for_folder(const std::string& folder);
+
 /// Opens a file (then `rig_path` is needed), a session or a patch folder (then it is taken instead of their own
 /// rig.yaml where it is not empty). Patches are not for `read_stops`: `file` is a folder then. Errors: no rig, what
 /// `load_rig` and `open_session` find.

@@ -158,6 +158,12 @@ TEST_F(CalibrateRefusal, OfPatchesWithoutARig) {
   expect_refused("patches --rig rig.yaml", "patches", "", "");
 }
 
+TEST_F(CalibrateRefusal, OfAResult) {
+  fs::create_directories(scratch / "older");
+  std::ofstream(scratch / "older/extrinsics.yaml") << "rigcal: 1\n";
+  expect_refused("older", "older: ", "is a result, and holds no recording", "give the recording");
+}
+
 TEST_F(CalibrateRefusal, OfASessionThatLostItsRig) {
   fs::create_directories(scratch / "session/patches/avia");
   write("session/session.json", "{\"format\": 1, \"start_ns\": 0}");
