@@ -71,6 +71,7 @@ class BoardCalibration {
       }
       all_.insert(all_.end(), seen_[s].sightings.begin(), seen_[s].sightings.end());
     }
+    doubt_ = doubt_of_corners(all_, board_);
     scale_ = scale_between(all_);
     if (scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
       context_.reporter.warn("by the LiDARs the squares of the board measure " + number(scale_ * board_.square(), 4) +
@@ -182,6 +183,11 @@ class BoardCalibration {
     if (boards.views == 0) return "nothing of it is in the recording";
     if (boards.sightings.empty())
       return "no board was found in what it saw: " + commonest_reason(boards.why_none, recording_.stops);
+    const auto base = static_cast<std::size_t>(rig_.base);
+    if (seen_[base].sightings.empty()) {
+      return "the board was found in what it saw, but not in what " + rig_.sensors[base].name +
+             ", the base, saw; see the reasons of that, or name another base in the rig file";
+    }
     return "the board was found in what it saw, but at no stop at which a sensor that is placed saw it as well";
   }
 
@@ -206,12 +212,14 @@ class BoardCalibration {
     return static_cast<int>(stops.size());
   }
 
-  [[nodiscard]] Verdict judge(std::size_t s) const {
+  [[nodiscard]] Verdict blind(std::size_t s) const {
     Verdict verdict;
-    if (!placed_[s].known) {
-      fail(verdict, why_not_placed(s));
-      return verdict;
-    }
+    fail(verdict, why_not_placed(s));
+    return verdict;
+  }
+
+  [[nodiscard]] Verdict judge(std::size_t s) const {
+    if (!placed_[s].known) return blind(s);
     const auto via = static_cast<std::size_t>(placed_[s].via);
     BoardEvidence e;
     e.name = rig_.sensors[s].name;
@@ -234,6 +242,11 @@ class BoardCalibration {
     if (out.status != Status::failed && scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
       weaken(out, "the board's squares have another size than the rig file says (see the warnings)");
     }
+    if (!doubt_.empty()) {
+      // Corners that are taken for others shift the board alike in all images, which no residual shows.
+      out.status = std::max(out.status, Status::weak);
+      out.reasons.insert(out.reasons.begin(), doubt_);
+    }
     return out;
   }
 
@@ -246,8 +259,9 @@ class BoardCalibration {
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
       SensorResult sensor{rig_.sensors[s].name, Status::good, {}, SE3{}};
       sensor.guess_T_base_sensor = guess_[s];
-      if (static_cast<int>(s) != rig_.base) {
-        const Verdict verdict = judge(s);
+      const bool is_blind_base = static_cast<int>(s) == rig_.base && seen_[s].sightings.empty();
+      if (static_cast<int>(s) != rig_.base || is_blind_base) {
+        const Verdict verdict = is_blind_base ? blind(s) : judge(s);
         sensor.status = verdict.status;
         sensor.reasons = verdict.reasons;
         sensor.T_base_sensor.reset();
@@ -303,6 +317,7 @@ class BoardCalibration {
   BoardAdjustOptions adjust_options_;
   BoardAdjustment found_;
   std::vector<double> hold_out_;
+  std::string doubt_;  ///< Of the rig file's inner_corners.
   double scale_ = 0.0;
   StageClock clock_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/base/median.h"
@@ -61,7 +62,8 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
              ? "there are boards that look alike, and which is which cannot be told; cover all but one, or give "
                "a rough pose in the rig file"
              : "the board looks the same after half a turn, and another place explains it as well; show it to "
-               "both in more poses, or give a rough pose in the rig file");
+               "both in more poses, give a rough pose in the rig file, or correct inner_corners and size there, if "
+               "they are not this board's");
     return verdict;
   }
   if (e.via_failed) {
@@ -76,9 +78,10 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
   }
   if (2 * e.agreeing < e.shared) {
     weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
-                        " stops at which it and " + e.via + " saw a board do these agree");
-  }
-  if (e.agreeing < least_boards) {
+                        " stops at which it and " + e.via +
+                        " saw a board do these agree; check the board and the cameras' intrinsics in the rig file, and "
+                        "that neither rig nor board moved while it was shown");
+  } else if (e.agreeing < least_boards) {
     weaken(verdict, "it and " + e.via + " saw the board together at " + std::to_string(e.agreeing) +
                         (e.agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
   }
@@ -171,6 +174,32 @@ std::vector<std::string> findings_of(const BoardAdjustment& found, const BoardMo
     }
   }
   return out;
+}
+
+std::string doubt_of_corners(const std::vector<BoardSighting>& sightings, const BoardModel& board) {
+  if (board.has_markers()) return {};
+  std::map<std::pair<int, int>, int> parts;
+  int all = 0;
+  for (const BoardSighting& s : sightings) {
+    if (!s.image) continue;
+    if (s.image->whole) return {};
+    int columns = 0;
+    int rows = 0;
+    for (const int id : s.image->ids) {
+      columns = std::max(columns, id % board.columns() + 1);
+      rows = std::max(rows, id / board.columns() + 1);
+    }
+    // A part may be found with its rows along the board's columns.
+    ++parts[{std::max(columns, rows), std::min(columns, rows)}];
+    ++all;
+  }
+  const auto usual =
+      std::max_element(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (usual == parts.end() || usual->second < least_boards || 2 * usual->second < all) return {};
+  return "no image shows a whole board of " + std::to_string(board.columns()) + " by " + std::to_string(board.rows()) +
+         " inner corners, but " + std::to_string(usual->second) + " of " + std::to_string(all) + " show " +
+         std::to_string(usual->first.first) + " by " + std::to_string(usual->first.second) +
+         ": count the corners between the squares, not the squares, for board.inner_corners in the rig file";
 }
 
 double scale_between(const std::vector<BoardSighting>& sightings) {

@@ -43,6 +43,10 @@ struct BoardEvidence {
 /// ranges that are off. Sentences for the user.
 [[nodiscard]] std::vector<std::string> findings_of(const BoardAdjustment& found, const BoardModel& board);
 
+/// Why the rig file's inner_corners are in doubt: no image shows the whole board, and half of the parts that are seen,
+/// three or more, have equally many corners along each side. Empty where they are in none; markers leave no doubt.
+[[nodiscard]] std::string doubt_of_corners(const std::vector<BoardSighting>& sightings, const BoardModel& board);
+
 /// How many times longer the ways between boards are by the LiDARs than by the cameras, where both saw three boards or
 /// more that lie apart; 0: not known. Other than 1: the squares have another size than the rig file says.
 [[nodiscard]] double scale_between(const std::vector<BoardSighting>& sightings);

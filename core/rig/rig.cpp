@@ -18,6 +18,8 @@ namespace {
 
 /// Largest distance from the base that is believed.
 constexpr double max_translation_m = 1000.0;
+constexpr double largest_square_m = 2.0;
+constexpr double plate_tolerance = 1.02;  // plates are cut and measured roughly
 /// A quaternion typed with four digits is off by 1e-4; ten times that is a mistake.
 constexpr double quaternion_tolerance = 1e-3;
 
@@ -73,14 +75,16 @@ int find_sensor(const Rig& rig, const std::string& name, const std::string& what
   return -1;
 }
 
+bool has_lidar(const Rig& rig) {
+  return std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& s) { return s.is_lidar(); });
+}
+
 void read_base(const YamlMap& top, Rig& rig) {
   if (!top.require("base", "name the sensor whose frame is the rig frame")) return;
   const std::optional<std::string> base = top.text("base");
   if (!base) return;
   rig.base = std::max(0, find_sensor(rig, *base, "base '" + *base + "'", top.line("base"), top.errors()));
-  const bool has_lidar =
-      std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& s) { return s.is_lidar(); });
-  if (top.errors().ok() && has_lidar && !rig.base_sensor().is_lidar()) {
+  if (top.errors().ok() && has_lidar(rig) && !rig.base_sensor().is_lidar()) {
     top.fail("base", "'" + *base + "' is a camera", "a rig with LiDARs needs one of them as base");
   }
 }
@@ -180,6 +184,26 @@ void read_markers(const YamlMap& map, BoardSettings& board) {
   }
 }
 
+// What cannot be one board: lengths in two units, or width and height in another order than columns and rows.
+void check_board_lengths(const YamlMap& map, const BoardSettings& board, bool has_lidar) {
+  if (has_lidar && board.square > largest_square_m) {
+    map.fail("square", "is " + number_text(board.square) + " m", "give lengths in metres where the rig has LiDARs");
+    return;
+  }
+  const auto [width, height] = board.size;
+  if (width <= 0.0 || height <= 0.0) return;
+  const auto holds = [&](double across, double along, int beside_corners) {
+    return (board.inner_corners[0] + beside_corners) * board.square <= across * plate_tolerance &&
+           (board.inner_corners[1] + beside_corners) * board.square <= along * plate_tolerance;
+  };
+  if (!holds(width, height, 1) && holds(height, width, 1)) {
+    map.fail("size", "has no room for the squares, but would have it turned by 90 degrees",
+             "give width and height in the order of inner_corners, columns first");
+  } else if (!holds(width, height, -1)) {
+    map.fail("size", "has no room for the inner corners", "give it in the unit of square: the whole plate");
+  }
+}
+
 void read_board(const YamlMap& top, Rig& rig) {
   const std::optional<YamlMap> map =
       top.map("board", {"type", "inner_corners", "square", "size", "offset", "dictionary", "marker"});
@@ -202,6 +226,7 @@ void read_board(const YamlMap& top, Rig& rig) {
         map->fail(key, "is of a board with markers", "write type: charuco, or leave it out");
     }
   }
+  if (top.errors().ok()) check_board_lengths(*map, board, has_lidar(rig));
   rig.board = board;
 }
 

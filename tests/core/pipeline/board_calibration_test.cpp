@@ -11,8 +11,10 @@
 namespace rigcal {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 CameraIntrinsics test_camera() {
   return {DistortionModel::radtan, 640, 480, 420.0, 420.0, 319.5, 239.5, {0.0, 0.0, 0.0, 0.0, 0.0}};
@@ -61,6 +63,7 @@ class BoardCalibrationTest : public testing::Test {
     options.seed = seed;
     auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, {SE3{}, std::nullopt}, options, {reporter_});
     EXPECT_TRUE(result) << result.error().what;
+    if (result) front_ = result->sensors[0];
     return result ? result->sensors[1] : SensorResult{};
   }
 
@@ -71,6 +74,7 @@ class BoardCalibrationTest : public testing::Test {
   std::vector<Stop> stops_;
   std::vector<Patch> patches_;
   std::vector<StillImage> images_;
+  SensorResult front_;
   NotingReporter reporter_;
   Random random_{21};
 };
@@ -83,6 +87,18 @@ TEST_F(BoardCalibrationTest, SaysThatThereIsNoBoard) {
   EXPECT_EQ(lidar.status, Status::failed);
   EXPECT_THAT(lidar.reasons, Contains(HasSubstr("no board was found in what it saw: no flat piece of 0.85 by 0.61 m "
                                                 "that stands free (2 stops, the first is 0)")));
+}
+
+TEST_F(BoardCalibrationTest, SaysWhyTheBaseSawNoBoard) {
+  with_camera();
+  rig_.board->size = {850.0, 610.0};
+  show({plate_at(0.0, 2.0, 0.8, 0.1)}, size_);
+  const SensorResult camera = side();
+  EXPECT_EQ(front_.status, Status::failed);
+  EXPECT_FALSE(front_.T_base_sensor);
+  EXPECT_THAT(front_.reasons, Contains(HasSubstr("no board was found in what it saw: no flat piece of 850.0 by")));
+  EXPECT_EQ(camera.status, Status::failed);
+  EXPECT_THAT(camera.reasons, Contains(HasSubstr("but not in what front, the base, saw")));
 }
 
 TEST_F(BoardCalibrationTest, IsTheSameWhateverIsDrawn) {
@@ -137,8 +153,23 @@ TEST_F(BoardCalibrationTest, SaysThatTheSquaresHaveAnotherSize) {
     show({plate_at(0.18 * k - 0.25, 1.7 + 0.5 * (k % 2), 0.5 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, size_);
   }
   const SensorResult camera = side();
+  EXPECT_THAT(camera.reasons, Not(Contains(HasSubstr("count the corners"))));
   EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("but the rig file's board.square is 0.0950; measure them")));
   EXPECT_NE(camera.status, Status::good);
+}
+
+// Half a square to the side in every image: what is found fits, and is wrong.
+TEST_F(BoardCalibrationTest, SaysThatSquaresWereCountedForCorners) {
+  with_camera();
+  rig_.board->inner_corners = {8, 6};
+  for (int k = 0; k < 6; ++k) {
+    show({plate_at(0.18 * k - 0.45, 1.7 + 0.5 * (k % 2), 0.5 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, size_);
+  }
+  const SensorResult camera = side();
+  EXPECT_NE(camera.status, Status::good);
+  ASSERT_FALSE(camera.reasons.empty());
+  EXPECT_THAT(camera.reasons[0], AllOf(HasSubstr("no image shows a whole board of 8 by 6 inner corners"),
+                                       HasSubstr("count the corners between the squares")));
 }
 
 }  // namespace

@@ -104,6 +104,19 @@ TEST(JudgeByBoards, PassesOnWhatIsWrongWithTheSensorBetween) {
   EXPECT_THAT(verdict.reasons, testing::Contains(HasSubstr("shares with front, which failed")));
 }
 
+TEST(JudgeByBoards, DoesNotAskForPosesThatWereShownAndDisagree) {
+  BoardEvidence evidence = twelve_boards(1e-10);
+  evidence.agreeing = 2;
+  Verdict verdict = judge_by_boards(evidence, {}, "");
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("only at 2 of the 12 stops at which it and front saw a board do these "
+                                            "agree; check the board and the cameras' intrinsics"));
+  evidence.shared = 2;
+  verdict = judge_by_boards(evidence, {}, "");
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("saw the board together at 2 stops only; show it in ten poses"));
+}
+
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
   const Verdict verdict = judge_by_boards(twelve_boards(1e-4), {}, "add poses at the left of what it sees");
   EXPECT_EQ(verdict.status, Status::weak);
