@@ -72,7 +72,8 @@ void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::DeviceRep
     const bool is_silent = is_sampling && now_ns - device.last_packet_ns > kLongestSilenceNs;
     if (is_silent == is_silent_[i]) continue;
     is_silent_[i] = is_silent;
-    if (is_silent) add(now_ns, sensors_[i], "no packet has come for 2 s, though it answers", true);
+    // Whether it still answers is known a second later: then it is lost, or it is not.
+    if (is_silent) add(now_ns, sensors_[i], "no packet has come for 2 s", true);
     if (!is_silent && is_sampling) add(now_ns, sensors_[i], "packets come again", false);
   }
 }
