@@ -14,8 +14,9 @@ install(FILES udev/sysctl.conf DESTINATION lib/sysctl.d RENAME 60-rigcal.conf CO
 install(FILES udev/modprobe.conf DESTINATION lib/modprobe.d RENAME rigcal.conf COMPONENT rigcal)
 install(FILES udev/tmpfiles.conf DESTINATION lib/tmpfiles.d RENAME rigcal.conf COMPONENT rigcal)
 install(DIRECTORY docs/schema DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal)
-install(FILES README.md docs/manual.md docs/licences.md docs/real-recordings.md
-  DESTINATION "${doc_dir}" COMPONENT rigcal)
+# All pages, in the tree's own places: they point to each other.
+install(FILES README.md DESTINATION "${doc_dir}" COMPONENT rigcal)
+install(DIRECTORY docs DESTINATION "${doc_dir}" COMPONENT rigcal)
 install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}" COMPONENT rigcal)
 install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}-dev" COMPONENT dev)
 
