@@ -134,7 +134,11 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   if (!rig) return rig.error();
   if (command.parts) command.capture.out = next_part(command.capture.out);
   const auto devices = driver_options(*rig);
-  if (!devices) return devices.error();
+  if (!devices) {
+    Error error = devices.error();
+    error.where = command.rig + ": " + error.where;
+    return error;
+  }
   command.driver.devices = devices->devices;
   command.driver.interface = devices->interface;
   command.driver.host_ip = devices->host_ip;

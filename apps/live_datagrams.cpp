@@ -51,7 +51,8 @@ Expected<livox::DriverOptions> driver_options(const Rig& rig) {
     options.devices.push_back({sensor.lidar->broadcast_code, sensor.lidar->ip, settings_of(*sensor.lidar)});
   }
   if (options.devices.empty())
-    return input_error("has no Livox LiDAR", "rig '" + rig.name + "'", "add the LiDARs to the rig file");
+    return input_error("has no Livox LiDAR", "rig '" + rig.name + "'",
+                       "add one: other LiDARs, and cameras without one, are not recorded live");
   return options;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "tests/support/run_program.h"
@@ -64,6 +65,14 @@ TEST_F(CommandLine, SaysThatACaptureThatDoesNotCalibrateHasNoResult) {
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("--result: there is none without --calibrate or --target"));
   EXPECT_EQ(rigcal("capture --rig rig.yaml --out session --calibrate --result ''").code, 2);
+}
+
+TEST_F(CommandLine, NamesTheRigFileThatHasNothingToCapture) {
+  const std::string rig = (scratch / "bare.yaml").string();
+  std::ofstream(rig) << "rigcal: 1\nname: bare\nbase: top\nsensors:\n  top: {type: lidar}\n";
+  const ProgramRun run = rigcal("capture --rig '" + rig + "' --out '" + (scratch / "session").string() + "'");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("bare.yaml: rig 'bare': has no Livox LiDAR; add one"));
 }
 
 TEST_F(CommandLine, NamesACommandThatItDoesNotKnow) {
