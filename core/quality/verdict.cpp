@@ -49,7 +49,7 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   if (!e.has_points) {
     const bool is_base = e.name == e.base_name;
     fail(verdict, std::string("it has no points in any stop; check its cable, its address and its entry in the rig "
-                              "file") +
+                              "file (range in metres, as clouds in files are)") +
                       (is_base ? ", or name another base" : ""));
     return verdict;
   }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/pipeline/rig_calibration.h"
 #include "simdata/scene_file.h"
 #include "tests/support/light_recording.h"
@@ -76,6 +78,7 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
     if (sensor.is_lidar()) continue;
     CameraRecording one{rig.find(sensor.name), SE3{}, {}};
     if (sensor.name == "nowhere") one.guess_T_base_camera.reset();
+    if (sensor.name == "dark") one.guess_T_base_camera->t = {150.0, 0.0, -80.0};
     one.read_images = [name = sensor.name, &asked](const RunContext&) {
       asked.push_back(name);
       StillImages still;
@@ -103,6 +106,11 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
   EXPECT_THAT(by_name["nowhere"].reasons, ElementsAre(HasSubstr("none of its images shows an edge")));
   EXPECT_THAT(by_name["no_images"].reasons, ElementsAre("it has none"));
   EXPECT_THAT(by_name["dark"].reasons, ElementsAre(HasSubstr("none of its images shows anything")));
+  EXPECT_EQ(std::count(reporter.warnings.begin(), reporter.warnings.end(),
+                       "the rough pose of dark is 170.0 m from " + rig.base_sensor().name +
+                           ": initial_extrinsics are in metres; were these millimetres?"),
+            1);
+  EXPECT_THAT(reporter.warnings, testing::Not(testing::Contains(HasSubstr("the rough pose of no_images"))));
   EXPECT_THAT(asked, ElementsAre("nowhere", "no_images", "dark")) << "only where they are of use";
   for (const SensorResult& lidar : lidars->sensors) {
     EXPECT_EQ(by_name[lidar.name].status, lidar.status);

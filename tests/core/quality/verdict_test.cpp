@@ -68,8 +68,8 @@ INSTANTIATE_TEST_SUITE_P(
                e.base_name = e.name;
              },
              Status::failed,
-             "it has no points in any stop; check its cable, its address and its entry in the rig file, "
-             "or name another base"},
+             "it has no points in any stop; check its cable, its address and its entry in the rig file "
+             "(range in metres, as clouds in files are), or name another base"},
         Flaw{"NotFoundWithoutAGuess", [](LidarEvidence& e) { e.has_guess = e.found = false; }, Status::failed,
              "initial_extrinsics"},
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
