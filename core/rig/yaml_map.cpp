@@ -82,7 +82,8 @@ YamlMap::YamlMap(const YamlNode& node, std::string name, YamlErrors& errors,
     : node_(&node), name_(std::move(name)), errors_(&errors) {
   const std::string called = name_.empty() ? "the file" : name_;
   if (node.kind != YamlNode::Kind::map) {
-    errors.add(std::max(node.line, 1), called + " is " + shown(node) + ", not a map of keys and values");
+    errors.add(std::max(node.line, 1), called + " is " + shown(node) + ", not a map of keys and values",
+               name_.empty() ? "" : "give it keys below it, or leave it out");
     return;
   }
   if (known.size() == 0) return;

@@ -117,6 +117,8 @@ class TreeBuilder final : public YAML::EventHandler {
       level.key_read = true;
       return;
     }
+    // Where nothing follows a key, the parser's mark is that of what comes next.
+    if (level.key_read && node.kind == YamlNode::Kind::null) node.line = level.node.keys.back().line;
     level.node.items.push_back(std::move(node));
     level.key_read = false;
   }

@@ -76,6 +76,7 @@ const Mistake mistakes[] = {
     {"TextWithNewline", HEAD "  a: {type: lidar, topic: \"x\\ny\"}\n", "rig.yaml:4", "control characters"},
     {"ExtrinsicsOfAStranger", ONE "initial_extrinsics:\n  b: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n",
      "rig.yaml:6", "does not exist"},
+    {"ExtrinsicsOfNothing", ONE "initial_extrinsics:\n", "rig.yaml:5", "give it keys below it, or leave it out"},
     {"QuaternionNotUnit",
      HEAD "  a: {type: lidar}\n  b: {type: lidar}\ninitial_extrinsics:\n"
           "  b: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1.0011]}\n",
