@@ -52,6 +52,13 @@ Expected<void> check_base(const Rig& rig, const std::optional<ExtrinsicsFile>& i
                      "give extrinsics with the rig's base");
 }
 
+// Of a larger rig, or misspelt.
+void warn_of_unused(const Rig& rig, const ExtrinsicsFile& initial, const std::string& path, Reporter& reporter) {
+  for (const std::string& name : initial.names) {
+    if (rig.find(name) < 0) reporter.warn(path + ": " + name + " is no sensor of the rig: its extrinsics are not used");
+  }
+}
+
 std::vector<std::optional<SE3>> lidar_guesses(const Recording& recording,
                                               const std::optional<ExtrinsicsFile>& initial) {
   std::vector<std::optional<SE3>> out;
@@ -157,6 +164,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
   if (const auto right = check_base(recording->rig, *initial, options.initial); !right) return right.error();
+  if (*initial) warn_of_unused(recording->rig, **initial, options.initial, context.reporter);
   if (options.initial == no_guess) forget_initial_extrinsics(recording->rig);
   for (CameraRecording& camera : recording->cameras) {
     camera.guess_T_base_camera = guess_of(recording->rig.sensors[static_cast<std::size_t>(camera.sensor)], *initial);

@@ -22,6 +22,7 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   source.file = path;
   source.rig_path = rig_path;
   std::error_code error;
+  if (!std::filesystem::exists(path, error)) return input_error("no such file or folder", path, "check the path");
   const bool folder = std::filesystem::is_directory(path, error);
   if (folder && !is_session_folder(path)) {
     const std::string own = (std::filesystem::path(path) / "rig.yaml").string();

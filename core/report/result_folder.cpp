@@ -26,7 +26,7 @@ constexpr std::array<const char*, 5> known_files{"extrinsics.yaml", "trajectory.
 constexpr const char* overlay_folder = "overlays";
 
 Error not_ours(const std::string& what, const std::string& path) {
-  return input_error(what, path, "choose another --out, or move it away yourself");
+  return input_error(what, path, "choose another place for the result, or move it away yourself");
 }
 
 bool is_extrinsics_file(const fs::path& path) {

@@ -217,9 +217,13 @@ TEST_F(CalibrateCameras, NeedIntrinsicsButNoGuess) {
   EXPECT_LT(off.t.norm(), 0.1);
   EXPECT_LT(to_deg(rotation_distance(off.R, Matrix3d::Identity())), 1.0);
   expect_lidars_as_ever("poor_result");
-  const ProgramRun helped =
-      rigcal("calibrate session --rig poor.yaml --initial session/ground_truth.yaml --out helped");
+  std::string rough = file("session/ground_truth.yaml");
+  rough.insert(rough.find("sensors:\n") + 9,
+               "  rihgt: {translation: [0.0, 0.0, 0.0], rotation_xyzw: [0.0, 0.0, 0.0, 1.0]}\n");
+  std::ofstream(scratch / "rough.yaml") << rough;
+  const ProgramRun helped = rigcal("calibrate session --rig poor.yaml --initial rough.yaml --out helped");
   EXPECT_THAT(helped.out, Not(HasSubstr("without a rough pose")));
+  EXPECT_THAT(helped.err, HasSubstr("rough.yaml: rihgt is no sensor of the rig: its extrinsics are not used"));
   EXPECT_THAT(file("helped/report.json"), HasSubstr("right/0.png"));
 }
 

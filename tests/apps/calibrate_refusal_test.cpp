@@ -180,6 +180,14 @@ TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
   }
 }
 
+TEST_F(CalibrateRefusal, OfARecordingThatIsNotThere) {
+  expect_refused("nowhere.pcapng --rig rig.yaml", "nowhere.pcapng: ", "no such file", "check the path");
+  const ProgramRun run =
+      run_program(std::string("'") + RIGCAL_PROGRAM + "' export nowhere --format patches --out patches", scratch);
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("nowhere: no such file or folder"));
+}
+
 TEST_F(CalibrateRefusal, OfRoughExtrinsicsOfAnotherBase) {
   write_run("run.pcapng", true, [](double) { return 0.0; });
   write("guess.yaml",
