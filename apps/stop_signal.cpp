@@ -25,9 +25,8 @@ using Clock = std::chrono::steady_clock;
 // Nothing is waited for any more, so nothing may be said by ways that could wait.
 [[noreturn]] void end_at_once() {
   constexpr std::string_view words =
-      "rigcal: error: ended at once by a second signal: what was being written is left as it was; a session is "
-      "finished "
-      "by rigcal inspect --repair SESSION\n";
+      "rigcal: error: ended at once by a second signal: what was being written is left as it was; "
+      "a session is finished by rigcal inspect --repair SESSION\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
   std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
 }
@@ -83,12 +82,9 @@ void StopSignal::listen() {
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
     if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
+    if (told && signal.ssi_signo != SIGHUP && Clock::now() - *told >= kOneWish) end_at_once();
+    if (!told) told = Clock::now();
     source_.request_stop();
-    if (!told) {
-      told = Clock::now();
-    } else if (signal.ssi_signo != SIGHUP && Clock::now() - *told >= kOneWish) {
-      end_at_once();
-    }
   }
 }
 

@@ -48,7 +48,8 @@ TEST_F(ExportResult, WritesAGoodResultInEveryFormat) {
   for (const std::string& format : result_format_names()) {
     const ProgramRun run = rigcal("export good --format " + format + " --out " + format + ".txt --json");
     EXPECT_EQ(run.code, 0) << format << run.err;
-    EXPECT_EQ(run.err, "") << format;
+    // Without a rig file it cannot leave cameras out.
+    EXPECT_EQ(run.err.empty(), format != "mlcc") << format << run.err;
     const auto json = nlohmann::json::parse(run.out);
     EXPECT_THAT(SchemaCheck("export.json").violations(json), IsEmpty());
     EXPECT_THAT(json["left_out"], IsEmpty());
