@@ -34,9 +34,9 @@ inline constexpr const char* no_guess = "none";
 /// Declares those that do not belong to one recording: all but input, out, images and incremental.
 void add_calibration_options(CLI::App& command, CalibrateOptions& options);
 
-/// A CLI::ValidationError where --out names nothing, or where an option was given that is of no use with the method:
-/// the planes method knows neither stages nor poses nor cameras, that of the board neither stages nor poses nor a map;
-/// who asks for these wants another method.
+/// A CLI::ValidationError where an option was given that is of no use with the method: the planes method knows neither
+/// stages nor poses nor cameras, that of the board neither stages nor poses nor a map; who asks for these wants another
+/// method.
 void check_calibration_options(const CalibrateOptions& options, const CLI::App& command);
 
 /// What makes another `rigcal calibrate` do the same: those of `add_calibration_options` that differ from the usual.

@@ -232,10 +232,8 @@ Expected<Recording> read_images_alone(Rig rig, const std::string& path, const st
 
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
+  if (const auto there = check_there(path); !there) return there.error();
   std::error_code ec;
-  const bool there = fs::exists(path, ec);
-  if (ec) return cannot_read(path, ec.value());
-  if (!there) return input_error("no such file or folder", path, "check the path");
   const bool folder = fs::is_directory(path, ec);
   if (folder && is_session_folder(path)) {
     Expected<SessionFolder> session = open_session(path);

@@ -190,10 +190,8 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
 
 Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path, const std::string& out,
                                        const RunContext& context) {
+  if (const auto there = check_there(input); !there) return there.error();
   std::error_code error;
-  const bool there = fs::exists(input, error);
-  if (error) return cannot_read(input, error.value());
-  if (!there) return input_error("no such file or folder", input, "check the path");
   const bool folder = fs::is_directory(input, error);
   if (folder && is_session_folder(input)) {
     if (const Expected<SessionFolder> session = open_session(input); !session) return session.error();

@@ -6,6 +6,7 @@
 
 #include "apps/stop_pass.h"
 #include "core/io/session_folder.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 
@@ -22,7 +23,7 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   source.file = path;
   source.rig_path = rig_path;
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return input_error("no such file or folder", path, "check the path");
+  if (const auto there = check_there(path); !there) return there.error();
   const bool folder = std::filesystem::is_directory(path, error);
   if (folder && !is_session_folder(path)) {
     const std::string own = (std::filesystem::path(path) / "rig.yaml").string();

@@ -121,8 +121,6 @@ ExportedResult export_result(const CalibrationResult& result, const Rig* rig, Re
       out.text = colmap_json(placed);
       break;
     case ResultFormat::mlcc:
-      if (rig == nullptr)
-        out.warnings.emplace_back("without the rig file nothing tells cameras: all sensors are written; add --rig RIG");
       placed = lidars_around_base(std::move(placed));
       out.text = mlcc_lines(placed);
       break;

@@ -5,7 +5,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 
 namespace rigcal {
 
@@ -22,6 +24,14 @@ Error cannot_read(const std::string& path, int code) {
     default:
       return input_error(std::string("cannot be read (") + std::strerror(code) + ")", path);
   }
+}
+
+Expected<void> check_there(const std::string& path) {
+  std::error_code error;
+  const bool there = std::filesystem::exists(path, error);
+  if (error) return cannot_read(path, error.value());
+  if (!there) return input_error("no such file or folder", path, "check the path");
+  return {};
 }
 
 Expected<std::string> read_text_file(const std::string& path, std::size_t max_bytes) {

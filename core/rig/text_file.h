@@ -13,4 +13,7 @@ namespace rigcal {
 /// The error for an input file that could not be opened or read, from `errno`-like `code`.
 [[nodiscard]] Error cannot_read(const std::string& path, int code);
 
+/// Of an input that may be a file or a folder. Errors: nothing is there, or it may not be looked at.
+[[nodiscard]] Expected<void> check_there(const std::string& path);
+
 }  // namespace rigcal

@@ -48,8 +48,7 @@ TEST_F(ExportResult, WritesAGoodResultInEveryFormat) {
   for (const std::string& format : result_format_names()) {
     const ProgramRun run = rigcal("export good --format " + format + " --out " + format + ".txt --json");
     EXPECT_EQ(run.code, 0) << format << run.err;
-    // Without a rig file it cannot leave cameras out.
-    EXPECT_EQ(run.err.empty(), format != "mlcc") << format << run.err;
+    EXPECT_EQ(run.err, "") << format;
     const auto json = nlohmann::json::parse(run.out);
     EXPECT_THAT(SchemaCheck("export.json").violations(json), IsEmpty());
     EXPECT_THAT(json["left_out"], IsEmpty());

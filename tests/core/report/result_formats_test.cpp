@@ -253,12 +253,6 @@ TEST_F(ResultFormats, MlccHasALineALidarBesideTheBase) {
   expect_pose("mid40_left", {v[0], v[1], v[2]}, rotation_from_xyzw({v[4], v[5], v[6], v[3]}));
 }
 
-TEST_F(ResultFormats, MlccSaysThatNothingTellsCamerasWithoutARigFile) {
-  result.sensors.resize(2);
-  result.sensors[1].status = Status::good;
-  EXPECT_THAT(export_result(result, nullptr, ResultFormat::mlcc).warnings, ElementsAre(HasSubstr("--rig RIG")));
-}
-
 TEST_F(ResultFormats, JsonHoldsAllOfTheResult) {
   const auto json = nlohmann::json::parse(write(ResultFormat::json).text);
   EXPECT_THAT(SchemaCheck("extrinsics.json").violations(json), IsEmpty());

@@ -237,19 +237,25 @@ TEST_P(CameraContract, FramesThatFindNoBufferAreCounted) {
   CameraConfig config = subject->config();
   config.buffers = 3;
   bring(*camera, CameraState::streaming, config);
-  std::vector<Frame> lent;
-  for (int i = 0; i < 3; ++i) lent.push_back(frame());
-  const std::vector<std::uint8_t> pixels(lent[0].pixels().begin(), lent[0].pixels().end());
-  EXPECT_EQ(next(400 * ms).kind, Kind::nothing);
-  EXPECT_TRUE(std::equal(pixels.begin(), pixels.end(), lent[0].pixels().begin()));
-  lent.clear();
-  // A frame of which a part came before there was a buffer is damaged.
-  Delivery after = next();
-  while (after.kind == Kind::frame && !after.frame.is_whole()) after = next();
-  ASSERT_EQ(after.kind, Kind::frame);
-  const CameraCounters counters = camera->counters();
-  EXPECT_GT(counters.missing + counters.no_buffer + counters.damaged(), 0U);
-  EXPECT_EQ(counters.whole(), 4U);
+  const auto lost = [&] { return camera->counters().missing + camera->counters().no_buffer; };
+  std::uint64_t taken = 0;
+  // On a busy machine a camera may send no more than a part of a frame meanwhile.
+  for (int round = 0; round < 5 && lost() == 0; ++round) {
+    std::vector<Frame> lent;
+    for (int i = 0; i < 3; ++i) lent.push_back(frame());
+    const std::vector<std::uint8_t> pixels(lent[0].pixels().begin(), lent[0].pixels().end());
+    EXPECT_EQ(next(400 * ms).kind, Kind::nothing);
+    EXPECT_TRUE(std::equal(pixels.begin(), pixels.end(), lent[0].pixels().begin()));
+    lent.clear();
+    // Where it goes on after the buffers are back, that frame is damaged, but none after it.
+    Delivery after = next();
+    if (after.kind == Kind::frame && after.frame.facts().status == FrameStatus::incomplete) after = next();
+    ASSERT_EQ(after.kind, Kind::frame);
+    EXPECT_TRUE(after.frame.is_whole());
+    taken += 4;
+  }
+  EXPECT_GT(lost(), 0U);
+  EXPECT_EQ(camera->counters().whole(), taken);
 }
 
 TEST_P(CameraContract, ALentFrameOutlivesTheCamera) {
