@@ -24,7 +24,7 @@ std::array<double, 256> counts_of(const GreyImage& image) {
 }
 
 // From the darkest hundredth of an image to its brightest.
-std::array<float, 256> spread_of(const GreyImage& image) {
+GreyScale spread_of(const GreyImage& image) {
   const std::array<double, 256> count = counts_of(image);
   const double total = std::accumulate(count.begin(), count.end(), 0.0);
   const auto value_at = [&](double share) {
@@ -33,28 +33,23 @@ std::array<float, 256> spread_of(const GreyImage& image) {
     while (v + 1 < count.size() && below + count[v] < share * total) below += count[v++];
     return static_cast<float>(v);
   };
-  const float low = value_at(0.01);
-  const float range = std::max(1.0F, value_at(0.99) - low);
-  std::array<float, 256> scale{};
-  for (std::size_t v = 0; v < scale.size(); ++v) {
-    scale[v] = std::clamp((grey_levels - 1) * (static_cast<float>(v) - low) / range, 0.0F, grey_levels - 1.0F);
-  }
-  return scale;
+  const float dark = value_at(0.01);
+  return {dark, std::max(dark + 1.0F, value_at(0.99)), static_cast<float>(grey_levels - 1)};
 }
 
 // Made smaller, and less the mean over some 80 pixels around; middle grey where they are alike.
 GreyImage contrast_of(const GreyImage& image, int halvings) {
   constexpr int surroundings_halvings = 7;
   constexpr int step = 8;  // between which the mean is as good as straight
-  std::array<float, 256> same{};
-  for (std::size_t v = 0; v < same.size(); ++v) same[v] = static_cast<float>(v);
   GreyImage contrast = halved(image, halvings);
-  const SmoothImage surroundings(contrast, std::max(0, surroundings_halvings - halvings), same);
+  const SmoothImage surroundings(contrast, std::max(0, surroundings_halvings - halvings));
   for (int y = 0; y < contrast.height; ++y) {
     float* row = contrast.values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(contrast.width);
+    float right = surroundings.value(Eigen::Vector2d(0, y));
     for (int x0 = 0; x0 < contrast.width; x0 += step) {
-      const float left = surroundings.value(Eigen::Vector2d(x0, y));
-      const float rise = (surroundings.value(Eigen::Vector2d(x0 + step, y)) - left) / step;
+      const float left = right;
+      right = surroundings.value(Eigen::Vector2d(x0 + step, y));
+      const float rise = (right - left) / step;
       for (int x = x0; x < std::min(x0 + step, contrast.width); ++x) {
         row[x] = std::clamp(128.0F + row[x] - left - rise * static_cast<float>(x - x0), 0.0F, 255.0F);
       }
@@ -68,7 +63,7 @@ GreyImage contrast_of(const GreyImage& image, int halvings) {
 std::vector<SmoothImage> information_images(const CameraScene& scene, const CameraTask& camera, int halvings,
                                             Shown shown) {
   static const GreyImage plain{1, 1, {0.0F}};
-  std::vector<SmoothImage> images(camera.views.size(), SmoothImage(plain, 0, {}));
+  std::vector<SmoothImage> images(camera.views.size(), SmoothImage(plain, 0));
   parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       const CameraView& view = camera.views[v];

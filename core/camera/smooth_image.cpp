@@ -15,23 +15,16 @@ GreyImage half_of(const GreyImage& image) {
   half.width = std::max(1, image.width / 2);
   half.height = std::max(1, image.height / 2);
   half.values.resize(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height));
+  // To the second pixel of a pair; an image that is one pixel wide or high has none.
+  const int right = image.width > 1 ? 1 : 0;
+  const std::size_t below = image.height > 1 ? static_cast<std::size_t>(image.width) : 0;
   for (int y = 0; y < half.height; ++y) {
-    const int y0 = std::min(2 * y, image.height - 1);
-    const int y1 = std::min(2 * y + 1, image.height - 1);
+    const float* in = image.values.data() + 2 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
     float* out = half.values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(half.width);
-    for (int x = 0; x < half.width; ++x) {
-      const int x0 = std::min(2 * x, image.width - 1);
-      const int x1 = std::min(2 * x + 1, image.width - 1);
-      out[x] = 0.25F * (image.at(x0, y0) + image.at(x1, y0) + image.at(x0, y1) + image.at(x1, y1));
-    }
+    for (int x = 0; x < half.width; ++x, in += 2)
+      out[x] = 0.25F * (in[0] + in[right] + in[below] + in[below + static_cast<std::size_t>(right)]);
   }
   return half;
-}
-
-float looked_up(const std::array<float, 256>& scale, float grey) {
-  const float g = std::clamp(grey, 0.0F, 255.0F);
-  const auto i = std::min<std::size_t>(254, static_cast<std::size_t>(g));
-  return scale[i] + (g - static_cast<float>(i)) * (scale[i + 1] - scale[i]);
 }
 
 // The cubic B-spline's weights of the four neighbours, and their derivatives.
@@ -52,20 +45,23 @@ GreyImage halved(const GreyImage& image, int times) {
   return small;
 }
 
-SmoothImage::SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale, int done)
+SmoothImage::SmoothImage(const GreyImage& image, int halvings, const GreyScale& scale, int done)
     : per_pixel_(std::pow(0.5, halvings)) {
   GreyImage small;
   if (halvings > done) small = halved(image, halvings - done);
   const GreyImage* from = halvings > done ? &small : &image;
   width_ = from->width;
   height_ = from->height;
-  stride_ = static_cast<std::size_t>(width_ + 2 * border);
+  const auto width = static_cast<std::size_t>(width_);
+  stride_ = width + 2 * border;
   values_.resize(stride_ * static_cast<std::size_t>(height_ + 2 * border));
+  const float per_grey = scale.most / (scale.bright - scale.dark);
   for (int y = -border; y < height_ + border; ++y) {
+    const float* in = from->values.data() + static_cast<std::size_t>(std::clamp(y, 0, height_ - 1)) * width;
     float* out = values_.data() + static_cast<std::size_t>(y + border) * stride_ + border;
-    for (int x = -border; x < width_ + border; ++x) {
-      out[x] = looked_up(scale, from->at(std::clamp(x, 0, width_ - 1), std::clamp(y, 0, height_ - 1)));
-    }
+    for (std::size_t x = 0; x < width; ++x) out[x] = std::clamp(per_grey * (in[x] - scale.dark), 0.0F, scale.most);
+    std::fill_n(out - border, border, out[0]);
+    std::fill_n(out + width, border, out[width - 1]);
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <vector>
 
 #include "core/edges/image_edges.h"
@@ -14,6 +13,13 @@ struct GreySample {
   Eigen::Vector2f slope = Eigen::Vector2f::Zero();
 };
 
+/// What becomes of a grey value: `most` times its share of the way from `dark` to `bright`, and nothing beyond these.
+struct GreyScale {
+  float dark = 0.0F;
+  float bright = 255.0F;  ///< Above `dark`.
+  float most = 255.0F;
+};
+
 /// An image made smaller by halves, each pixel the mean of four, as often as said.
 [[nodiscard]] GreyImage halved(const GreyImage& image, int times);
 
@@ -21,9 +27,8 @@ struct GreySample {
 /// blurs by about 0.6 * 2^halvings pixels and is smooth to the second derivative.
 class SmoothImage {
  public:
-  /// The values are looked up in `scale`, an entry for each grey value 0 .. 255 (between them linearly), after the
-  /// halving. Of `halvings` the image has been made smaller by `done` already.
-  SmoothImage(const GreyImage& image, int halvings, const std::array<float, 256>& scale, int done = 0);
+  /// `scale` comes after the halving. Of `halvings` the image has been made smaller by `done` already.
+  SmoothImage(const GreyImage& image, int halvings, const GreyScale& scale = {}, int done = 0);
 
   /// At a pixel of the full image; beyond its borders the image goes on as it ends.
   [[nodiscard]] float value(const Eigen::Vector2d& pixel) const;
