@@ -154,7 +154,9 @@ Inspection gyro_json(const Rig& rig, const StopReading& summary) {
   Inspection json{{"samples", summary.gyro.imu_samples},
                   {"unusable", summary.gyro.imu_unusable},
                   {"noise_deg_s", to_deg(summary.gyro.gyro_noise_rad_s)},
-                  {"longest_rest_s", summary.gyro.longest_still_s}};
+                  {"longest_rest_s", summary.gyro.longest_still_s},
+                  {"brief_rests", summary.gyro.brief_rests},
+                  {"longest_brief_rest_s", summary.gyro.longest_brief_rest_s}};
   if (summary.source == StopSource::gyro && !summary.stops.empty()) {
     const StopRecord& last = summary.stops.back();
     json["sensor"] = rig.sensors[static_cast<std::size_t>(last.sensor)].name;

@@ -12,8 +12,22 @@ constexpr double bumped_deg = 1.5;
 constexpr std::int64_t bumped_ns = 4'000'000'000;
 constexpr double notable_tremble_deg = 0.02;
 
+// Empty where there were none.
+std::string brief_rests_text(const StillFigures& gyro) {
+  if (gyro.brief_rests == 0) return {};
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "%d %s between turns, of about %.1f s at most, %s too short for a stop, as the swing of a turn has to fade first",
+      gyro.brief_rests, gyro.brief_rests == 1 ? "pause" : "pauses", gyro.longest_brief_rest_s,
+      gyro.brief_rests == 1 ? "was" : "were");
+  return text;
+}
+
 void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
   char text[300];
+  if (summary.source == StopSource::gyro && summary.gyro.brief_rests > 0)
+    warnings.push_back(brief_rests_text(summary.gyro) + ": let the rig rest for two seconds and more at every stop");
   if (summary.source == StopSource::points && summary.gyro.imu_samples > 0) {
     warnings.emplace_back(
         "the gyro shows no rest (does the rig tremble?): the stops were found from the points, and how far the rig "
@@ -93,7 +107,9 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
                   "%.3f deg/s)",
                   summary.gyro.longest_still_s, options.min_stop_s, to_deg(summary.gyro.gyro_noise_rad_s));
   }
-  return input_error(text, source.path, "let it rest for two seconds and more at every stop");
+  const std::string pauses = brief_rests_text(summary.gyro);
+  return input_error(text + (pauses.empty() ? pauses : "; " + pauses), source.path,
+                     "let it rest for two seconds and more at every stop");
 }
 
 std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {

@@ -43,7 +43,10 @@ void StillDetector::add_bins(const std::vector<MotionBin>& bins) {
 }
 
 void StillDetector::take_finals(bool at_end) {
-  while (const std::optional<MotionBin> bin = judge_.take_final(at_end)) step(*bin);
+  while (const std::optional<MotionBin> bin = judge_.take_final(at_end)) {
+    step(*bin);
+    brief_rests_.add(*bin, judge_.bias(), state_ == State::stopped);
+  }
 }
 
 void StillDetector::step(const MotionBin& bin) {
@@ -155,6 +158,8 @@ StillFigures StillDetector::figures() const {
   figures.imu_of_others = imu_of_others_;
   figures.stops = stops_;
   figures.longest_still_s = longest_still_s_;
+  figures.brief_rests = brief_rests_.count();
+  figures.longest_brief_rest_s = brief_rests_.longest_s();
   figures.gyro_noise_rad_s = judge_.lowest_noise_rad_s();
   figures.bias_changes = judge_.bias_changes();
   return figures;

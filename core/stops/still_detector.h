@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/stops/brief_rests.h"
 #include "core/stops/still_judge.h"
 #include "core/stops/still_listener.h"
 #include "core/stops/turn_integrator.h"
@@ -13,9 +14,11 @@ struct StillFigures {
   std::uint64_t imu_unusable = 0;   ///< Too late, or nothing that a unit can read.
   std::uint64_t imu_of_others = 0;  ///< Of other sensors' units.
   int stops = 0;
-  double longest_still_s = 0.0;   ///< Also of rests too short to be a stop.
-  double gyro_noise_rad_s = 0.0;  ///< 1 sigma of a sample, an axis, at the quietest half second; 0: none was seen.
-  int bias_changes = 0;           ///< The bias first taken was a rotation: stops found before are doubtful.
+  double longest_still_s = 0.0;       ///< Also of rests too short to be a stop.
+  int brief_rests = 0;                ///< Pauses between turns that were too short to be stops (brief_rests.h),
+  double longest_brief_rest_s = 0.0;  ///< and the longest of them.
+  double gyro_noise_rad_s = 0.0;      ///< 1 sigma of a sample, an axis, at the quietest half second; 0: none was seen.
+  int bias_changes = 0;               ///< The bias first taken was a rotation: stops found before are doubtful.
 };
 
 /// Finds the still intervals of an IMU stream: causal, bounded memory, verdicts about 0.75 s behind the stream.
@@ -50,6 +53,7 @@ class StillDetector {
   MotionBinner binner_;
   StillJudge judge_;
   TurnIntegrator turn_;
+  BriefRests brief_rests_;
   State state_ = State::moving;
   int imu_sensor_;
   std::vector<MotionBin> candidate_;  ///< The bins of a rest that is not yet long enough.
