@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -29,7 +30,7 @@ constexpr std::array<const char*, 4> board_parts{"pairs", "curves", "detection",
 struct ExperimentOptions {
   std::string paper;
   std::optional<int> trials;  // of planes and targetless
-  std::optional<int> points;  // of a patch: targetless, start and base
+  std::optional<int> points;  // of a patch: targetless, bound, start and base
   int mountings = 1000;
   int places = 10;
   SigmaExperimentOptions sigma;
@@ -39,7 +40,7 @@ struct ExperimentOptions {
   std::vector<std::string> parts;        // of checkerboard, speed and targetless; empty: all
   bool no_guess = false;                 // of base
   bool no_gyro = false;                  // likewise
-  std::optional<int> rigs;               // of sigma, start and checkerboard
+  std::optional<int> rigs;               // of checkerboard, sigma, bound, start and base
   double scale = 1.0;                    // of speed
   std::string scratch = "rigcal-speed";  // likewise
   std::uint64_t seed = 1;
@@ -303,6 +304,39 @@ void check_parts(const ExperimentOptions& options) {
   }
 }
 
+/// Which experiments read an option; what is not named here is read by all.
+const std::map<std::string, std::vector<std::string>>& readers() {
+  static const std::map<std::string, std::vector<std::string>> all{
+      {"--trials", {"targetless", "planes"}},
+      {"--mountings", {"planes"}},
+      {"--places", {"planes"}},
+      {"--draws", {"checkerboard"}},
+      {"--sets", {"checkerboard"}},
+      {"--boards", {"checkerboard"}},
+      {"--part", {"targetless", "checkerboard", "speed"}},
+      {"--scale", {"speed"}},
+      {"--scratch", {"speed"}},
+      {"--rigs", {"checkerboard", "sigma", "bound", "start", "base"}},
+      {"--points", {"targetless", "bound", "start", "base"}},
+      {"--case", {"start"}},
+      {"--basin", {"start"}},
+      {"--no-guess", {"base"}},
+      {"--no-gyro", {"base"}},
+      {"--out", {"targetless", "planes", "checkerboard", "sigma", "bound", "speed"}}};
+  return all;
+}
+
+/// Who gives an experiment an option that it does not read would take its figures for others.
+void check_options(const CLI::App& command, const std::string& paper) {
+  for (const CLI::Option* option : command.get_options()) {
+    const auto found = readers().find(option->get_name());
+    if (option->count() == 0 || found == readers().end()) continue;
+    const std::vector<std::string>& papers = found->second;
+    if (std::find(papers.begin(), papers.end(), paper) != papers.end()) continue;
+    throw CLI::ValidationError(found->first, "is of " + CLI::detail::join(papers, ", ") + ", not of " + paper);
+  }
+}
+
 }  // namespace
 
 void add_experiment_command(CLI::App& app, CommandContext& context) {
@@ -325,10 +359,10 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
           "some minutes' worth)")
       ->check(CLI::Range(1, 100000))
       ->option_text("N");
-  command->add_option("--mountings", options->mountings, "Corners with a random mounting (default 1000)")
+  command->add_option("--mountings", options->mountings, "planes: corners with a random mounting (default 1000)")
       ->check(CLI::Range(1, 1000000))
       ->option_text("N");
-  command->add_option("--places", options->places, "Places of the simulated vehicle (default 10)")
+  command->add_option("--places", options->places, "planes: places of the simulated vehicle (default 10)")
       ->check(CLI::Range(1, 1000))
       ->option_text("N");
   command
@@ -378,14 +412,16 @@ void add_experiment_command(CLI::App& app, CommandContext& context) {
   command->add_option("--seed", options->seed, "Of all random numbers (default 1)")
       ->check(seed_range())
       ->option_text("N");
-  command->add_option("--out", options->out, "Also writes the tables and pictures of the clouds into this folder")
+  command
+      ->add_option("--out", options->out, "Also writes tables and pictures into this folder (all but start and base)")
       ->check(named_path())
       ->option_text("DIR");
   command->footer(
       "Example:\n  rigcal experiment targetless --part iterations --trials 4 --out targetless\n  rigcal experiment "
       "planes --trials 100 --out planes\n  rigcal experiment checkerboard --part pairs "
       "--draws 100\n  rigcal experiment sigma --rigs 60 --out sigma\n  rigcal experiment start --rigs 20 --case gyro");
-  command->callback([options, &context] {
+  command->callback([options, command, &context] {
+    check_options(*command, options->paper);
     check_parts(*options);
     context.run = [options, &context] { return run_experiment(*options, context); };
   });
