@@ -31,7 +31,8 @@ void check_ack(rigcal::ByteView bytes) {
   if (!ack) return;
   const auto again = encode_ack(*ack, frame->id, frame->status);
   const auto back = decode_ack(*parse_ack(again));
-  RIGCAL_ASSERT(back.has_value() && *back == *ack, "an ack has changed");
+  // Texts that fill their field without an end mark are read, but never written.
+  RIGCAL_ASSERT(back.has_value() && encode_ack(*back, frame->id, frame->status) == again, "an ack has changed");
 }
 
 void check_packet(rigcal::ByteView bytes) {
