@@ -41,7 +41,11 @@ void read_sensors(const YamlMap& top, Rig& rig) {
   }
 }
 
-/// Two sensors with one address, broadcast code or folder cannot be told apart.
+/// ROS takes them alike with and without.
+std::string without_slash(const std::string& topic) { return topic.front() == '/' ? topic.substr(1) : topic; }
+
+/// Two sensors with one address, broadcast code, folder, topic or device cannot be told apart. Points, images and
+/// inertial readings need topics of their own, too: what comes on one is of one kind, and goes to one sensor.
 void check_duplicates(const YamlMap& top, const Rig& rig) {
   const YamlNode& list = *top.get("sensors");
   std::set<std::string> seen;
@@ -53,8 +57,13 @@ void check_duplicates(const YamlMap& top, const Rig& rig) {
     if (sensor.lidar && !sensor.lidar->broadcast_code.empty()) {
       own.emplace_back("broadcast_code", sensor.lidar->broadcast_code);
     }
+    if (sensor.camera && !sensor.camera->device.empty()) own.emplace_back("device", sensor.camera->device);
+    const std::string& topic = sensor.lidar ? sensor.lidar->topic : sensor.camera->topic;
+    if (!topic.empty()) own.emplace_back("topic", topic);
+    if (sensor.lidar && !sensor.lidar->imu_topic.empty()) own.emplace_back("imu_topic", sensor.lidar->imu_topic);
     for (const auto& [key, value] : own) {
-      if (seen.insert(key + " " + value).second) continue;
+      const bool is_topic = key.ends_with("topic");
+      if (seen.insert(is_topic ? "topic " + without_slash(value) : key + " " + value).second) continue;
       const YamlMap map(list.items[i], "sensors." + sensor.name, top.errors(), {});
       map.fail(key, "is " + value + ", which another sensor has already", "every sensor needs its own");
     }

@@ -83,7 +83,7 @@ YamlMap::YamlMap(const YamlNode& node, std::string name, YamlErrors& errors,
   const std::string called = name_.empty() ? "the file" : name_;
   if (node.kind != YamlNode::Kind::map) {
     errors.add(std::max(node.line, 1), called + " is " + shown(node) + ", not a map of keys and values",
-               name_.empty() ? "" : "give it keys below it, or leave it out");
+               name_.empty() ? "check that it is the right file" : "give it keys below it, or leave it out");
     return;
   }
   if (known.size() == 0) return;

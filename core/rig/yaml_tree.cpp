@@ -152,7 +152,8 @@ Expected<YamlNode> parse_yaml(const std::string& text, const std::string& file, 
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     TreeBuilder builder(limits);
-    if (!parser.HandleNextDocument(builder)) return input_error("is empty", file);
+    if (!parser.HandleNextDocument(builder))
+      return input_error("is empty", file, "check that it is the right file, and was written whole");
     YamlNode root = builder.take_root();
     TreeBuilder rest(limits);
     if (parser.HandleNextDocument(rest)) {

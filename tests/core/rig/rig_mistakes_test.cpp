@@ -33,9 +33,9 @@ TEST_P(RigMistake, IsNamedWithItsLine) {
 #define ONE HEAD "  a: {type: livox_avia}\n"
 
 const Mistake mistakes[] = {
-    {"Empty", "", "rig.yaml", "empty"},
+    {"Empty", "", "rig.yaml", "is empty; check that it is the right file"},
     {"OnlyComment", "# nothing\n", "rig.yaml", "empty"},
-    {"NotAMap", "- 1\n- 2\n", "rig.yaml:1", "not a map"},
+    {"NotAMap", "- 1\n- 2\n", "rig.yaml:1", "not a map of keys and values; check"},
     {"NoVersion", "base: a\nsensors:\n  a: {type: lidar}\n", "rig.yaml:1", "'rigcal' is missing"},
     {"NewerVersion", "rigcal: 2\nsurprise: 1\n", "rig.yaml:1", "reads version 1; use rigcal 2.0 or newer"},
     {"VersionOfWrongKind", "rigcal: one\n", "rig.yaml:1", "not a whole number"},
@@ -62,6 +62,13 @@ const Mistake mistakes[] = {
           "  b: {type: livox_avia, broadcast_code: 3JEDHC900100791}\n",
      "rig.yaml:5", "another sensor"},
     {"FolderOfAnother", HEAD "  a: {type: lidar}\n  b: {type: lidar, folder: a}\n", "rig.yaml:5", "another sensor"},
+    {"SameTopic", HEAD "  a: {type: lidar, topic: /p}\n  b: {type: lidar, topic: p}\n", "rig.yaml:5", "another sensor"},
+    {"SameImuTopic", HEAD "  a: {type: lidar, imu_topic: /i}\n  b: {type: lidar, imu_topic: /i}\n", "rig.yaml:5",
+     "sensors.b.imu_topic is /i"},
+    {"ImuTopicOfPoints", HEAD "  a: {type: lidar, topic: /p}\n  b: {type: lidar, imu_topic: /p}\n", "rig.yaml:5",
+     "another sensor"},
+    {"SameDevice", HEAD "  a: {type: lidar}\n  b: {type: camera, device: x}\n  c: {type: camera, device: x}\n",
+     "rig.yaml:6", "sensors.c.device is x"},
     {"ShortCode", HEAD "  a: {type: livox_avia, broadcast_code: 3JEDHC90010079}\n", "rig.yaml:4", "15"},
     {"CodeOfANonLivox", HEAD "  a: {type: lidar, broadcast_code: 3JEDHC900100791}\n", "rig.yaml:4", "only Livox"},
     {"IpOutOfRange", HEAD "  a: {type: lidar, ip: 192.168.1.256}\n", "rig.yaml:4", "no address"},
