@@ -25,12 +25,26 @@ void sync_folder_of(const std::string& path) {
   ::close(descriptor);
 }
 
+/// The part of a path that is a file though it should be a folder; empty: none.
+std::string file_within(const std::string& path) {
+  std::error_code error;
+  for (std::filesystem::path part = path; part.has_relative_path(); part = part.parent_path()) {
+    if (std::filesystem::exists(part, error)) return std::filesystem::is_directory(part, error) ? "" : part.string();
+  }
+  return {};
+}
+
 }  // namespace
 
 Error cannot_write(const std::string& path, int code) {
   switch (code) {
-    case ENOENT:
     case ENOTDIR:
+      if (const std::string file = file_within(path); !file.empty()) {
+        return system_error("cannot be made, " + (file == path ? "it" : file) + " is a file and no folder", path,
+                            "choose another place, or move that file away");
+      }
+      [[fallthrough]];
+    case ENOENT:
       return system_error("cannot be made, its folder does not exist", path, "make the folder first");
     case EACCES:
     case EPERM:

@@ -44,20 +44,26 @@ Expected<void> check_replaceable(const std::string& path, const std::vector<std:
   return {};
 }
 
-/// A hidden folder beside the target: on the same file system, so that a rename is enough. The folders above are made.
-Expected<std::string> make_staging(const std::string& target) {
-  const fs::path place(target);
+/// A hidden folder of `target` in `place`, which must be there.
+Expected<std::string> make_hidden(const std::string& target, const fs::path& place) {
   std::error_code error;
-  fs::create_directories(place.parent_path(), error);
-  if (error) return cannot_write(place.parent_path().string(), error.value());
-  const std::string stem = "." + place.filename().string() + ".part" + std::to_string(::getpid()) + "-";
+  const std::string stem = "." + fs::path(target).filename().string() + ".part" + std::to_string(::getpid()) + "-";
   // A name may be left from a killed process of the same number; it is never ours to remove.
   for (int i = 0; i < 100; ++i) {
-    const fs::path staging = place.parent_path() / (stem + std::to_string(i));
+    const fs::path staging = place / (stem + std::to_string(i));
     if (fs::create_directory(staging, error)) return staging.string();
     if (error) return cannot_write(target, error.value());
   }
   return cannot_write(target, EEXIST);
+}
+
+/// Beside the target: on the same file system, so that a rename is enough. The folders above are made.
+Expected<std::string> make_staging(const std::string& target) {
+  const fs::path above = fs::path(target).parent_path();
+  std::error_code error;
+  fs::create_directories(above, error);
+  if (error) return cannot_write(above.string(), error.value());
+  return make_hidden(target, above);
 }
 
 /// Lets two folders change places: in one step where the file system can do that. After an error nothing has changed.
@@ -117,6 +123,17 @@ Expected<StagedFolder> StagedFolder::replace(const std::string& path, std::vecto
   Expected<std::string> staging = make_staging(target);
   if (!staging) return staging.error();
   return StagedFolder(target, std::move(*staging), std::move(own_entries));
+}
+
+Expected<void> StagedFolder::check_place(const std::string& path) {
+  const std::string target = own_place(path);
+  fs::path above = fs::path(target).parent_path();
+  while (above.has_relative_path() && !exists(above.string())) above = above.parent_path();
+  const Expected<std::string> trial = make_hidden(target, above);
+  if (!trial) return trial.error();
+  std::error_code error;
+  fs::remove(*trial, error);
+  return error ? Expected<void>(cannot_write(*trial, error.value())) : Expected<void>{};
 }
 
 Expected<void> StagedFolder::sync() {

@@ -17,6 +17,10 @@ class StagedFolder {
   /// other existing path is an error, so that a slip of the user never costs his files.
   [[nodiscard]] static Expected<StagedFolder> replace(const std::string& path, std::vector<std::string> own_entries);
 
+  /// Whether a folder could be made at `path`, tried where its folders above end; nothing is left of it. Errors (kind
+  /// system): no permission, no room, a file in the way.
+  [[nodiscard]] static Expected<void> check_place(const std::string& path);
+
   StagedFolder(StagedFolder&& other) noexcept;
   StagedFolder& operator=(StagedFolder&&) = delete;
   StagedFolder(const StagedFolder&) = delete;

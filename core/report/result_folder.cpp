@@ -87,7 +87,7 @@ std::string overlay_file(const CalibrationResult& result, const Overlay& overlay
 Expected<void> check_result_target(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) return {};
+  if (status.type() == fs::file_type::not_found) return StagedFolder::check_place(path);
   if (error) return cannot_write(path, error.value());
   if (!fs::is_directory(status)) return not_ours("a file stands where the result folder should go", path);
   bool empty = true;
@@ -95,7 +95,7 @@ Expected<void> check_result_target(const std::string& path) {
   if (!empty && !is_extrinsics_file(fs::path(path) / "extrinsics.yaml")) {
     return not_ours("the folder has no extrinsics.yaml of rigcal and is not replaced", path);
   }
-  return {};
+  return StagedFolder::check_place(path);
 }
 
 Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path, const Rig* rig) {

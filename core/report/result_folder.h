@@ -9,7 +9,8 @@
 namespace rigcal {
 
 /// An Error where `path` exists and is not a result folder that may be replaced: a file, or a folder that holds
-/// anything rigcal did not write. Ask before a long calculation; write_result_folder asks again.
+/// anything rigcal did not write; or where no folder can be made (kind system). Ask before a long calculation;
+/// write_result_folder asks again.
 [[nodiscard]] Expected<void> check_result_target(const std::string& path);
 
 /// Name of an overlay's file in the folder `overlays` of a result: <camera>_<stop>.jpg, of a map

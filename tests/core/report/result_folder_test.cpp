@@ -167,5 +167,21 @@ TEST_F(ResultFolder, WritesTheMapAsPlyThatOtherToolsRead) {
   EXPECT_EQ(ply[body + 17 + 16], 1);
 }
 
+TEST_F(ResultFolder, IsTriedAtItsPlaceBeforehandAndNothingIsLeft) {
+  write(root / "file", "");
+  const Expected<void> below_a_file = check_result_target(root / "file/deep/result");
+  ASSERT_FALSE(below_a_file);
+  EXPECT_EQ(below_a_file.error().kind, ErrorKind::system);
+  EXPECT_THAT(below_a_file.error().message(), HasSubstr((root / "file").string() + " is a file and no folder"));
+  const Expected<void> long_name = check_result_target(root / std::string(300, 'x'));
+  ASSERT_FALSE(long_name);
+  EXPECT_EQ(long_name.error().kind, ErrorKind::system);
+  ASSERT_TRUE(check_result_target(root / "deep/er/result/"));
+  EXPECT_THAT(names(root), ElementsAre("file"));
+  ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
+  ASSERT_TRUE(check_result_target(root / "result"));
+  EXPECT_THAT(names(root), ElementsAre("file", "result"));
+}
+
 }  // namespace
 }  // namespace rigcal
