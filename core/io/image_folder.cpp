@@ -26,6 +26,23 @@ bool is_image_name(std::string name) {
   return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return name.ends_with(ending); });
 }
 
+/// Whether it is "<digits>.<digits>.png" and so on, as stamps in seconds are written.
+bool is_named_by_seconds(const std::string& name) {
+  if (!is_image_name(name)) return false;
+  const std::string number = fs::path(name).stem().string();
+  return std::count(number.begin(), number.end(), '.') == 1 && number.front() != '.' && number.back() != '.' &&
+         number.find_first_not_of("0123456789.") == std::string::npos;
+}
+
+/// Of a folder; 0 of anything else.
+std::size_t images_in(const fs::path& folder) {
+  std::error_code error;
+  std::size_t count = 0;
+  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error))
+    count += is_image_name(file->path().filename().string()) ? 1 : 0;
+  return count;
+}
+
 /// The number of "<digits>.png" and so on.
 std::optional<std::int64_t> number_of(const std::string& name) {
   const std::size_t digits = name.find('.');
@@ -77,6 +94,18 @@ Expected<ImageFolder> list_image_folder(const std::string& path) {
     return std::tie(a.number, a.path) < std::tie(b.number, b.path);
   });
   return folder;
+}
+
+std::string hint_of_unknown(const std::string& path, const ImageFolder& folder) {
+  bool has_seconds = false;
+  for (const std::string& name : folder.unknown) {
+    has_seconds |= !folder.has_frames && is_named_by_seconds(name);
+    const std::size_t inside = images_in(fs::path(path) / name);
+    if (inside > 0) {
+      return "its folder " + name + " holds " + std::to_string(inside) + " images: move them up into " + path;
+    }
+  }
+  return has_seconds ? "seconds are not read: name them <stamp_ns>.png, or add a frames.csv" : "";
 }
 
 }  // namespace rigcal

@@ -33,10 +33,18 @@ Expected<std::vector<std::string>> sorted_entries(const std::string& path) {
   return names;
 }
 
+/// The ending of a name, in small letters.
+std::string ending_of(const std::string& name) {
+  std::string ending = fs::path(name).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending;
+}
+
 /// The stop number of "<digits>.pcd", or -1.
 int stop_number(const std::string& name) {
   constexpr std::string_view ending = ".pcd";
-  if (name.size() <= ending.size() || name.size() > 16 || !name.ends_with(ending)) return -1;
+  if (name.size() <= ending.size() || name.size() > 16 || ending_of(name) != ending) return -1;
   if (name[0] < '0' || name[0] > '9') return -1;
   int stop = -1;
   const char* const end = name.data() + name.size() - ending.size();
@@ -84,10 +92,36 @@ Expected<std::map<int, SE3>> read_trajectory(const std::string& path) {
   return by_stop;
 }
 
+/// Why a file in a sensor's folder is no cloud that is read.
+std::string reason_of_file(const std::string& name) {
+  if (ending_of(name) == ".ply") return "PLY is not read: convert it to PCD";
+  const std::string stem = fs::path(name).stem().string();
+  if (ending_of(name) == ".pcd" && stem.find_first_not_of("0123456789.") == std::string::npos)
+    return "a cloud is named by the number of its stop, like 3.pcd, not by a time: count them in their order";
+  return "a cloud is named by the number of its stop, like 3.pcd";
+}
+
+/// Ten of them by name.
+std::string list_of(const std::vector<std::string>& names) {
+  constexpr std::size_t told = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(told, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > told ? text + " and " + std::to_string(names.size() - told) + " more" : text;
+}
+
+/// Of folders of sensors in which no file is read.
+Error no_clouds(const std::string& path, const std::vector<std::string>& unknown) {
+  if (unknown.empty()) {
+    return input_error("its folders hold no clouds", path, "name them by their stop: 0.pcd, 1.pcd and so on");
+  }
+  const bool is_one = unknown.size() == 1;
+  return input_error("its folders hold no clouds that are read, but " + std::to_string(unknown.size()) +
+                         (is_one ? " other file: " : " other files, the first: ") + unknown.front(),
+                     path, reason_of_file(unknown.front()));
+}
+
 Error no_sensor_folder(const std::string& path, const Rig& rig, const std::vector<std::string>& names) {
-  std::string what = "has no folder for any LiDAR of the rig; there are";
-  for (std::size_t i = 0; i < names.size() && i < 10; ++i) what.append(i > 0 ? ", " : " ").append(names[i]);
-  if (names.size() > 10) what += " and more";
+  const std::string what = "has no folder for any LiDAR of the rig; there are " + list_of(names);
   std::string mend = "rename them, or set 'folder' in the rig file; wanted are";
   bool first = true;
   for (const Sensor& sensor : rig.sensors) {
@@ -130,7 +164,8 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
   }
   if (any_lidar && !any_folder) return no_sensor_folder(path, rig, *names);
   if (any_lidar && stops.empty()) {
-    return input_error("its folders hold no clouds", path, "name them by their stop: 0.pcd, 1.pcd and so on");
+    std::sort(folder.unknown.begin(), folder.unknown.end());
+    return no_clouds(path, folder.unknown);
   }
   for (const std::string& name : *names) {
     if (!known.contains(name)) folder.unknown.push_back(name);
@@ -149,17 +184,15 @@ Expected<PatchFolder> list_patch_folder(const std::string& path, const Rig& rig,
 }
 
 std::vector<std::string> reasons_of_unknown(const PatchFolder& folder) {
-  std::string strangers;
-  std::string misnamed;
+  std::vector<std::string> strangers;
+  std::map<std::string, std::vector<std::string>> misnamed;
   for (const std::string& name : folder.unknown) {
-    std::string& names = fs::path(name).has_parent_path() ? misnamed : strangers;
-    names += (names.empty() ? "" : ", ") + name;
+    (fs::path(name).has_parent_path() ? misnamed[reason_of_file(name)] : strangers).push_back(name);
   }
   std::vector<std::string> reasons;
   if (!strangers.empty())
-    reasons.push_back("not used, since no sensor of the rig has that name or folder: " + strangers);
-  if (!misnamed.empty())
-    reasons.push_back("not used, since a cloud is named by the number of its stop, like 3.pcd: " + misnamed);
+    reasons.push_back("not used, since no sensor of the rig has that name or folder: " + list_of(strangers));
+  for (const auto& [reason, names] : misnamed) reasons.push_back("not used, since " + reason + ": " + list_of(names));
   return reasons;
 }
 

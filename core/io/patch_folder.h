@@ -47,6 +47,8 @@ class PatchFolderWriter {
  public:
   [[nodiscard]] static Expected<PatchFolderWriter> create(const std::string& path, const Rig& rig);
 
+  /// Where the folder is being made.
+  [[nodiscard]] const std::string& path() const { return folder_.path(); }
   Expected<void> write(const Patch& patch);
   /// The file of a patch that comes in parts; to be finished before the folder is.
   [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop) const;

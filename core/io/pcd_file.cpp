@@ -124,6 +124,7 @@ class PcdReader {
     out.summary().has_reflectivity = fields.reflectivity != nullptr;
     out.summary().has_ring = fields.ring != nullptr;
     out.summary().size_missing = header().size_missing;
+    out.summary().moved = header().moved;
     if (header().encoding == PcdEncoding::ascii) done = read_ascii(fields, out);
     if (header().encoding == PcdEncoding::binary) done = read_binary(fields, out);
     if (header().encoding == PcdEncoding::binary_compressed) done = read_compressed(fields, out);

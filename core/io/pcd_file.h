@@ -22,6 +22,7 @@ struct PcdSummary {
   IntensityRange intensity;       ///< As the file has it.
   bool has_ring = false;
   bool size_missing = false;  ///< WIDTH or HEIGHT is 0 although there are points: worth one warning.
+  bool moved = false;         ///< VIEWPOINT is not the identity, and is not applied: likewise.
 };
 
 /// Reads a PCD file (ascii, binary, binary_compressed) whose fields have x, y and z (F, 4 or 8 bytes) in any order, and

@@ -1,7 +1,9 @@
 #include "core/io/pcd_header.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <set>
 
 namespace rigcal {
@@ -37,6 +39,21 @@ bool parse_all(const std::vector<std::string_view>& words, std::vector<std::uint
   return true;
 }
 
+/// Of "VIEWPOINT tx ty tz qw qx qy qz"; what is no such line says nothing.
+bool is_moved(const std::vector<std::string_view>& words) {
+  constexpr std::array<double, 7> identity{0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+  if (words.size() != identity.size() + 1) return false;
+  bool moved = false;
+  for (std::size_t i = 0; i < identity.size(); ++i) {
+    double value = 0.0;
+    const std::string_view word = words[i + 1];
+    if (std::from_chars(word.data(), word.data() + word.size(), value).ec != std::errc{}) return false;
+    // A quaternion and its opposite are the same turn.
+    moved |= std::abs((i == 3 ? std::abs(value) : value) - identity[i]) > 1e-9;
+  }
+  return moved;
+}
+
 }  // namespace
 
 const PcdField* PcdHeader::find(std::initializer_list<std::string_view> names) const {
@@ -49,7 +66,11 @@ const PcdField* PcdHeader::find(std::initializer_list<std::string_view> names) c
 }
 
 Error PcdHeaderParser::wrong(std::string what, std::string mend) const {
-  return input_error(std::move(what), file_ + ":" + std::to_string(header_.lines), std::move(mend));
+  return wrong_at(header_.lines, std::move(what), std::move(mend));
+}
+
+Error PcdHeaderParser::wrong_at(int line, std::string what, std::string mend) const {
+  return input_error(std::move(what), file_ + ":" + std::to_string(line), std::move(mend));
 }
 
 Expected<bool> PcdHeaderParser::take(std::string_view line) {
@@ -64,9 +85,14 @@ Expected<bool> PcdHeaderParser::take(std::string_view line) {
 
 Expected<void> PcdHeaderParser::take_list(std::string_view key, const std::vector<std::string_view>& words) {
   if (words.size() > max_fields + 1) return wrong("has more than " + std::to_string(max_fields) + " fields");
-  if (key == "VERSION" || key == "VIEWPOINT") return {};
+  if (key == "VERSION") return {};
+  if (key == "VIEWPOINT") {
+    header_.moved = is_moved(words);
+    return {};
+  }
   if (key == "FIELDS" || key == "COLUMNS") {
     header_.fields.clear();
+    fields_line_ = header_.lines;
     for (std::size_t i = 1; i < words.size(); ++i) {
       PcdField field;
       field.name = std::string(words[i]);
@@ -76,6 +102,7 @@ Expected<void> PcdHeaderParser::take_list(std::string_view key, const std::vecto
   }
   if (key == "TYPE") {
     types_.clear();
+    types_line_ = header_.lines;
     for (std::size_t i = 1; i < words.size(); ++i) {
       if (words[i] != "F" && words[i] != "I" && words[i] != "U") return wrong("has a TYPE that is not F, I or U");
       types_.push_back(words[i].front());
@@ -98,6 +125,21 @@ Expected<void> PcdHeaderParser::take_list(std::string_view key, const std::vecto
     return {};
   }
   return wrong("is no PCD file: its header has a line that does not belong there", "give a .pcd file, version 0.7");
+}
+
+Expected<void> PcdHeaderParser::check_coordinates() const {
+  for (const char* name : {"x", "y", "z"}) {
+    const PcdField* field = header_.find({name});
+    if (field == nullptr) {
+      return wrong_at(fields_line_, std::string("FIELDS has no ") + name,
+                      "a cloud needs x, y and z, metres in the sensor's frame");
+    }
+    if (field->type != 'F') {
+      return wrong_at(types_line_, std::string("the field ") + name + " is of TYPE " + field->type + ", not F",
+                      "write x, y and z as floats, in metres");
+    }
+  }
+  return {};
 }
 
 Expected<bool> PcdHeaderParser::finish(const std::vector<std::string_view>& words) {
@@ -131,10 +173,7 @@ Expected<bool> PcdHeaderParser::finish(const std::vector<std::string_view>& word
     header_.point_bytes += field.size * field.count;
     header_.columns += field.count;
   }
-  for (const char* name : {"x", "y", "z"}) {
-    const PcdField* field = header_.find({name});
-    if (field == nullptr || field->type != 'F') return wrong(std::string("has no field ") + name + " of TYPE F");
-  }
+  if (const Expected<void> there = check_coordinates(); !there) return there.error();
   if (!has_points_ && !has_width_) return wrong("has neither POINTS nor WIDTH");
   const bool too_many = height_ > 0 && width_ > max_points / height_;
   const std::uint64_t product = too_many ? max_points + 1 : width_ * height_;

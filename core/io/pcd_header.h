@@ -30,6 +30,7 @@ struct PcdHeader {
   std::size_t point_bytes = 0;
   std::size_t columns = 0;  ///< Values in a line of an ASCII file.
   int lines = 0;            ///< Lines of the header.
+  bool moved = false;       ///< VIEWPOINT is another pose than the sensor's own.
 
   /// The first field that has one of the names, or null.
   [[nodiscard]] const PcdField* find(std::initializer_list<std::string_view> names) const;
@@ -46,7 +47,9 @@ class PcdHeaderParser {
 
  private:
   [[nodiscard]] Error wrong(std::string what, std::string mend = {}) const;
+  [[nodiscard]] Error wrong_at(int line, std::string what, std::string mend) const;
   [[nodiscard]] Expected<void> take_list(std::string_view key, const std::vector<std::string_view>& words);
+  [[nodiscard]] Expected<void> check_coordinates() const;
   [[nodiscard]] Expected<bool> finish(const std::vector<std::string_view>& words);
 
   std::string file_;
@@ -59,6 +62,8 @@ class PcdHeaderParser {
   std::uint64_t height_ = 1;
   bool has_width_ = false;
   bool has_points_ = false;
+  int fields_line_ = 0;
+  int types_line_ = 0;
 };
 
 }  // namespace rigcal

@@ -37,6 +37,23 @@ TEST_F(ImageFolderTest, TakesTheNumbersOfNamesInOrder) {
   EXPECT_THAT(listed->unknown, testing::ElementsAre("3.txt", "4.1.png", "99999999999999999999.png", "x.png"));
 }
 
+TEST_F(ImageFolderTest, SaysWhereImagesLieAndHowTheyAreNamedInstead) {
+  const auto hint = [&] {
+    const auto listed = list_image_folder(folder_.string());
+    return listed ? hint_of_unknown(folder_.string(), *listed) : listed.error().message();
+  };
+  file("x.png");
+  EXPECT_EQ(hint(), "");
+  file("1700000003.800000.png");
+  EXPECT_THAT(hint(), testing::HasSubstr("seconds are not read: name them <stamp_ns>.png"));
+  fs::create_directory(folder_ / "data");
+  file("data/notes.txt");
+  EXPECT_THAT(hint(), testing::HasSubstr("seconds"));
+  file("data/1.png");
+  file("data/2.JPG");
+  EXPECT_EQ(hint(), "its folder data holds 2 images: move them up into " + folder_.string());
+}
+
 TEST_F(ImageFolderTest, BelievesFramesRatherThanNames) {
   file("7.png");
   file("8.png");

@@ -116,6 +116,29 @@ TEST(PatchFolder, SaysWhatIsThereWhenNoSensorFits) {
   EXPECT_THAT(error_of(fresh_path("no_folder")), HasSubstr("no such file"));
 }
 
+TEST(PatchFolder, SaysWhatKeepsFilesFromBeingClouds) {
+  const std::string ply = error_of(folder_with("ply", {"a/0.ply", "a/1.PLY", "mid/0.ply"}));
+  EXPECT_THAT(ply, HasSubstr("its folders hold no clouds that are read, but 3 other files, the first: a/0.ply"));
+  EXPECT_THAT(ply, HasSubstr("PLY is not read: convert it to PCD"));
+  EXPECT_THAT(ply, testing::Not(HasSubstr("0.pcd")));
+  EXPECT_THAT(error_of(folder_with("stamps", {"a/1700000003800000000.pcd"})),
+              testing::AllOf(HasSubstr("but 1 other file: a/1700000003800000000.pcd"), HasSubstr("not by a time")));
+  const std::string path = folder_with("mixed", {"a/0.PCD", "a/1.pcd", "mid/0.ply", "mid/1700000003.8.pcd"});
+  const Expected<PatchFolder> folder = list_patch_folder(path, rig_of_three());
+  ASSERT_TRUE(folder) << folder.error().message();
+  EXPECT_THAT(folder->stops, ElementsAre(0, 1));
+  EXPECT_THAT(reasons_of_unknown(*folder),
+              ElementsAre("not used, since PLY is not read: convert it to PCD: mid/0.ply", HasSubstr("not by a time")));
+}
+
+TEST(PatchFolder, NamesTenOfManyStrangers) {
+  std::vector<std::string> files{"a/0.pcd"};
+  for (int i = 0; i < 15; ++i) files.push_back("a/note" + std::to_string(10 + i) + ".txt");
+  const Expected<PatchFolder> folder = list_patch_folder(folder_with("many", files), rig_of_three());
+  ASSERT_TRUE(folder) << folder.error().message();
+  EXPECT_THAT(reasons_of_unknown(*folder), ElementsAre(HasSubstr("a/note19.txt and 5 more")));
+}
+
 TEST(PatchFolderWriter, WritesWhatIsListedAgain) {
   const std::string path = fresh_path("written");
   Expected<PatchFolderWriter> writer = PatchFolderWriter::create(path + "/", rig_of_three());
@@ -166,6 +189,17 @@ TEST(StagedFolder, ReplacesOnlyItsOwnKind) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message(), HasSubstr("holds 'thesis.tex'"));
   EXPECT_TRUE(std::filesystem::exists(path + "/report.json"));
+}
+
+TEST(StagedFolder, TriesItsPlaceAndLeavesNothingThere) {
+  const std::string parent = folder_with("place", {"file"});
+  ASSERT_TRUE(StagedFolder::check_place(parent + "/not/there/yet/"));
+  const Expected<void> refused = StagedFolder::check_place(parent + "/file/result");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::system);
+  EXPECT_THAT(refused.error().message(), HasSubstr("/place/file is a file and no folder; choose another place"));
+  std::filesystem::remove(parent + "/file");
+  EXPECT_TRUE(std::filesystem::is_empty(parent));
 }
 
 TEST(StagedFolder, LeavesNothingWhenNotCommitted) {

@@ -196,6 +196,22 @@ TEST(PcdFile, AcceptsAWidthOfZeroAndSaysSo) {
   EXPECT_TRUE(cloud->summary.size_missing);
 }
 
+TEST(PcdFile, SaysThatItsViewpointIsAnotherPose) {
+  const auto is_moved = [](const std::string& viewpoint) {
+    const std::string text = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nVIEWPOINT " + viewpoint +
+                             "\nPOINTS 1\nDATA ascii\n1 2 3\n";
+    const Expected<PcdCloud> cloud = read_pcd(write_text("viewpoint.pcd", text));
+    EXPECT_TRUE(cloud) << cloud.error().message();
+    EXPECT_EQ(cloud->points[0].x, 1.0F) << "it is not applied";
+    return cloud->summary.moved;
+  };
+  EXPECT_FALSE(is_moved("0 0 0 1 0 0 0"));
+  EXPECT_FALSE(is_moved("0.0 -0 0 -1 0 0 0"));
+  EXPECT_FALSE(is_moved("0 0 0"));
+  EXPECT_TRUE(is_moved("0 0 0.1 1 0 0 0"));
+  EXPECT_TRUE(is_moved("0 0 0 0.7071 0 0.7071 0"));
+}
+
 TEST(PcdFile, FewerPointsThanPromisedIsAnError) {
   EXPECT_THAT(error_of(write_text("few.pcd", header("x y z", "4 4 4", "F F F", "3", "ascii") + "1 2 3\n1 2 3\n")),
               HasSubstr("promises 3 points, but holds 2"));
@@ -214,9 +230,10 @@ TEST(PcdFile, HostilePointCountsCostNoMemory) {
 TEST(PcdFile, NamesTheLineOfAMistake) {
   EXPECT_THAT(error_of(write_text("word.pcd", header("x y z", "4 4 4", "F F F", "2", "ascii") + "1 2 3\n1 two 3\n")),
               HasSubstr("word.pcd:12: has no 3 numbers"));
-  EXPECT_THAT(error_of(write_text("fields.pcd", header("x y", "4 4", "F F", "1", "ascii"))), HasSubstr("no field z"));
+  EXPECT_THAT(error_of(write_text("fields.pcd", header("x y", "4 4", "F F", "1", "ascii"))),
+              HasSubstr("fields.pcd:3: FIELDS has no z; a cloud needs"));
   EXPECT_THAT(error_of(write_text("type.pcd", header("x y z", "4 4 4", "F U F", "1", "ascii"))),
-              HasSubstr("no field y"));
+              HasSubstr("type.pcd:5: the field y is of TYPE U, not F; write x, y and z as floats"));
   EXPECT_THAT(error_of(write_text("size.pcd", header("x y z", "4 4", "F F F", "1", "ascii"))), HasSubstr("differ"));
   EXPECT_THAT(error_of(write_text("size3.pcd", header("x y z", "4 4 3", "F F F", "1", "ascii"))), HasSubstr("SIZE 3"));
   EXPECT_THAT(error_of(write_text("twice.pcd", header("x x y z", "4 4 4 4", "F F F F", "1", "ascii"))),
