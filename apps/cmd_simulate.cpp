@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "simdata/live_run.h"
 #include "simdata/scene_file.h"
 #include "simdata/session_writer.h"
+#include "simdata/sim_device.h"
 
 namespace rigcal {
 namespace {
@@ -55,7 +57,7 @@ sim::RunOptions run_options(const SimulateOptions& options, const sim::MountErro
 }
 
 Expected<sim::MountError> mount_error_of(const SimulateOptions& options) {
-  const Expected<Tolerance> off = parse_tolerance(options.mount_error);
+  const Expected<Tolerance> off = parse_distance(options.mount_error);
   if (!off) return off.error();
   return sim::MountError{off->translation_m, to_deg(off->rotation_rad)};
 }
@@ -122,11 +124,25 @@ Expected<ExitCode> run_live(const SimulateOptions& options, const Rig& rig, cons
   return ExitCode::good;
 }
 
+// Told with the rig file's name, which the simulation does not know.
+Expected<void> check_devices(const SimulateOptions& options, const Rig& rig) {
+  if (options.patches) return {};
+  if (std::none_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& sensor) { return sensor.is_lidar(); })) {
+    return input_error("has no LiDAR, and nothing else sends packets", options.rig,
+                       "add one, or --patches, which writes images by their stops");
+  }
+  const auto devices = sim::make_devices(rig, options.seed);
+  if (devices) return {};
+  return Error{devices.error().kind, devices.error().what, options.rig + ": " + devices.error().where,
+               devices.error().mend};
+}
+
 Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& context) {
   const Expected<sim::Scene> scene = sim::load_scene(options.scene);
   if (!scene) return scene.error();
   const Expected<Rig> rig = load_rig(options.rig);
   if (!rig) return rig.error();
+  if (const Expected<void> fit = check_devices(options, *rig); !fit) return fit.error();
   if (options.is_live) return run_live(options, *rig, *scene, context);
   const Expected<sim::SessionSummary> summary = simulate(options, *rig, *scene, context);
   if (!summary) return summary.error();
@@ -139,7 +155,7 @@ Expected<ExitCode> run_simulate(const SimulateOptions& options, CommandContext& 
 }
 
 std::string check_mount_error(const std::string& text) {
-  const Expected<Tolerance> off = parse_tolerance(text);
+  const Expected<Tolerance> off = parse_distance(text);
   if (!off) return off.error().message();
   if (off->translation_m <= most_mount_error_m && off->rotation_rad <= most_mount_error_rad) return {};
   return text + " is more than 10 m or 180 degrees";
@@ -239,7 +255,7 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
       ->option_text("N");
   command
       ->add_option("--mount-error", options->mount_error,
-                   "How far the rig file's extrinsics are off (default 200mm,10deg)")
+                   "How far the rig file's extrinsics are off (default 200mm,10deg; 0mm,0deg: not at all)")
       ->check(CLI::Validator(check_mount_error, ""))
       ->option_text("MM,DEG");
   add_unit_error_options(*command, options->unit_errors);

@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/io/extrinsics_file.h"
 #include "core/io/session_folder.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/se3_matchers.h"
 
 namespace rigcal {
 namespace {
@@ -46,6 +49,28 @@ TEST_F(Simulate, MakesASessionOfPackets) {
   ASSERT_TRUE(session.has_value());
   EXPECT_FALSE(session->packets.empty());
   EXPECT_FALSE(session->ground_truth.empty());
+}
+
+TEST_F(Simulate, MountsSensorsWhereTheRigFileSaysWhereNoErrorIsAskedFor) {
+  const ProgramRun run = simulate("room " + rig() + out("s") +
+                                  " --stops 1 --patches --points 300 --images-per-stop 0 --mount-error 0mm,0deg");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto truth = load_extrinsics((scratch / "s/ground_truth.yaml").string());
+  const auto rough = load_extrinsics(std::string(RIGCAL_SOURCE_DIR) + "/config/rigs/turntable.yaml");
+  ASSERT_TRUE(truth && rough);
+  for (const auto& [name, T] : rough->T_base_sensor)
+    EXPECT_THAT(truth->T_base_sensor.at(name), SE3Near(T, 1e-9, 1e-9)) << name;
+}
+
+TEST_F(Simulate, NamesTheRigFileThatHasNoPackets) {
+  const auto refused = [&](const std::string& sensors, const std::string& why) {
+    std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nbase: a\nsensors:\n" << sensors;
+    const ProgramRun run = simulate("room --rig '" + (scratch / "rig.yaml").string() + "'" + out("s"));
+    EXPECT_EQ(run.code, 3);
+    EXPECT_THAT(run.err, HasSubstr("rig.yaml: " + why));
+  };
+  refused("  a: {type: livox_mid40}\n", "sensor 'a' of the rig: has no ip; packets need addresses");
+  refused("  a: {type: camera}\n", "has no LiDAR, and nothing else sends packets; add one, or --patches");
 }
 
 TEST_F(Simulate, MakesASessionOfPatches) {
