@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -47,8 +46,8 @@ std::map<std::string, int> counts_of(const BatchOutcome& outcome) {
 }
 
 std::array<double, 7> pose_numbers(const SE3& T) {
-  const Eigen::Quaterniond q(T.R);
-  return {T.t.x(), T.t.y(), T.t.z(), q.x(), q.y(), q.z(), q.w()};
+  const Eigen::Vector4d q = xyzw_from_rotation(T.R);  // with the sign that extrinsics.yaml has
+  return {T.t.x(), T.t.y(), T.t.z(), q[0], q[1], q[2], q[3]};
 }
 
 Json sensor_json(const SensorRow& sensor) {

@@ -278,5 +278,20 @@ TEST(BatchTable, QuotesWhatACsvMustQuote) {
   EXPECT_EQ(json["failed"], 1);
 }
 
+TEST(BatchTable, HasQuaternionsOfTheSignThatResultsHave) {
+  BatchOutcome outcome;
+  SessionRow& row = outcome.rows.emplace_back();
+  row.status = "good";
+  SensorRow& sensor = row.sensors.emplace_back();
+  sensor.status = "good";
+  sensor.placed = true;
+  sensor.T_base_sensor.R = exp_so3({0.2, 0.0, 3.2});  // past half a turn
+  const auto json = nlohmann::json::parse(batch_json(outcome, "out"));
+  const auto found = json["sessions"][0]["sensors"][0]["rotation_xyzw"];
+  const Eigen::Vector4d wanted = xyzw_from_rotation(sensor.T_base_sensor.R);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(found[i].get<double>(), wanted[i]);
+  EXPECT_GT(wanted[3], 0.0);
+}
+
 }  // namespace
 }  // namespace rigcal::batch
