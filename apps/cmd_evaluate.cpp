@@ -30,6 +30,10 @@ Expected<ExitCode> run_evaluate(const EvaluateOptions& options, CommandContext& 
   if (!options.max_error.empty()) {
     const Expected<Tolerance> bound = parse_tolerance(options.max_error);
     if (!bound) return bound.error();
+    if (!has_sensors(*evaluation)) {
+      return input_error("has no sensor besides the base for --max-error to ask about", options.result,
+                         "leave --max-error out; the poses are compared without it");
+    }
     within = is_within(*evaluation, bound->translation_m, bound->rotation_rad);
   }
   if (context.json) {
@@ -47,7 +51,7 @@ void add_evaluate_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<EvaluateOptions>();
   CLI::App* command = app.add_subcommand("evaluate", "Show the errors of a result against known extrinsics");
   command->add_option("RESULT", options->result, "A result folder or an extrinsics.yaml")->required();
-  command->add_option("--truth", options->truth, "An extrinsics.yaml, a ground_truth.yaml or a rig file")
+  command->add_option("--truth", options->truth, "A result, a ground_truth.yaml or a rig file")
       ->required()
       ->option_text("FILE");
   command

@@ -114,13 +114,19 @@ Expected<Evaluation> evaluate(const KnownRig& result, const KnownRig& truth) {
   };
   if (find(truth, truth.base) == nullptr) add_missing(truth.base);
   for (const KnownRig::Entry& entry : truth.sensors) add_missing(entry.name);
-  if (std::all_of(evaluation.sensors.begin(), evaluation.sensors.end(),
-                  [](const SensorError& e) { return e.missing; })) {
-    return input_error("the result and the truth have no sensor in common besides the base", {},
+  evaluation.poses = compare_poses(result, truth, *T_truth_base_base);
+  // A pose is compared with that of the first common stop.
+  const bool has_poses = evaluation.poses && evaluation.poses->compared > 1;
+  if (!has_sensors(evaluation) && !has_poses) {
+    return input_error("the result and the truth have no sensor in common besides the base, and no two stops", {},
                        "give the truth of this rig");
   }
-  evaluation.poses = compare_poses(result, truth, *T_truth_base_base);
   return evaluation;
+}
+
+bool has_sensors(const Evaluation& evaluation) {
+  return !std::all_of(evaluation.sensors.begin(), evaluation.sensors.end(),
+                      [](const SensorError& e) { return e.missing; });
 }
 
 bool is_within(const Evaluation& evaluation, double translation_m, double rotation_rad) {

@@ -64,8 +64,11 @@ struct Evaluation {
 };
 
 /// Compares. A truth with another base is first expressed in the base of the result. An Error where the truth does not
-/// know that base, or nothing is common to both.
+/// know that base, or neither a sensor besides the base nor two stops are common to both.
 [[nodiscard]] Expected<Evaluation> evaluate(const KnownRig& result, const KnownRig& truth);
+
+/// Whether a sensor besides the base was asked about: a result of the base alone has poses only.
+[[nodiscard]] bool has_sensors(const Evaluation& evaluation);
 
 /// True when every sensor that the result names and the truth knows has a transform within both bounds. A sensor that
 /// only the truth has was not solved for (a camera of a run without images) and does not count; a failed one does.

@@ -43,11 +43,6 @@ KnownRig from_file(const ExtrinsicsFile& file) {
   return rig;
 }
 
-fs::path extrinsics_path(const std::string& path) {
-  std::error_code error;
-  return fs::is_directory(path, error) ? fs::path(path) / "extrinsics.yaml" : fs::path(path);
-}
-
 // Whole small numbers are stops of an input without times; anything else is a time.
 std::vector<KnownRig::Pose> poses_from(const std::vector<TumPose>& lines) {
   const bool numbered = std::all_of(lines.begin(), lines.end(), [](const TumPose& line) {
@@ -71,11 +66,10 @@ bool has_stops(const std::string& text, const std::string& name) {
 }  // namespace
 
 Expected<KnownRig> load_result(const std::string& path) {
-  const fs::path file = extrinsics_path(path);
-  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(file.string());
+  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(path);
   if (!extrinsics) return extrinsics.error();
   KnownRig rig = from_file(*extrinsics);
-  const fs::path trajectory = file.parent_path() / "trajectory.tum";
+  const fs::path trajectory = fs::path(path) / "trajectory.tum";
   std::error_code error;
   if (fs::is_directory(path, error) && fs::exists(trajectory, error)) {
     const Expected<std::vector<TumPose>> lines = read_tum(trajectory.string());
@@ -86,14 +80,15 @@ Expected<KnownRig> load_result(const std::string& path) {
 }
 
 Expected<KnownRig> load_truth(const std::string& path) {
-  const std::string file = extrinsics_path(path).string();
-  const Expected<std::string> text = read_text_file(file, transforms_limits.max_bytes);
+  const Expected<std::string> file = extrinsics_path(path);
+  if (!file) return file.error();
+  const Expected<std::string> text = read_text_file(*file, transforms_limits.max_bytes);
   if (!text) return text.error();
-  const Expected<ExtrinsicsFile> extrinsics = parse_extrinsics(*text, file);
+  const Expected<ExtrinsicsFile> extrinsics = parse_extrinsics(*text, *file);
   if (!extrinsics) return extrinsics.error();
   KnownRig rig = from_file(*extrinsics);
-  if (!has_stops(*text, file)) return rig;
-  const Expected<GroundTruth> truth = parse_ground_truth(*text, file);
+  if (!has_stops(*text, *file)) return rig;
+  const Expected<GroundTruth> truth = parse_ground_truth(*text, *file);
   if (!truth) return truth.error();
   for (const StopTruth& stop : truth->stops) {
     rig.poses.push_back({stop.stop.index, stop.stop.start_ns, stop.stop.end_ns, stop.T_G_base});

@@ -21,12 +21,10 @@ struct LoadedResult {
 };
 
 Expected<LoadedResult> load(const std::string& path) {
-  std::error_code error;
-  const std::string file = fs::is_directory(path, error) ? (fs::path(path) / "extrinsics.yaml").string() : path;
-  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(file);
+  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(path);
   if (!extrinsics) return extrinsics.error();
   Expected<CalibrationResult> result = result_from(*extrinsics);
-  if (!result) return Error{result.error().kind, result.error().what, file, result.error().mend};
+  if (!result) return Error{result.error().kind, result.error().what, path, result.error().mend};
   return LoadedResult{std::move(*result), !extrinsics->status.empty()};
 }
 

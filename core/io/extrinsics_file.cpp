@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "core/io/sensor_transforms.h"
 #include "core/rig/rig.h"
@@ -208,10 +209,38 @@ Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::st
   return file;
 }
 
+Expected<std::string> extrinsics_path(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return path;
+  const fs::path file = fs::path(path) / "extrinsics.yaml";
+  if (fs::exists(file, error)) return file.string();
+  const bool has_truth = fs::exists(fs::path(path) / "ground_truth.yaml", error);
+  return input_error(
+      "is no result: it holds no extrinsics.yaml", path,
+      has_truth ? "give what calibrate wrote, or the ground_truth.yaml in it" : "give what calibrate wrote");
+}
+
 Expected<ExtrinsicsFile> load_extrinsics(const std::string& path) {
-  const Expected<std::string> text = read_text_file(path, transforms_limits.max_bytes);
+  const Expected<std::string> file = extrinsics_path(path);
+  if (!file) return file.error();
+  const Expected<std::string> text = read_text_file(*file, transforms_limits.max_bytes);
   if (!text) return text.error();
-  return parse_extrinsics(*text, path);
+  return parse_extrinsics(*text, *file);
+}
+
+Expected<void> change_base(ExtrinsicsFile& file, const std::string& base) {
+  if (file.base == base) return {};
+  const auto found = file.T_base_sensor.find(base);
+  if (found == file.T_base_sensor.end()) {
+    return input_error("its base is " + file.base + ", and it does not say where " + base + ", the rig's base, is", {},
+                       "give extrinsics that have " + base);
+  }
+  const SE3 T_new_old = found->second.inverse();
+  file.T_base_sensor[file.base] = SE3{};  // a rig file does not list its own
+  for (auto& [name, T] : file.T_base_sensor) T = name == base ? SE3{} : T_new_old * T;
+  file.base = base;
+  return {};
 }
 
 }  // namespace rigcal

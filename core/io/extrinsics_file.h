@@ -34,13 +34,20 @@ struct ExtrinsicsFile {
   std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of cameras whose intrinsics were found, too.
 };
 
+/// The file that `path` stands for: of a folder the extrinsics.yaml in it. Error: a folder that has none.
+[[nodiscard]] Expected<std::string> extrinsics_path(const std::string& path);
+
 /// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's
 /// `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer version, a
 /// sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the identity,
 /// no transform at all, another convention, matrices that contradict translation and quaternion, a covariance that is
-/// none.
+/// none. A result folder stands for its extrinsics.yaml.
 [[nodiscard]] Expected<ExtrinsicsFile> load_extrinsics(const std::string& path);
 /// The same from text; `name` stands for the file in errors.
 [[nodiscard]] Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::string& name);
+
+/// Lets the transforms map into the frame of `base` instead; that of another sensor must be there to go through. Error,
+/// without a place: it is not.
+[[nodiscard]] Expected<void> change_base(ExtrinsicsFile& file, const std::string& base);
 
 }  // namespace rigcal

@@ -98,7 +98,19 @@ TEST(Evaluation, RefusesATruthOfAnotherRig) {
   for (auto& sensor : other.sensors) sensor.name = "x" + sensor.name;
   EXPECT_FALSE(evaluate(rig_with_base_a(), other));
   other.sensors.push_back({"a", Status::good, SE3{}, {}});
+  other.poses.clear();
   EXPECT_FALSE(evaluate(rig_with_base_a(), other));
+}
+
+TEST(Evaluation, OfTheBaseAloneComparesItsPoses) {
+  KnownRig result = rig_with_base_a();
+  result.sensors.resize(1);
+  Expected<Evaluation> evaluation = evaluate(result, rig_with_base_a());
+  ASSERT_TRUE(evaluation) << evaluation.error().message();
+  EXPECT_FALSE(has_sensors(*evaluation));
+  EXPECT_EQ(evaluation->poses->compared, 4);
+  result.poses.resize(1);
+  EXPECT_FALSE(evaluate(result, rig_with_base_a())) << "one pose is compared with nothing";
 }
 
 TEST(Evaluation, ComparesPosesFromTheFirstCommonStopOn) {
@@ -151,6 +163,14 @@ TEST(Tolerance, ReadsALengthAndAnAngleWithTheirUnits) {
   EXPECT_DOUBLE_EQ(parse_tolerance("10mm,0.1deg")->rotation_rad, to_rad(0.1));
   EXPECT_DOUBLE_EQ(parse_tolerance("1.5cm, 2e-3rad")->translation_m, 0.015);
   EXPECT_DOUBLE_EQ(parse_tolerance("1.5cm, 2e-3rad")->rotation_rad, 0.002);
+}
+
+TEST(Tolerance, OfADistanceMayBeZero) {
+  ASSERT_TRUE(parse_distance("0mm,0deg"));
+  EXPECT_EQ(parse_distance("0mm,0deg")->translation_m, 0.0);
+  EXPECT_DOUBLE_EQ(parse_distance("0mm,5deg")->rotation_rad, to_rad(5.0));
+  for (const char* text : {"", "0,0", "-1mm,1deg", "-0mm,1deg", "nanmm,1deg"})
+    EXPECT_FALSE(parse_distance(text)) << text;
 }
 
 TEST(Tolerance, RefusesWhatIsNotABound) {

@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "core/io/ground_truth.h"
 #include "tests/core/io/dump_bytes.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/se3_matchers.h"
 
 namespace rigcal {
@@ -47,6 +51,38 @@ TEST(ExtrinsicsFile, ReadsAResult) {
   EXPECT_THAT(file->T_base_sensor.at("mid100_left"), SE3Near(pose_deg(0, 0, 90, 0.1, -0.2, 0.3), 1e-5, 1e-9));
   EXPECT_EQ(file->status.at("mid100_left"), "weak");
   EXPECT_EQ(file->status.at("mid100_right"), "failed");
+}
+
+TEST(ExtrinsicsFile, IsThatOfAResultFolder) {
+  const std::filesystem::path folder = scratch_folder("extrinsics_file");
+  const Expected<ExtrinsicsFile> none = load_extrinsics(folder.string());
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message(), AllOf(HasSubstr("is no result: it holds no extrinsics.yaml"), HasSubstr("give")));
+  std::ofstream(folder / "ground_truth.yaml") << "";
+  EXPECT_THAT(load_extrinsics(folder.string()).error().mend, HasSubstr("ground_truth.yaml"));
+  std::ofstream(folder / "extrinsics.yaml") << contract_example;
+  const Expected<ExtrinsicsFile> file = load_extrinsics(folder.string());
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_EQ(file->base, "avia");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ExtrinsicsFile, CanHaveAnotherBase) {
+  ExtrinsicsFile file;
+  file.base = "a";
+  file.T_base_sensor = {{"b", pose_deg(0, 0, 90, 1, 2, 3)}, {"c", pose_deg(10, 20, 30, -1, 0, 0.5)}};
+  const SE3 T_b_c = file.T_base_sensor.at("b").inverse() * file.T_base_sensor.at("c");
+  const SE3 T_b_a = file.T_base_sensor.at("b").inverse();
+  ASSERT_TRUE(change_base(file, "a"));
+  EXPECT_EQ(file.T_base_sensor.size(), 2U);
+  ASSERT_TRUE(change_base(file, "b"));
+  EXPECT_EQ(file.base, "b");
+  EXPECT_EQ(file.T_base_sensor.at("b").matrix(), SE3{}.matrix());
+  EXPECT_THAT(file.T_base_sensor.at("a"), SE3Near(T_b_a, 1e-9, 1e-9));
+  EXPECT_THAT(file.T_base_sensor.at("c"), SE3Near(T_b_c, 1e-9, 1e-9));
+  const Expected<void> unknown = change_base(file, "d");
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message(), HasSubstr("its base is b, and it does not say where d, the rig's base, is"));
 }
 
 TEST(ExtrinsicsFile, ReadsTheRoughExtrinsicsOfARigFile) {
