@@ -25,9 +25,9 @@ struct ExportOptions {
 
 std::string summary_text(const ExportOptions& options, const PatchExport& done) {
   char text[120];
-  std::snprintf(text, sizeof text, ": %zu stops, %.1f million points in %llu files\n", done.reading.stops.size(),
+  std::snprintf(text, sizeof text, ": %zu stops, %.1f million points in %llu files", done.reading.stops.size(),
                 1e-6 * static_cast<double>(done.reading.points.in_stops), static_cast<unsigned long long>(done.files));
-  return options.out + text;
+  return options.out + text + (done.images > 0 ? ", " + std::to_string(done.images) + " images" : "") + "\n";
 }
 
 std::string summary_json(const ExportOptions& options, const PatchExport& done) {
@@ -37,7 +37,8 @@ std::string summary_json(const ExportOptions& options, const PatchExport& done) 
                                     {"out", options.out},
                                     {"stops", done.reading.stops.size()},
                                     {"points", done.reading.points.in_stops},
-                                    {"files", done.files}};
+                                    {"files", done.files},
+                                    {"images", done.images}};
   return json_text(json);
 }
 
@@ -96,10 +97,10 @@ void add_export_command(CLI::App& app, CommandContext& context) {
   std::vector<std::string> formats{"patches", "pcd", "las"};
   formats.insert(formats.end(), result_format_names().begin(), result_format_names().end());
   command
-      ->add_option(
-          "--format", options->format,
-          "Of a recording: patches (a patch folder for calibrate), pcd or las (one cloud a sensor and stop, side "
-          "by side). Of a result: ros2-tf, urdf, autoware, kalibr, opencv, colmap, mlcc, json")
+      ->add_option("--format", options->format,
+                   "Of a recording: patches (a patch folder for calibrate, with images), pcd or las (one cloud a "
+                   "sensor and stop, side "
+                   "by side). Of a result: ros2-tf, urdf, autoware, kalibr, opencv, colmap, mlcc, fast-livo, json")
       ->required()
       ->check(CLI::IsMember(formats))
       ->option_text("FORMAT");
@@ -108,9 +109,9 @@ void add_export_command(CLI::App& app, CommandContext& context) {
       ->check(named_path())
       ->option_text("PATH");
   command
-      ->add_option(
-          "--rig", options->rig,
-          "Rig file; a session brings its own; tells which sensors of a result are cameras, and their intrinsics")
+      ->add_option("--rig", options->rig,
+                   "Rig file; a session brings its own, a patch folder may; tells which sensors of a result are "
+                   "cameras, and their intrinsics")
       ->option_text("RIG");
   command->footer("Example:\n  rigcal export result --format ros2-tf --out rig.launch.xml");
   command->callback(

@@ -17,20 +17,12 @@ struct ReadResult {
 };
 
 Expected<ReadResult> read_result(const std::string& path) {
-  std::error_code error;
-  std::string file = path;
-  if (fs::is_directory(path, error)) {
-    file = (fs::path(path) / "extrinsics.yaml").string();
-    if (!fs::exists(file, error)) {
-      return input_error("is no result: it holds no extrinsics.yaml", path, "give what calibrate wrote");
-    }
-  }
-  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(file);
+  const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(path);
   if (!extrinsics) return extrinsics.error();
   Expected<CalibrationResult> result = result_from(*extrinsics);
   if (result) return ReadResult{std::move(*result), extrinsics->intrinsics};
   Error wrong = result.error();
-  wrong.where = file;
+  wrong.where = path;
   return wrong;
 }
 
@@ -56,11 +48,12 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
   if (fs::exists(fs::symlink_status(out, error))) {
     return input_error("exists already", out, "choose another --out, or move it away yourself");
   }
-  ExportedResult exported = export_result(result, rig ? &*rig : nullptr, format);
-  if (const Expected<void> written = replace_file(out, exported.text); !written) return written.error();
+  Expected<ExportedResult> exported = export_result(result, rig ? &*rig : nullptr, format);
+  if (!exported) return Error{exported.error().kind, exported.error().what, path, exported.error().mend};
+  if (const Expected<void> written = replace_file(out, exported->text); !written) return written.error();
   ResultExport done;
-  done.sensors = std::move(exported.sensors);
-  done.warnings = std::move(exported.warnings);
+  done.sensors = std::move(exported->sensors);
+  done.warnings = std::move(exported->warnings);
   done.status = result.status;
   for (const SensorResult& sensor : result.sensors) {
     if (!sensor.T_base_sensor) done.left_out.push_back(sensor.name);

@@ -60,11 +60,28 @@ PlacedRig lidars_around_base(PlacedRig rig) {
   return rig;
 }
 
+/// Lines without names are told apart by their order alone.
+std::optional<Error> missing_line(const CalibrationResult& result, const Rig* rig) {
+  for (const SensorResult& sensor : result.sensors) {
+    const int index = rig == nullptr ? -1 : rig->find(sensor.name);
+    const bool is_camera = index >= 0 && !rig->sensors[static_cast<std::size_t>(index)].is_lidar();
+    if (sensor.T_base_sensor || is_camera) continue;
+    const std::string why = sensor.reasons.empty() ? "" : " (" + sensor.reasons.front() + ")";
+    return input_error(sensor.name + " is failed" + why +
+                           ", and the lines of mlcc have no names: without its own those after it would be taken for "
+                           "other LiDARs'",
+                       {},
+                       std::string("mend what its reasons say, or choose a format that has names") +
+                           (rig == nullptr ? "; if it is a camera, add --rig RIG" : ""));
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 const std::vector<std::string>& result_format_names() {
-  static const std::vector<std::string> names{"ros2-tf", "urdf",   "autoware", "kalibr",
-                                              "opencv",  "colmap", "mlcc",     "json"};
+  static const std::vector<std::string> names{"ros2-tf", "urdf", "autoware",  "kalibr", "opencv",
+                                              "colmap",  "mlcc", "fast-livo", "json"};
   return names;
 }
 
@@ -92,7 +109,7 @@ Expected<CalibrationResult> result_from(const ExtrinsicsFile& file) {
   return result;
 }
 
-ExportedResult export_result(const CalibrationResult& result, const Rig* rig, ResultFormat format) {
+Expected<ExportedResult> export_result(const CalibrationResult& result, const Rig* rig, ResultFormat format) {
   ExportedResult out;
   PlacedRig placed = placed_rig(result, rig);
   for (const SensorResult& sensor : result.sensors) {
@@ -121,8 +138,12 @@ ExportedResult export_result(const CalibrationResult& result, const Rig* rig, Re
       out.text = colmap_json(placed);
       break;
     case ResultFormat::mlcc:
+      if (const std::optional<Error> missing = missing_line(result, rig)) return *missing;
       placed = lidars_around_base(std::move(placed));
       out.text = mlcc_lines(placed);
+      break;
+    case ResultFormat::fast_livo:
+      out.text = fast_livo_yaml(placed);
       break;
     case ResultFormat::json:
       out.text = result_json(result, placed);

@@ -13,7 +13,7 @@
 namespace rigcal {
 
 /// The files of other tools that a result can be written as; docs/manual.md tells what each holds.
-enum class ResultFormat { ros2_tf, urdf, autoware, kalibr, opencv, colmap, mlcc, json };
+enum class ResultFormat { ros2_tf, urdf, autoware, kalibr, opencv, colmap, mlcc, fast_livo, json };
 
 /// The names on the command line, in the order of the enumeration.
 [[nodiscard]] const std::vector<std::string>& result_format_names();
@@ -30,7 +30,9 @@ struct ExportedResult {
 };
 
 /// The text of a result in one of the formats. `rig` (or null) tells which sensors are cameras, and their intrinsics.
-/// Failed sensors have no transform and are left out, with a warning.
-[[nodiscard]] ExportedResult export_result(const CalibrationResult& result, const Rig* rig, ResultFormat format);
+/// Failed sensors have no transform and are left out, with a warning; Error, without a place: where a line too few
+/// would give the others the wrong names.
+[[nodiscard]] Expected<ExportedResult> export_result(const CalibrationResult& result, const Rig* rig,
+                                                     ResultFormat format);
 
 }  // namespace rigcal

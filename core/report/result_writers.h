@@ -29,6 +29,9 @@ struct PlacedRig {
 [[nodiscard]] std::string colmap_json(const PlacedRig& rig);
 [[nodiscard]] std::string opencv_yaml(const PlacedRig& rig);
 
+// Blocks for the configuration of LiDAR odometry: result_odometry.cpp.
+[[nodiscard]] std::string fast_livo_yaml(const PlacedRig& rig);
+
 // Bare numbers: result_lists.cpp.
 [[nodiscard]] std::string mlcc_lines(const PlacedRig& rig);
 [[nodiscard]] std::string result_json(const CalibrationResult& result, const PlacedRig& placed);

@@ -69,7 +69,9 @@ class ResultFormats : public testing::Test {
   }
 
   [[nodiscard]] ExportedResult write(ResultFormat format, bool with_rig = true) const {
-    return export_result(result, with_rig ? &rig : nullptr, format);
+    const Expected<ExportedResult> out = export_result(result, with_rig ? &rig : nullptr, format);
+    EXPECT_TRUE(out) << out.error().message();
+    return out ? *out : ExportedResult{};
   }
   [[nodiscard]] const SE3& truth(const std::string& name) const {
     for (const SensorResult& sensor : result.sensors) {
@@ -244,6 +246,7 @@ TEST_F(ResultFormats, ColmapTakesAThirdRadialTermInItsFullModel) {
 }
 
 TEST_F(ResultFormats, MlccHasALineALidarBesideTheBase) {
+  result.sensors.erase(result.sensors.begin() + 2);  // the failed one
   const ExportedResult out = write(ResultFormat::mlcc);
   EXPECT_THAT(out.sensors, ElementsAre("mid40_left"));
   std::istringstream text(out.text);
@@ -251,6 +254,41 @@ TEST_F(ResultFormats, MlccHasALineALidarBesideTheBase) {
   for (double value = 0.0; text >> value;) v.push_back(value);
   ASSERT_EQ(v.size(), 7U);
   expect_pose("mid40_left", {v[0], v[1], v[2]}, rotation_from_xyzw({v[4], v[5], v[6], v[3]}));
+}
+
+TEST_F(ResultFormats, MlccIsRefusedWhereALineWouldBeMissing) {
+  const Expected<ExportedResult> out = export_result(result, &rig, ResultFormat::mlcc);
+  ASSERT_FALSE(out);
+  EXPECT_THAT(out.error().message(), HasSubstr("mid40_right is failed (" + result.sensors[2].reasons.front()));
+  EXPECT_THAT(out.error().mend, testing::Not(HasSubstr("--rig")));
+  EXPECT_THAT(export_result(result, nullptr, ResultFormat::mlcc).error().mend, HasSubstr("add --rig RIG"));
+  // A camera has no line anyway.
+  rig.sensors[2].lidar.reset();
+  rig.sensors[2].camera.emplace();
+  EXPECT_THAT(write(ResultFormat::mlcc).sensors, ElementsAre("mid40_left"));
+}
+
+TEST_F(ResultFormats, FastLivoHasEachLidarInTheBaseAndInEachCamera) {
+  const ExportedResult out = write(ResultFormat::fast_livo);
+  EXPECT_THAT(out.sensors, ElementsAre("avia", "mid40_left", "camera-left", "camera-right"));
+  const YAML::Node yaml = YAML::Load(out.text);
+  EXPECT_EQ(yaml.size(), 2U);
+  const auto transform = [](const YAML::Node& block, const char* rotation, const char* translation) {
+    const auto R = block[rotation].as<std::vector<double>>();
+    const auto t = block[translation].as<std::vector<double>>();
+    return SE3{Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data()), Vector3d(t.data())};
+  };
+  for (const char* lidar : {"avia", "mid40_left"}) {
+    EXPECT_EQ(transform(yaml[lidar], "extrinsic_R", "extrinsic_T").matrix(), truth(lidar).matrix());
+    for (const char* camera : {"camera-left", "camera-right"}) {
+      const Vector3d p_lidar(3.0, 1.0, -2.0);
+      const Vector3d p_camera = transform(yaml[lidar][camera], "Rcl", "Pcl") * p_lidar;
+      EXPECT_LT((truth(camera) * p_camera - truth(lidar) * p_lidar).norm(), 1e-14) << lidar << camera;
+    }
+  }
+  const ExportedResult blind = write(ResultFormat::fast_livo, false);
+  EXPECT_THAT(blind.text, HasSubstr("all stand as LiDARs: export with --rig RIG"));
+  EXPECT_EQ(YAML::Load(blind.text).size(), 4U);
 }
 
 TEST_F(ResultFormats, JsonHoldsAllOfTheResult) {
@@ -276,6 +314,7 @@ TEST_F(ResultFormats, JsonDoesNotMakeACovarianceUp) {
 
 TEST_F(ResultFormats, NameEveryFailedAndWeakSensor) {
   for (const std::string& name : result_format_names()) {
+    if (name == "mlcc") continue;  // refused
     const ExportedResult out = write(*result_format(name));
     EXPECT_THAT(out.warnings, ElementsAre(HasSubstr("mid40_left is weak"), HasSubstr("mid40_right is failed"))) << name;
     EXPECT_THAT(out.sensors, testing::Not(testing::Contains("mid40_right"))) << name;
