@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "apps/stamp_guess.h"
 #include "core/base/parallel.h"
 #include "core/io/image_file.h"
 #include "core/io/image_folder.h"
@@ -66,7 +67,7 @@ class Placing {
   [[nodiscard]] std::string outside() const {
     if (outside_ == 0) return {};
     return camera_.name + ": " + std::to_string(outside_) + " of " + std::to_string(folder_.images.size()) +
-           " images were taken outside of all stops and are not used, the first: " + first_outside_;
+           " images were taken outside of all stops and are not used, the first: " + first_outside_ + guess();
   }
   void tell(Reporter& reporter) const {
     if (outside_ > 0 && !placed_.empty()) reporter.warn(outside());
@@ -77,6 +78,14 @@ class Placing {
   }
 
  private:
+  /// What may be wrong with the stamps where none is right.
+  [[nodiscard]] std::string guess() const {
+    if (!timed_ || !placed_.empty()) return {};
+    std::vector<std::int64_t> stamps;
+    for (const ListedImage& image : folder_.images) stamps.push_back(image.number);
+    const std::string text = guess_of_stamps(stamps, stops_);
+    return text.empty() ? text : "; " + text;
+  }
   void place(const ListedImage& image) {
     const std::optional<std::size_t> stop = timed_ ? by_time(image) : by_number(image);
     if (!stop) {
@@ -211,15 +220,17 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
     return out;
   }
   if (!listed->torn.empty()) context.reporter.warn(listed->torn);
+  const std::string hint = hint_of_unknown(folder, *listed);
+  const std::string mend = hint.empty() ? "" : "; " + hint;
   if (!listed->unknown.empty()) {
     context.reporter.warn(folder + ": " + std::to_string(listed->unknown.size()) + " files are not used, since " +
                           (listed->has_frames ? "frames.csv does not list them" : "their names are no numbers") +
-                          ", the first: " + listed->unknown.front());
+                          ", the first: " + listed->unknown.front() + mend);
   }
   const Placing placing(camera, *listed, stops);
   placing.tell(context.reporter);
   if (placing.placed().empty()) {
-    out.why_none = listed->images.empty() ? "its folder " + folder + " holds no images" : placing.outside();
+    out.why_none = listed->images.empty() ? "its folder " + folder + " holds no images" + mend : placing.outside();
     return out;
   }
   const std::vector<std::vector<Placed>> jobs = jobs_of(placing);

@@ -128,6 +128,24 @@ TEST_F(StillImagesTest, TellHowFarTheyLieFromTheNearestStop) {
   EXPECT_THAT(reporter_.warnings, IsEmpty());
 }
 
+TEST_F(StillImagesTest, GuessWhyNoStampLiesInAStop) {
+  stops_ = {{0, 1'000'000'000'000, 1'002'000'000'000}, {1, 1'010'000'000'000, 1'012'000'000'000}};
+  image("1001000000.png", plain(4, 3, 1));
+  image("1011000000.png", plain(4, 3, 1));
+  EXPECT_THAT(read().why_none, HasSubstr("2 of 2 images were taken outside of all stops"));
+  EXPECT_THAT(read().why_none, HasSubstr("; their stamps look like microseconds: write nanoseconds"));
+}
+
+TEST_F(StillImagesTest, SayWhereImagesLieInstead) {
+  fs::create_directory(folder_ / "data");
+  image("data/1500000.png", plain(4, 3, 1));
+  EXPECT_THAT(read().why_none, HasSubstr("holds no images; its folder data holds 1 images: move them up"));
+  image("1.5.png", plain(4, 3, 1));
+  fs::remove_all(folder_ / "data");
+  EXPECT_THAT(read().why_none, HasSubstr("seconds are not read"));
+  EXPECT_THAT(reporter_.warnings.back(), HasSubstr("their names are no numbers, the first: 1.5.png; seconds are not"));
+}
+
 TEST_F(StillImagesTest, BelieveTheStampAndNotTheRemarkOfAStop) {
   image("a.png", plain(4, 3, 10));
   ASSERT_TRUE(write_frames(path("frames.csv"), std::vector<FrameRecord>{{"a.png", 1'500'000, {}, 4.0, {}, 4}}));
