@@ -202,7 +202,9 @@ bool check_images(const std::string& camera, const std::string& folder, std::vec
   }
   if (!listed->torn.empty()) warnings.push_back(listed->torn);
   if (listed->images.empty()) {  // As of a capture that ended before the first: nothing is damaged.
-    warnings.push_back("no image of " + camera + " is there: its folder " + folder + " holds none");
+    const std::string hint = hint_of_unknown(folder, *listed);
+    warnings.push_back("no image of " + camera + " is there: its folder " + folder + " holds none" +
+                       (hint.empty() ? "" : "; " + hint));
     return true;
   }
   std::error_code error;
@@ -244,9 +246,10 @@ Expected<Rig> rig_of_folders(const std::string& path) {
   std::vector<std::string> names;
   for (fs::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
     if (!entry->is_directory(error)) continue;
-    const bool has_clouds =
-        std::any_of(fs::directory_iterator(entry->path(), error), fs::directory_iterator(),
-                    [](const fs::directory_entry& file) { return file.path().extension() == ".pcd"; });
+    const bool has_clouds = std::any_of(fs::directory_iterator(entry->path(), error), fs::directory_iterator(),
+                                        [](const fs::directory_entry& file) {
+                                          return file.path().extension() == ".pcd" || file.path().extension() == ".PCD";
+                                        });
     if (has_clouds) names.push_back(entry->path().filename().string());
   }
   // Images alone are of a rig without LiDARs.
@@ -302,7 +305,8 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   const StopOptions options;
   const Expected<StopReading> summary = read_stops(source, options, sink, context);
   if (!summary) return summary.error();
-  if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+  const std::optional<Error> no_lidar = no_lidar_error(source);
+  if (!no_lidar && summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
     return *reading_error(source, options, *summary);
   }
   const char* file_kind = is_bag(source.file) ? "bag" : "dump";
@@ -325,7 +329,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
     if (!images.usable) json["complete"] = false;
   }
   json["points"] = {{"in_stops", summary->points.in_stops}, {"dropped", dropped}};
-  if (const std::optional<Error> error = reading_error(source, options, *summary)) {
+  if (const std::optional<Error> error = no_lidar ? no_lidar : reading_error(source, options, *summary)) {
     warnings.push_back("not fit for calibrate: " + error->what);
   }
   json["warnings"] = warnings;

@@ -5,6 +5,8 @@
 #include <functional>
 #include <variant>
 
+#include "apps/patch_images.h"
+#include "apps/recorded_formats.h"
 #include "core/io/las_file.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcd_file.h"
@@ -70,16 +72,28 @@ class PatchFiles final : public StopSink {
     open_.clear();
   }
 
-  Expected<void> finish(const StreamSource& source, const std::map<int, SE3>& poses) {
+  /// Returns the number of images. Those that `images` got are not written once more.
+  Expected<std::uint64_t> finish(const StreamSource& source, const std::vector<StopRecord>& stops,
+                                 const std::map<int, SE3>& poses, const RunContext& context) {
     if (clouds_) {
-      if (Expected<void> synced = clouds_->sync(); !synced) return synced;
-      return clouds_->commit();
+      Expected<void> done = clouds_->sync();
+      if (done) done = clouds_->commit();
+      return done ? Expected<std::uint64_t>(0) : done.error();
     }
-    if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied;
+    if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied.error();
+    PatchImages images;
+    if (images_ == nullptr) {
+      Expected<PatchImages> written = write_patch_images(source, stops, *patches_, context);
+      if (!written) return written.error();
+      images = std::move(*written);
+    }
+    if (const auto named = name_formats(patches_->path(), source.rig, images.missing_formats, context.reporter); !named)
+      return named.error();
     if (!poses.empty()) {
-      if (const Expected<void> written = patches_->write_trajectory(poses); !written) return written;
+      if (const Expected<void> written = patches_->write_trajectory(poses); !written) return written.error();
     }
-    return patches_->finish();
+    if (const Expected<void> finished = patches_->finish(); !finished) return finished.error();
+    return images.files;
   }
 
   [[nodiscard]] std::uint64_t files() const { return files_; }
@@ -124,6 +138,7 @@ struct ExportReading {
 
 Expected<ExportReading> read_recording_of_packets(const StreamSource& source, PatchFiles& files,
                                                   const RunContext& context) {
+  if (const std::optional<Error> none = no_lidar_error(source)) return *none;
   const StopOptions options;
   Expected<StopReading> reading = read_stops(source, options, files, context);
   if (!reading) return reading.error();
@@ -216,8 +231,9 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
                           " points lie farther than a .las file can say (214 km) and are left out; give the LiDAR a "
                           "range in the rig file");
   }
-  if (const Expected<void> finished = files.finish(source, reading->poses); !finished) return finished.error();
-  return PatchExport{std::move(reading->stops), files.files()};
+  const Expected<std::uint64_t> written = files.finish(source, reading->stops.stops, reading->poses, context);
+  if (!written) return written.error();
+  return PatchExport{std::move(reading->stops), files.files(), *written};
 }
 
 }  // namespace rigcal

@@ -14,16 +14,16 @@ bool is_misread(const std::string& recorded, const std::string& told) {
   return !as_told || as_told->layout != as_recorded->layout;
 }
 
-Expected<void> name_formats(const std::string& session, Rig rig, const std::map<int, std::string>& formats,
+Expected<void> name_formats(const std::string& folder, Rig rig, const std::map<int, std::string>& formats,
                             Reporter& reporter) {
   if (formats.empty()) return {};
   for (const auto& [number, format] : formats) {
     Sensor& camera = rig.sensors[static_cast<std::size_t>(number)];
     camera.camera->pixel_format = format;
     reporter.warn(camera.name + ": its images are " + format +
-                  ", which the rig file does not say: the session's rig.yaml has pixel_format: " + format);
+                  ", which the rig file does not say: rig.yaml beside them has pixel_format: " + format);
   }
-  return replace_file((std::filesystem::path(session) / "rig.yaml").string(), write_rig(rig));
+  return replace_file((std::filesystem::path(folder) / "rig.yaml").string(), write_rig(rig));
 }
 
 }  // namespace rigcal

@@ -13,9 +13,9 @@ namespace rigcal {
 /// be empty: a PNG does not tell that it is a mosaic of colours.
 [[nodiscard]] bool is_misread(const std::string& recorded, const std::string& told);
 
-/// Gives the rig.yaml of a session the formats in which its cameras (by their number in the rig) recorded, with a
-/// warning each. Nothing is written where there are none.
-Expected<void> name_formats(const std::string& session, Rig rig, const std::map<int, std::string>& formats,
+/// Gives the rig.yaml of a session or patch folder the formats in which its cameras (by their number in the rig)
+/// recorded, with a warning each. Nothing is written where there are none.
+Expected<void> name_formats(const std::string& folder, Rig rig, const std::map<int, std::string>& formats,
                             Reporter& reporter);
 
 }  // namespace rigcal

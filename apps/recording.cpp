@@ -80,16 +80,28 @@ struct LidarTally {
   IntensityRange intensity;
   std::uint64_t points = 0;
   std::uint64_t out_of_range = 0;
+  std::uint64_t not_finite = 0;
+  std::size_t clouds = 0;
+  std::size_t empty = 0;  ///< Clouds without a usable point,
+  std::string first_empty;
+  bool moved = false;  ///< A VIEWPOINT that is not the identity.
+
+  void add(const PatchOutcome& outcome, const std::string& path) {
+    intensity.add(outcome.summary.intensity);
+    points += outcome.summary.points;
+    out_of_range += outcome.out_of_range;
+    not_finite += outcome.summary.not_finite;
+    moved |= outcome.summary.moved;
+    ++clouds;
+    if (outcome.cells.points == 0 && ++empty == 1) first_empty = path;
+  }
 };
 
 void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
                     Reporter& reporter) {
   std::map<int, LidarTally> tallies;  // by sensor
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
-    LidarTally& tally = tallies[jobs[k].sensor];
-    tally.intensity.add(outcomes[k].summary.intensity);
-    tally.points += outcomes[k].summary.points;
-    tally.out_of_range += outcomes[k].out_of_range;
+    tallies[jobs[k].sensor].add(outcomes[k], jobs[k].path);
   }
   for (const auto& [sensor, tally] : tallies) {
     const std::string& name = rig.sensors[static_cast<std::size_t>(sensor)].name;
@@ -100,26 +112,26 @@ void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, c
     if (const std::string complaint = tally.intensity.complaint(); !complaint.empty()) {
       reporter.warn(name + ": its " + complaint);
     }
+    if (tally.not_finite > 0) {
+      reporter.warn(name + ": " + std::to_string(tally.not_finite) +
+                    " points with NaN or infinite coordinates left out");
+    }
+    if (tally.empty > 0) {
+      reporter.warn(name + ": " + std::to_string(tally.empty) + " of its " + std::to_string(tally.clouds) +
+                    " clouds have no usable point, the first: " + tally.first_empty + "; are they in metres?");
+    }
+    if (tally.moved) {
+      reporter.warn(name +
+                    ": its clouds have a VIEWPOINT, which is not applied: their points are taken to be in the "
+                    "sensor's frame");
+    }
   }
 }
 
-void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
-             Reporter& reporter) {
+void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcomes, Reporter& reporter) {
   for (const std::string& reason : reasons_of_unknown(folder)) reporter.warn(folder.path + ": " + reason);
-  std::uint64_t not_finite = 0;
-  bool size_missing = false;
-  for (const PatchOutcome& o : outcomes) {
-    not_finite += o.summary.not_finite;
-    size_missing |= o.summary.size_missing;
-  }
-  if (size_missing) reporter.warn(folder.path + ": PCD headers say WIDTH or HEIGHT 0; POINTS was believed");
-  if (not_finite > 0) {
-    reporter.warn(folder.path + ": " + std::to_string(not_finite) +
-                  " points with NaN or infinite coordinates left out");
-  }
-  for (std::size_t k = 0; k < outcomes.size(); ++k) {
-    if (outcomes[k].cells.points == 0) reporter.warn(jobs[k].path + ": no usable point");
-  }
+  if (std::any_of(outcomes.begin(), outcomes.end(), [](const PatchOutcome& o) { return o.summary.size_missing; }))
+    reporter.warn(folder.path + ": PCD headers say WIDTH or HEIGHT 0; POINTS was believed");
 }
 
 // A trajectory without any translation, as `export` writes it, holds the gyro's rotations between the stops and says
@@ -200,7 +212,7 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   for (const PatchOutcome& o : outcomes) {
     if (o.error) return *o.error;
   }
-  warn_of(*folder, outcomes, jobs, context.reporter);
+  warn_of(*folder, outcomes, context.reporter);
   warn_of_lidars(rig, outcomes, jobs, context.reporter);
   for (PatchOutcome& o : outcomes) {
     out.points += o.cells.points;
@@ -248,14 +260,16 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
                           paths.keep_points_within_m, context);
     }
   } else if (folder) {
-    if (paths.rig.empty()) return no_rig_for_folder(path);
-    Expected<Rig> rig = load_rig(paths.rig);
+    const Expected<std::string> rig_file = rig_file_of_folder(path, paths.rig);
+    if (!rig_file) return rig_file.error();
+    Expected<Rig> rig = load_rig(*rig_file);
     if (!rig) return rig.error();
     if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
     return read_patches(std::move(*rig), path, {}, image_places(paths), cells, paths.keep_points_within_m, context);
   }
   const Expected<StreamSource> source = open_stream(path, paths.rig);
   if (!source) return source.error();
+  if (const std::optional<Error> none = no_lidar_error(*source)) return *none;
   return read_stream(*source, cells, paths.keep_points_within_m, context);
 }
 

@@ -28,7 +28,7 @@ struct Recording {
   std::vector<ClockReport> clocks;  ///< Likewise empty.
 };
 
-/// Where a recording lies, and what is kept of it. `rig` may be empty for a session, which has its own; `images` where
+/// Where a recording lies, and what is kept of it. `rig` may be empty where a folder has its own; `images` where
 /// they lie with the recording, and otherwise is laid out like a session's.
 struct RecordingPaths {
   std::string input;

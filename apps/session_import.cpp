@@ -197,17 +197,17 @@ Expected<ImportSummary> import_session(const std::string& input, const std::stri
     if (const Expected<SessionFolder> session = open_session(input); !session) return session.error();
     return input_error("is a session already", input, "calibrate it as it is");
   }
-  const std::string own = below(input, "rig.yaml");
-  const std::string rig_file = rig_path.empty() && folder && fs::exists(own, error) ? own : rig_path;
-  if (rig_file.empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
-  Expected<Rig> rig = load_rig(rig_file);
+  const Expected<std::string> rig_file = folder ? rig_file_of_folder(input, rig_path) : rig_path;
+  if (!rig_file) return rig_file.error();
+  if (rig_file->empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
+  Expected<Rig> rig = load_rig(*rig_file);
   if (!rig) return rig.error();
   Expected<StagedFolder> staged = StagedFolder::create(out);
   if (!staged) return staged.error();
-  if (const Expected<void> copied = copy_file(rig_file, below(staged->path(), "rig.yaml")); !copied) {
+  if (const Expected<void> copied = copy_file(*rig_file, below(staged->path(), "rig.yaml")); !copied) {
     return copied.error();
   }
-  const ImportTask task{input, rig_file, std::move(*rig), staged->path(), context};
+  const ImportTask task{input, *rig_file, std::move(*rig), staged->path(), context};
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;

@@ -10,11 +10,14 @@
 
 namespace rigcal {
 
-Error no_rig_for_folder(const std::string& folder) {
+Expected<std::string> rig_file_of_folder(const std::string& folder, const std::string& given) {
+  if (!given.empty()) return given;
   std::error_code error;
+  std::string own = (std::filesystem::path(folder) / "rig.yaml").string();
+  if (std::filesystem::exists(own, error)) return own;
   if (std::filesystem::exists(std::filesystem::path(folder) / "extrinsics.yaml", error))
     return input_error("is a result, and holds no recording", folder, "give the recording that it was made from");
-  return input_error("a patch folder needs a rig file", folder, "add --rig RIG.yaml");
+  return input_error("a patch folder needs a rig file", folder, "add --rig RIG.yaml, or put rig.yaml into the folder");
 }
 
 Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path) {
@@ -26,9 +29,9 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   if (const auto there = check_there(path); !there) return there.error();
   const bool folder = std::filesystem::is_directory(path, error);
   if (folder && !is_session_folder(path)) {
-    const std::string own = (std::filesystem::path(path) / "rig.yaml").string();
-    if (rig_path.empty() && std::filesystem::exists(own, error)) source.rig_path = own;
-    if (source.rig_path.empty()) return no_rig_for_folder(path);
+    Expected<std::string> rig_file = rig_file_of_folder(path, rig_path);
+    if (!rig_file) return rig_file.error();
+    source.rig_path = std::move(*rig_file);
   } else if (folder) {
     Expected<SessionFolder> session = open_session(path);
     if (!session) return session.error();
@@ -45,6 +48,13 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
   if (!rig) return rig.error();
   source.rig = std::move(*rig);
   return source;
+}
+
+std::optional<Error> no_lidar_error(const StreamSource& source) {
+  const auto is_lidar = [](const Sensor& sensor) { return sensor.is_lidar(); };
+  if (std::any_of(source.rig.sensors.begin(), source.rig.sensors.end(), is_lidar)) return std::nullopt;
+  return input_error("the rig has no LiDAR, by which the stops of a recording are found", source.rig_path,
+                     "add it, or give the images by their stops: a folder with image/<camera>/<stop>.png");
 }
 
 Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& options, StopSink& sink,

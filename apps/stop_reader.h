@@ -21,13 +21,17 @@ struct StreamSource {
   bool complete = true;  ///< False for a session that was cut short.
 };
 
-/// Of a folder that is no session, where no rig file was given: it may also be a result.
-[[nodiscard]] Error no_rig_for_folder(const std::string& folder);
+/// The rig file of a folder that is no session: `given`, else the folder's own rig.yaml. Errors: neither is there; then
+/// the folder may also be a result.
+[[nodiscard]] Expected<std::string> rig_file_of_folder(const std::string& folder, const std::string& given);
 
 /// Opens a file (then `rig_path` is needed), a session or a patch folder (then it is taken instead of their own
 /// rig.yaml where it is not empty). Patches are not for `read_stops`: `file` is a folder then. Errors: no rig, what
 /// `load_rig` and `open_session` find.
 [[nodiscard]] Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path);
+
+/// Packets and bags are cut into stops by what LiDARs saw: of a rig that has none, why nothing comes of them.
+[[nodiscard]] std::optional<Error> no_lidar_error(const StreamSource& source);
 
 /// Where the patches of a recording go.
 class StopSink : public PatchSink {

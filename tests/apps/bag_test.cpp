@@ -177,16 +177,20 @@ TEST_F(Bag, AMosaicIsNamedInTheImportedRigFile) {
   const ProgramRun run = rigcal("import mosaics.bag --rig changed.yaml --out mosaics");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("silent: its images are BayerGB8, which the rig file does not say"));
-  EXPECT_THAT(run.err, HasSubstr("rig.yaml has pixel_format: BayerRG8"));
-  const auto rig = load_rig((scratch / "mosaics/rig.yaml").string());
-  ASSERT_TRUE(rig) << rig.error().message();
-  const auto format = [&](const char* name) {
-    return rig->sensors[static_cast<std::size_t>(rig->find(name))].camera->pixel_format;
-  };
-  EXPECT_EQ(format("silent"), "BayerGB8");
-  EXPECT_EQ(format("wrong"), "BayerRG8");
-  EXPECT_EQ(format("right"), "BayerBG8");
-  EXPECT_EQ(format("grey"), "");
+  EXPECT_THAT(run.err, HasSubstr("rig.yaml beside them has pixel_format: BayerRG8"));
+  ASSERT_EQ(rigcal("export mosaics.bag --rig changed.yaml --format patches --out mosaic_patches").code, 0);
+  EXPECT_TRUE(fs::exists(scratch / "mosaic_patches/image/silent/2.png"));
+  for (const char* folder : {"mosaics", "mosaic_patches"}) {
+    const auto rig = load_rig((scratch / folder / "rig.yaml").string());
+    ASSERT_TRUE(rig) << rig.error().message();
+    const auto format = [&](const char* name) {
+      return rig->sensors[static_cast<std::size_t>(rig->find(name))].camera->pixel_format;
+    };
+    EXPECT_EQ(format("silent"), "BayerGB8");
+    EXPECT_EQ(format("wrong"), "BayerRG8");
+    EXPECT_EQ(format("right"), "BayerBG8");
+    EXPECT_EQ(format("grey"), "");
+  }
 }
 
 TEST_F(Bag, ADumpIsImportedToTheLastDatagram) {
@@ -247,7 +251,8 @@ TEST_F(Bag, NamesTopicsThatAreNotThereTheNearestFirst) {
       {"run.bag: has no topic /livox/lidar_178 (avia); there are /livox/lidar_179 (livox_ros_driver/CustomMsg)",
        "correct the topic"});
   expect_refused("run.bag", rig_with(", topic: livox/lidar_21", ""), {"does not say which topic is mid40"});
-  expect_refused("run.bag", rig_with("livox/lidar_21", "livox/lidar_179"), {"to both avia and mid40"});
+  expect_refused("run.bag", rig_with("livox/lidar_21", "livox/lidar_179"),
+                 {"changed.yaml:", "sensors.mid40.topic is livox/lidar_179, which another sensor has"});
   expect_refused("run.bag", rig_with("imu_topic: /livox/imu_179", "imu_topic: /imu"), {"has no topic /imu (avia)"});
   expect_refused("half_missing.bag", "rig.yaml", {"half_missing.bag"});
   expect_refused("run.bag", "missing.yaml", {"missing.yaml"});

@@ -153,6 +153,10 @@ TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
   // Coordinates are floats in both; nothing but text of poses is rounded on the way.
   expect_near("from_patches/extrinsics.yaml", "first/extrinsics.yaml", 0.1, 0.001);
 
+  // Its own rig file does as well.
+  EXPECT_EQ(rigcal("calibrate patches --out of_its_own").code, 0);
+  EXPECT_TRUE(file("of_its_own/extrinsics.yaml") == file("from_patches/extrinsics.yaml"));
+  fs::remove(scratch / "patches/rig.yaml");
   const ProgramRun without = rigcal("calibrate patches --out without_rig");
   EXPECT_EQ(without.code, 3);
   EXPECT_THAT(without.err, HasSubstr("patches: a patch folder needs a rig file; add --rig"));

@@ -75,6 +75,18 @@ TEST_F(CameraInputs, PacketsOfASessionAndADumpWithAFolderOfImagesGiveTheSame) {
   EXPECT_EQ(of_session.matrix(), of_dump.matrix()) << "to the bit";
 }
 
+TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
+  const SE3 of_session = found_from("session");
+  const ProgramRun run = rigcal("export session --format patches --out patches --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out)["images"], stops);
+  const SE3 of_patches = found_from("patches");
+  // The turns of the gyro have gone through a trajectory: the map is micrometres apart, and edges of a small image
+  // with it.
+  EXPECT_LT((of_patches.t - of_session.t).norm(), 3e-3);
+  EXPECT_LT(to_deg(rotation_distance(of_patches.R, of_session.R)), 0.02);
+}
+
 TEST_F(CameraInputs, AnLvxFileTakesImagesWithStampsOfItsOwnTime) {
   save_as_lvx(dump(), small_rig_avia(), small_rig_mid40(), (scratch / "run.lvx").string());
   const auto look = nlohmann::json::parse(rigcal("inspect run.lvx --rig session/rig.yaml --json").out);
@@ -116,6 +128,7 @@ TEST_F(CameraInputs, ImagesOfTheWrongTimesAreMissedInOneSentence) {
       rigcal("calibrate session/lidar.pcapng --rig session/rig.yaml --images late --out late_result");
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_THAT(run.out, HasSubstr("8 of 8 images were taken outside of all stops"));
+  EXPECT_THAT(run.out, HasSubstr("-3600.000 s"));
   const auto got = load_extrinsics((scratch / "late_result/extrinsics.yaml").string());
   ASSERT_TRUE(got);
   EXPECT_EQ(got->status.at("left"), "failed");

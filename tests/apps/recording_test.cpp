@@ -106,6 +106,24 @@ TEST_F(RecordingOfPatches, TellsWhatIsLeftOutOfItsClouds) {
                                      testing::HasSubstr("top: its intensities are at most 0.90")}));
 }
 
+TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
+  for (const char* stop : {"3", "4", "5"}) {
+    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+        << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+           "VIEWPOINT 0 0 1 1 0 0 0\nPOINTS 2\nDATA ascii\nnan 1 1\n"
+        << (stop[0] == '3' ? "1 2 3\n" : "4000 5000 6000\n");
+  }
+  NotingReporter notes;
+  const auto recording =
+      read_recording({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {}}, CellOptions{}, {notes});
+  ASSERT_TRUE(recording) << recording.error().message();
+  const std::string first = (folder_ / "patches/top/4.pcd").string();
+  EXPECT_THAT(notes.warnings,
+              ElementsAre("top: 3 points with NaN or infinite coordinates left out",
+                          "top: 2 of its 3 clouds have no usable point, the first: " + first + "; are they in metres?",
+                          testing::HasSubstr("top: its clouds have a VIEWPOINT, which is not applied")));
+}
+
 TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {
   write_trajectory(0.1);
   std::ofstream(folder_ / "rig.yaml")
@@ -133,6 +151,27 @@ TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {
   ASSERT_TRUE(listed->trajectory);
   EXPECT_NEAR(listed->trajectory->at(4).t.x(), 0.4, 1e-9);
   EXPECT_THAT(open_stream((folder_ / "patches").string(), {}).error().message(), testing::HasSubstr("add --rig"));
+}
+
+TEST_F(RecordingOfPatches, IsExportedWithItsImages) {
+  const auto source = open_stream((folder_ / "patches").string(), (folder_ / "rig.yaml").string());
+  ASSERT_TRUE(source) << source.error().message();
+  NotingReporter notes;
+  const auto done = export_patches(*source, PatchLayout::patches, (folder_ / "again").string(), {notes});
+  ASSERT_TRUE(done) << done.error().message();
+  EXPECT_EQ(done->images, 3U) << "those of stops without a cloud, too";
+  for (const char* file : {"3.png", "5.png", "9.png"}) {
+    const auto image = read_image((folder_ / "again/image/eye" / file).string());
+    ASSERT_TRUE(image) << image.error().message();
+    EXPECT_EQ(image->bytes, (std::vector<std::uint8_t>{1, 2, 3, 4}));
+  }
+  EXPECT_THAT(notes.warnings, testing::IsEmpty());
+
+  fs::remove_all(folder_ / "patches/image");
+  const auto without = export_patches(*source, PatchLayout::patches, (folder_ / "without").string(), {notes});
+  ASSERT_TRUE(without) << without.error().message();
+  EXPECT_EQ(without->images, 0U);
+  EXPECT_THAT(notes.warnings, ElementsAre(testing::HasSubstr("eye: no image of it is written")));
 }
 
 // Images of two stops, in a folder as a user has it.
