@@ -15,7 +15,7 @@ install(FILES udev/modprobe.conf DESTINATION lib/modprobe.d RENAME rigcal.conf C
 install(FILES udev/tmpfiles.conf DESTINATION lib/tmpfiles.d RENAME rigcal.conf COMPONENT rigcal)
 install(DIRECTORY docs/schema DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal)
 # All pages, in the tree's own places: they point to each other.
-install(FILES README.md DESTINATION "${doc_dir}" COMPONENT rigcal)
+install(FILES README.md CONTRIBUTING.md CHANGELOG.md LICENSE DESTINATION "${doc_dir}" COMPONENT rigcal)
 install(DIRECTORY docs DESTINATION "${doc_dir}" COMPONENT rigcal)
 install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}" COMPONENT rigcal)
 install(FILES cmake/copyright "${RIGCAL_PAGES}/changelog.gz" DESTINATION "${doc_dir}-dev" COMPONENT dev)

@@ -98,6 +98,12 @@ TEST(DeviceRules, GiveWhatTheProgramAsksFor) {
   EXPECT_THAT(lines_of(folder / "tmpfiles.conf").at(0), testing::EndsWith("usbfs_memory_mb - - - - " + memory));
 }
 
+// The package's program is in /usr/bin, that of `cmake --install` in /usr/local/bin.
+TEST(DeviceRules, LetTheServiceFindTheProgramWhereverItIsInstalled) {
+  EXPECT_THAT(lines_of(folder / "rigcal-capture@.service"),
+              testing::Contains(testing::StartsWith("ExecStart=rigcal capture ")));
+}
+
 TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
   const fs::path scratch = fs::path(testing::TempDir()) / ("rigcal_rules_" + std::to_string(getpid()));
   fs::create_directories(scratch);
