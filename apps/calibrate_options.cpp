@@ -5,6 +5,7 @@
 #include "apps/option_checks.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
+#include "core/io/extrinsics_file.h"
 
 namespace rigcal {
 namespace {
@@ -16,7 +17,8 @@ std::string prior_text(const CalibrateOptions& options) {
 }  // namespace
 
 void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
-  command.add_option("--rig", options.rig, "The rig file (a session brings its own)")->option_text("RIG");
+  command.add_option("--rig", options.rig, "The rig file (a session brings its own, a patch folder may)")
+      ->option_text("RIG");
   command
       .add_option("--method", options.method,
                   "targetless (default): all stops together; planes: LiDARs from the planes of one still moment; "
@@ -29,7 +31,7 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
       ->option_text("STAGE");
   command
       .add_option("--initial", options.initial,
-                  "Rough extrinsics: an extrinsics.yaml, a ground_truth.yaml or a rig file (default: the rig's); none: "
+                  "Rough extrinsics: a result, a ground_truth.yaml or a rig file (default: the rig's); none: "
                   "LiDARs from the turn of the rig alone")
       ->option_text("FILE|none");
   command.add_flag("--refine-intrinsics", options.refine_intrinsics,
@@ -51,7 +53,8 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
           "(default 1)")
       ->check(seed_range())
       ->option_text("N");
-  command.add_flag("--full-map", options.full_map, "map.ply with all points kept, not one for each 2 cm");
+  command.add_flag("--full-map", options.full_map,
+                   "map.ply with a point for each 2 cm of every patch, not of all together");
 }
 
 void check_calibration_options(const CalibrateOptions& options, const CLI::App& command) {
@@ -86,7 +89,7 @@ std::vector<std::string> arguments_of(const CalibrateOptions& options) {
 
 std::vector<std::pair<std::string, std::string>> settings_of(const CalibrateOptions& options) {
   return {{"INPUT", options.input},
-          {"--rig", options.rig.empty() ? "the session's own" : options.rig},
+          {"--rig", options.rig.empty() ? "INPUT's own" : options.rig},
           {"--method", options.method},
           {"--stages", options.stages},
           {"--initial", options.initial.empty() ? "the rig file's" : options.initial},
@@ -103,7 +106,10 @@ std::vector<std::string> inputs_of(const CalibrateOptions& options) {
   for (const std::string& path : {options.rig, options.images}) {
     if (!path.empty()) out.push_back(path);
   }
-  if (!options.initial.empty() && options.initial != no_guess) out.push_back(options.initial);
+  if (!options.initial.empty() && options.initial != no_guess) {
+    const Expected<std::string> file = extrinsics_path(options.initial);
+    out.push_back(file ? *file : options.initial);
+  }
   return out;
 }
 

@@ -1,4 +1,6 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 
 #include "apps/calibrate_options.h"
@@ -44,12 +46,6 @@ void forget_initial_extrinsics(Rig& rig) {
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
     if (static_cast<int>(i) != rig.base) rig.sensors[i].initial_T_base_sensor.reset();
   }
-}
-
-Expected<void> check_base(const Rig& rig, const std::optional<ExtrinsicsFile>& initial, const std::string& path) {
-  if (!initial || initial->base == rig.base_sensor().name) return {};
-  return input_error("its base is " + initial->base + ", the rig's is " + rig.base_sensor().name, path,
-                     "give extrinsics with the rig's base");
 }
 
 // Of a larger rig, or misspelt.
@@ -144,12 +140,33 @@ Expected<CalibrationResult> calibrate(const Recording& recording, const std::opt
                        calibration_options(options, require), context);
 }
 
+// What the rig lacks for the method is told before any point is read.
+Expected<void> check_rig(const CalibrateOptions& options) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const std::string own = (fs::path(options.input) / "rig.yaml").string();
+  const std::string file = options.rig.empty() && fs::exists(own, error) ? own : options.rig;
+  if (file.empty()) return {};  // what that means is told by whoever reads the recording
+  const Expected<Rig> rig = load_rig(file);
+  if (!rig) return rig.error();
+  const bool has_lidar =
+      std::any_of(rig->sensors.begin(), rig->sensors.end(), [](const Sensor& sensor) { return sensor.is_lidar(); });
+  if (options.method == "checkerboard") {
+    Expected<void> fit = check_board(*rig);
+    return fit ? fit : Error{fit.error().kind, fit.error().what, file, fit.error().mend};
+  }
+  if (has_lidar) return {};
+  return input_error("the rig has no LiDAR, and --method " + options.method + " needs one as base", file,
+                     "add it; cameras alone are found by --method checkerboard");
+}
+
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   keep_freed_memory();
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
   if (!require) return require.error();
-  const auto initial = rough_extrinsics(options.initial);
+  if (const auto fit = check_rig(options); !fit) return fit.error();
+  auto initial = rough_extrinsics(options.initial);
   if (!initial) return initial.error();
   InputDigester digester(inputs_of(options));
   CellOptions cells;
@@ -163,7 +180,10 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};
-  if (const auto right = check_base(recording->rig, *initial, options.initial); !right) return right.error();
+  if (*initial) {
+    if (const auto right = change_base(**initial, recording->rig.base_sensor().name); !right)
+      return Error{right.error().kind, right.error().what, options.initial, right.error().mend};
+  }
   if (*initial) warn_of_unused(recording->rig, **initial, options.initial, context.reporter);
   if (options.initial == no_guess) forget_initial_extrinsics(recording->rig);
   for (CameraRecording& camera : recording->cameras) {

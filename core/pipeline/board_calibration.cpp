@@ -324,19 +324,22 @@ class BoardCalibration {
 
 }  // namespace
 
-Expected<CalibrationResult> calibrate_by_boards(const Rig& rig, const BoardRecording& recording,
-                                                const std::vector<std::optional<SE3>>& guess_T_base_sensor,
-                                                const BoardCalibrationOptions& options, const RunContext& context) {
+Expected<void> check_board(const Rig& rig) {
   if (!rig.board) {
-    return input_error("the rig file has no board", rig.name,
+    return input_error("the rig file has no board", {},
                        "add board: {type: checkerboard, inner_corners: [columns, rows], square: metres, size: [width, "
                        "height]}");
   }
-  if (!rig.board->dictionary.empty() && !knows_markers()) {
-    return input_error(
-        "the board has markers, and this rigcal was built without OpenCV's aruco module, by which they are known",
-        rig.name, "build it where libopencv-contrib-dev is installed, or show a plain checkerboard");
-  }
+  if (rig.board->dictionary.empty() || knows_markers()) return {};
+  return input_error(
+      "the board has markers, and this rigcal was built without OpenCV's aruco module, by which they are known", {},
+      "build it where libopencv-contrib-dev is installed, or show a plain checkerboard");
+}
+
+Expected<CalibrationResult> calibrate_by_boards(const Rig& rig, const BoardRecording& recording,
+                                                const std::vector<std::optional<SE3>>& guess_T_base_sensor,
+                                                const BoardCalibrationOptions& options, const RunContext& context) {
+  if (const Expected<void> fit = check_board(rig); !fit) return fit.error();
   if (recording.stops.empty()) return input_error("there is no stop at which a board could be seen");
   return BoardCalibration(rig, recording, guess_T_base_sensor, options, context).run();
 }

@@ -23,10 +23,14 @@ struct BoardRecording {
   const std::vector<CameraRecording>& cameras;
 };
 
+/// Whether the rig file has a board that can be found. Errors, without a place: no board in it, or one with markers
+/// where these are not known.
+[[nodiscard]] Expected<void> check_board(const Rig& rig);
+
 /// The checkerboard method: LiDARs and cameras by the board of the rig file, shown at several stops. The base may be a
 /// camera where the rig has no LiDAR. `guess_T_base_sensor` has an entry for each sensor of the rig; guesses only
-/// choose between places that explain the boards equally well. Errors: no board in the rig file, or one with markers
-/// where these are not known, no stop, cancelled. A sensor that cannot be placed is no error but `failed`.
+/// choose between places that explain the boards equally well. Errors: those of `check_board`, no stop, cancelled. A
+/// sensor that cannot be placed is no error but `failed`.
 [[nodiscard]] Expected<CalibrationResult> calibrate_by_boards(
     const Rig& rig, const BoardRecording& recording, const std::vector<std::optional<SE3>>& guess_T_base_sensor,
     const BoardCalibrationOptions& options, const RunContext& context);

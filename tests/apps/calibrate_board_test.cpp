@@ -87,7 +87,7 @@ TEST_F(CalibrateBoard, WantsABoardInTheRigFile) {
   write_rig("  front: {type: lidar}\n  side: {type: lidar}\n", "front", "");
   const ProgramRun refused = run();
   EXPECT_EQ(refused.code, 3);
-  EXPECT_THAT(refused.err, HasSubstr("the rig file has no board"));
+  EXPECT_THAT(refused.err, HasSubstr("rig.yaml: the rig file has no board; add board:"));
 }
 
 TEST_F(CalibrateBoard, RefusesWhatTheMethodDoesNotKnow) {

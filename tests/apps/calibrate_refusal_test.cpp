@@ -152,6 +152,25 @@ TEST_F(CalibrateRefusal, OfARigThatNeverStandsStill) {
   expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "never stands still", "let it rest");
 }
 
+TEST_F(CalibrateRefusal, OfARigWithoutALidar) {
+  write_run("run.pcapng", true, [](double) { return 0.0; });
+  write("cameras.yaml", "rigcal: 1\nbase: a\nsensors:\n  a: {type: camera}\n");
+  expect_refused("run.pcapng --rig cameras.yaml", "cameras.yaml: ", "--method targetless needs one as base", "add it");
+  write("board.yaml",
+        "rigcal: 1\nbase: a\nsensors:\n  a: {type: camera}\n"
+        "board: {type: checkerboard, inner_corners: [7, 5], square: 0.1, size: [0.9, 0.7]}\n");
+  expect_refused("run.pcapng --rig board.yaml --method checkerboard",
+                 "board.yaml: ", "has no LiDAR, by which the stops", "add it, or give the images by their stops");
+}
+
+TEST_F(CalibrateRefusal, OfAPlaceWhereNoResultCanBe) {
+  write("file", "");
+  const ProgramRun run = run_program(
+      "cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' calibrate nowhere --out file/result", scratch);
+  EXPECT_EQ(run.code, 4) << "before the input is looked at";
+  EXPECT_THAT(run.err, HasSubstr("/file is a file and no folder; choose another place"));
+}
+
 TEST_F(CalibrateRefusal, OfPatchesWithoutARig) {
   fs::create_directories(scratch / "patches/avia");
   expect_refused("patches", "patches: ", "needs a rig file", "add --rig");
@@ -194,7 +213,7 @@ TEST_F(CalibrateRefusal, OfRoughExtrinsicsOfAnotherBase) {
         "rigcal: 1\nbase: mid40\nsensors:\n  mid40: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n");
   // Errors only: the thin recording loses packets, which is told before.
   expect_refused("run.pcapng --rig rig.yaml --initial guess.yaml --log-level error",
-                 "guess.yaml: ", "its base is mid40", "give");
+                 "guess.yaml: ", "its base is mid40, and it does not say where avia", "give");
   expect_refused("run.pcapng --rig rig.yaml --initial nowhere.yaml", "nowhere.yaml: ", "", "");
 }
 
