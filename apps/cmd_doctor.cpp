@@ -73,9 +73,14 @@ Expected<std::vector<Check>> listen(double seconds, CommandContext& context) {
 }
 
 // Takes the LiDARs of the rig for some seconds.
-Expected<std::vector<Check>> examine(const Rig& rig, double seconds, CommandContext& context) {
+Expected<std::vector<Check>> examine(const Rig& rig, const std::string& rig_file, double seconds,
+                                     CommandContext& context) {
   const auto options = driver_options(rig);
-  if (!options) return options.error();
+  if (!options) {
+    Error error = options.error();
+    error.where = rig_file + ": " + error.where;
+    return error;
+  }
   auto driver = livox::Driver::start(*options);
   if (!driver) return driver.error();
   LidarFindings findings;
@@ -95,7 +100,8 @@ Expected<std::vector<Check>> examine(const Rig& rig, double seconds, CommandCont
   findings.ingest = ingest.summary();
   std::vector<Check> checks = check_lidars(rig, findings);
   const FileNotes notes = LiveDatagrams(**driver, nullptr, {}).notes();
-  for (const std::string& note : notes.findings) checks.push_back({CheckLevel::warning, "network", note, "see above"});
+  // Each says its own mend.
+  for (const std::string& note : notes.findings) checks.push_back({CheckLevel::warning, "network", note, {}});
   return checks;
 }
 
@@ -106,9 +112,10 @@ bool has_livox(const Rig& rig) {
 }
 
 /// What keeps this machine from its LiDARs is one finding among others; a rig file that is wrong is an error.
-Expected<std::vector<Check>> look_at_lidars(const Rig* rig, double seconds, CommandContext& context) {
+Expected<std::vector<Check>> look_at_lidars(const Rig* rig, const DoctorOptions& options, CommandContext& context) {
   if (rig != nullptr && !has_livox(*rig)) return std::vector<Check>{};
-  auto checks = rig == nullptr ? listen(seconds, context) : examine(*rig, seconds, context);
+  auto checks =
+      rig == nullptr ? listen(options.seconds, context) : examine(*rig, options.rig, options.seconds, context);
   if (checks || checks.error().kind == ErrorKind::input) return checks;
   const Error& error = checks.error();
   return std::vector<Check>{
@@ -142,7 +149,7 @@ Expected<ExitCode> run_doctor(const DoctorOptions& options, CommandContext& cont
     checks.push_back(std::move(check));
   if (known != nullptr)
     for (Check& check : check_network(*known, *interfaces)) checks.push_back(std::move(check));
-  const auto lidars = look_at_lidars(known, options.seconds, context);
+  const auto lidars = look_at_lidars(known, options, context);
   if (!lidars) return lidars.error();
   const std::vector<Check> cameras = look_at_cameras(known, options.seconds, *interfaces, context);
   const bool all_is_heard = std::none_of(lidars->begin(), lidars->end(), [](const Check& check) {

@@ -15,7 +15,9 @@ namespace {
 
 constexpr int ethernet_mtu = 1500;
 constexpr double free_running_ppm = 100.0;  // A quartz that drifts more is broken, or the stamps are.
-constexpr double synchronised_ppm = 5.0;    // What is left of the drift within some seconds of delays that jitter.
+// In less, packets that are late by some tens of microseconds look like a drift.
+constexpr std::int64_t least_for_drift_ns = 3'000'000'000;
+constexpr double synchronised_ppm = 5.0;  // What is left of the drift within some seconds of delays that jitter.
 
 const char* to_string(CheckLevel level) {
   switch (level) {
@@ -94,7 +96,11 @@ void add_status(const std::string& sensor, std::uint32_t status, std::vector<Che
 // By how its stamps drift, whatever its flag says.
 void add_clock(const std::string& sensor, const DeviceIngest& device, std::uint32_t status,
                std::vector<Check>& checks) {
-  if (device.clock.packets < 1000) return;
+  if (device.last_ns - device.first_ns < least_for_drift_ns) {
+    if (device.clock.packets > 0)
+      checks.push_back({CheckLevel::good, sensor, "how its clock runs is not known yet: look for 5 s or longer", {}});
+    return;
+  }
   const double drift = device.clock.drift_ppm;
   const std::string runs = "its clock runs " + one_decimal(std::abs(drift)) + " ppm " + (drift < 0.0 ? "slow" : "fast");
   const livox::Status decoded = livox::decode_status(status);
@@ -110,6 +116,9 @@ void add_clock(const std::string& sensor, const DeviceIngest& device, std::uint3
     checks.push_back(
         {CheckLevel::good, sensor, runs + "; " + sync + (claims_sync ? "" : ", which is accounted for"), {}});
   }
+}
+
+void add_losses(const std::string& sensor, const DeviceIngest& device, std::vector<Check>& checks) {
   const std::uint64_t lost = device.point_stream.lost + device.imu_stream.lost;
   if (lost > 0)
     checks.push_back({CheckLevel::warning, sensor,
@@ -196,7 +205,10 @@ std::vector<Check> check_lidars(const Rig& rig, const LidarFindings& findings) {
                         "has the address " + rigcal::to_string(link.ip) + ", not " + rigcal::to_string(*expected),
                         "write the new one into the rig file"});
     add_status(name, link.status, checks);
-    if (const DeviceIngest* device = findings.ingest.of_sensor(sensor)) add_clock(name, *device, link.status, checks);
+    if (const DeviceIngest* device = findings.ingest.of_sensor(sensor)) {
+      add_clock(name, *device, link.status, checks);
+      add_losses(name, *device, checks);
+    }
   }
   for (const livox::Sighting& sighting : findings.sightings) {
     if (sighting.device != livox::kNoDevice) continue;
@@ -217,7 +229,7 @@ std::string checks_text(const std::vector<Check>& checks) {
   std::string text;
   for (const Check& check : checks) {
     text += std::string(to_string(check.level)) + ": " + check.about + ": " + check.what;
-    if (check.level != CheckLevel::good) text += "; " + check.mend;
+    if (check.level != CheckLevel::good && !check.mend.empty()) text += "; " + check.mend;
     text += '\n';
   }
   return text;

@@ -101,6 +101,7 @@ class DoctorLidars : public testing::Test {
       device.sensor = static_cast<int>(i);
       device.packets = 5000;
       device.clock.packets = 5000;
+      device.last_ns = 4'000'000'000;
       device.clock.drift_ppm = 12.34;
       findings.ingest.devices.push_back(device);
     }
@@ -125,6 +126,15 @@ TEST_F(DoctorLidars, AreGood) {
   EXPECT_EQ(worst_of(checks), CheckLevel::good);
   EXPECT_THAT(checks_text(checks), HasSubstr("good: avia: Avia, firmware 11.09.00.00, at 192.168.1.179, normal"));
   EXPECT_THAT(checks_text(checks), HasSubstr("its clock runs 12.3 ppm fast; not synchronised, which is accounted for"));
+}
+
+TEST_F(DoctorLidars, HaveNoDriftThatWasNotMeasured) {
+  findings.ingest.devices[0].last_ns = 1'000'000'000;
+  findings.ingest.devices[0].clock.drift_ppm = 400.0;
+  findings.ingest.devices[0].point_stream.received = 90;
+  findings.ingest.devices[0].point_stream.lost = 10;
+  EXPECT_THAT(wrong(), ElementsAre("avia: 10 of 100 packets were lost"));
+  EXPECT_THAT(checks_text(check_lidars(rig, findings)), HasSubstr("avia: how its clock runs is not known yet"));
 }
 
 TEST_F(DoctorLidars, AreNotThere) {
@@ -208,6 +218,14 @@ TEST_F(DoctorProgram, LooksAtARigWithoutLivoxLidars) {
   EXPECT_EQ(run.code, 4) << run.err;
   EXPECT_THAT(run.out, HasSubstr("bad: left: there is no such camera"));
   EXPECT_THAT(run.out, testing::Not(HasSubstr("LiDARs")));
+}
+
+TEST_F(DoctorProgram, NamesTheFileOfARigThatIsWrong) {
+  const auto rig = scratch / "bare.yaml";
+  std::ofstream(rig) << "rigcal: 1\nname: lab\nbase: a\nsensors:\n  a: {type: livox_mid40}\n";
+  const ProgramRun run = doctor("--seconds 0.5 --rig '" + rig.string() + "'");
+  EXPECT_EQ(run.code, 3) << run.out;
+  EXPECT_THAT(run.err, HasSubstr("bare.yaml: sensor 'a' of the rig: has neither a broadcast_code nor an ip; add one"));
 }
 
 TEST_F(DoctorProgram, SaysWhichSensorsAreMissing) {
