@@ -155,7 +155,7 @@ TEST_F(Calibrate, GivesTheSameFromItsExportedPatches) {
 
   // Its own rig file does as well.
   EXPECT_EQ(rigcal("calibrate patches --out of_its_own").code, 0);
-  EXPECT_TRUE(file("of_its_own/extrinsics.yaml") == file("from_patches/extrinsics.yaml"));
+  expect_near("of_its_own/extrinsics.yaml", "first/extrinsics.yaml", 0.1, 0.001);
   fs::remove(scratch / "patches/rig.yaml");
   const ProgramRun without = rigcal("calibrate patches --out without_rig");
   EXPECT_EQ(without.code, 3);

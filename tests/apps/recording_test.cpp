@@ -11,6 +11,7 @@
 #include "apps/session_import.h"
 #include "core/base/random.h"
 #include "core/io/image_file.h"
+#include "core/io/pcapng_writer.h"
 #include "core/io/tum_file.h"
 #include "tests/support/bag_bytes.h"
 #include "tests/support/noting_reporter.h"
@@ -202,6 +203,30 @@ TEST(RecordingOfImages, OfARigWithoutLidarsIsReadInspectedAndImported) {
   EXPECT_EQ(recording->lidar.stops.size(), 2U);
   ASSERT_EQ(recording->cameras.size(), 2U);
   EXPECT_EQ(recording->cameras[1].read_images({silent}).images.size(), 2U);
+  fs::remove_all(folder);
+}
+
+// As a simulation of such a rig left it before it was refused.
+TEST(SessionOfPackets, OfARigWithoutLidarsIsInspectedButNotRead) {
+  const fs::path folder = scratch_folder("cameras_and_packets");
+  std::ofstream(folder / "rig.yaml") << "rigcal: 1\nname: one\nbase: eye\nsensors:\n  eye: {type: camera}\n";
+  fs::create_directories(folder / "images/eye");
+  ASSERT_TRUE(write_image((folder / "images/eye/5.png").string(), {2, 2, 1, 8, {}, {1, 2, 3, 4}}));
+  auto packets = PcapngWriter::create((folder / "lidar.pcapng").string());
+  ASSERT_TRUE(packets && packets->close());
+  SilentReporter silent;
+  const auto source = open_stream(folder.string(), {});
+  ASSERT_TRUE(source) << source.error().message();
+  const auto inspection = inspect_recording(*source, {silent});
+  ASSERT_TRUE(inspection) << inspection.error().message();
+  EXPECT_EQ(inspection->at("images").at("eye").at("files"), 1);
+  EXPECT_THAT(inspection->at("warnings").dump(), testing::HasSubstr("not fit for calibrate: the rig has no LiDAR"));
+  const auto recording = read_recording({folder.string(), {}, {}}, CellOptions{}, {silent});
+  ASSERT_FALSE(recording);
+  EXPECT_THAT(recording.error().message(), testing::HasSubstr("rig.yaml: the rig has no LiDAR"));
+  const auto exported = export_patches(*source, PatchLayout::patches, (folder / "out").string(), {silent});
+  ASSERT_FALSE(exported);
+  EXPECT_EQ(exported.error().where, recording.error().where);
   fs::remove_all(folder);
 }
 
