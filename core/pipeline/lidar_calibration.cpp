@@ -12,7 +12,9 @@
 #include "core/pipeline/stage_clock.h"
 #include "core/pipeline/stop_misfits.h"
 #include "core/pipeline/surface_trust.h"
+#include "core/pipeline/turn_misfits.h"
 #include "core/start/noise_estimate.h"
+#include "core/start/trajectory_mixup.h"
 
 namespace rigcal {
 namespace {
@@ -111,6 +113,7 @@ class Calibration {
     input.cells = &recording_.patches;
     input.turned_rad = recording_.turned_rad;
     if (rig_.turntable) input.axis = rig_.turntable->axis;
+    warn_of_mixups(surfels);
     Expected<Start> start = start_in(solving_lidar(input, recording_.gyro_turns, surfels), input, surfels);
     if (!start) return start.error();
     // What the base shares with others but not with that LiDAR must be found from its own side.
@@ -124,10 +127,20 @@ class Calibration {
     return {};
   }
 
+  void warn_of_mixups(const std::vector<PatchSurfels>& surfels) const {
+    if (!recording_.trajectory_is_prior) return;
+    std::vector<PatchSurfels> of_base;
+    std::copy_if(surfels.begin(), surfels.end(), std::back_inserter(of_base),
+                 [&](const PatchSurfels& p) { return p.lidar == base_; });
+    const TrajectoryMixup mixup = trajectory_mixup(of_base, recording_.trajectory);
+    if (mixup != TrajectoryMixup::none) context_.reporter.warn(to_words(mixup));
+  }
+
   Expected<Start> start_in(int lidar, const StartInput& of_base, const std::vector<PatchSurfels>& surfels) {
     solving_ = lidar;
     const StartInput input = seen_from(lidar, of_base, recording_.gyro_turns);
     solving_guess_ = input.guess_T_base_sensor;
+    own_turns_ = input.turns_are_own ? input.R_previous_this : std::vector<std::optional<Matrix3d>>{};
     return find_start(input, surfels, context_);
   }
 
@@ -281,17 +294,25 @@ class Calibration {
 
   // Those that stand in the wrong place. True when one was left out.
   bool leave_out_misfits() {
-    const std::vector<std::size_t> misfits =
-        misfit_stops(stops(), recording_.patches, solution_.use, solution_.refined.map);
-    for (const std::size_t j : misfits) {
-      solution_.start.stop_known[j] = 0;
-      context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
-                             " is left out: it does not fit the others (its pose is wrong, or the rig was bumped)");
-    }
+    const auto leave_out = [&](const std::vector<std::size_t>& misfits, const std::string& why) {
+      for (const std::size_t j : misfits) {
+        if (solution_.start.stop_known[j] == 0) continue;
+        solution_.start.stop_known[j] = 0;
+        context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) + " is left out: " + why);
+      }
+      return !misfits.empty();
+    };
+    const bool turned = leave_out(misfit_turns(own_turns_, solution_.state.T_G_base, solution_.start.stop_known),
+                                  "it would be turned otherwise than the gyro tells, by more than 3 degrees: too "
+                                  "little of what was seen from it was seen from others; turn by smaller steps");
+    const bool apart =
+        leave_out(misfit_stops(stops(), recording_.patches, solution_.use, solution_.refined.map),
+                  "little of what was seen from it lies on what was seen from others (its pose is wrong, the rig was "
+                  "bumped, or they look elsewhere)");
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       if (!solution_.start.stop_known[static_cast<std::size_t>(recording_.patches[k].stop)]) solution_.use[k] = 0;
     }
-    return !misfits.empty();
+    return turned || apart;
   }
 
   // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it.
@@ -355,8 +376,9 @@ class Calibration {
   const LidarCalibrationOptions& options_;
   const RunContext& context_;
   int base_ = 0;
-  int solving_ = 0;                                // the LiDAR in whose frame it is solved
-  std::vector<std::optional<SE3>> solving_guess_;  // seen from it
+  int solving_ = 0;                                 // the LiDAR in whose frame it is solved
+  std::vector<std::optional<SE3>> solving_guess_;   // seen from it
+  std::vector<std::optional<Matrix3d>> own_turns_;  // as its own gyro told them; empty: none did
   LidarSolution solution_;
   SurfaceTrust trust_;
   StageClock clock_;

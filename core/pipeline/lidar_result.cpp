@@ -3,28 +3,13 @@
 #include <algorithm>
 #include <set>
 
+#include "core/pipeline/place_findings.h"
+#include "core/pipeline/used_shares.h"
 #include "core/quality/open_directions.h"
 #include "core/quality/verdict.h"
 
 namespace rigcal {
 namespace {
-
-// Share of each LiDAR's cells that lie on planes; few: it hangs on false matches.
-std::vector<double> used_shares(const LidarRecording& recording, const LidarSolution& s) {
-  std::vector<double> points(recording.lidar_sensors.size(), 0.0);
-  std::vector<double> used(recording.lidar_sensors.size(), 0.0);
-  for (std::size_t k = 0; k < recording.patches.size(); ++k) {
-    if (!s.use[k]) continue;
-    const PatchCells& patch = recording.patches[k];
-    for (const Cell& cell : patch.cells) points[static_cast<std::size_t>(patch.lidar)] += cell.N;
-  }
-  for (const PlaneFeature& feature : s.refined.map.features) {
-    if (feature.merged) continue;
-    for (const PlaneObservation& o : feature.observations) used[static_cast<std::size_t>(o.lidar)] += o.N;
-  }
-  for (std::size_t i = 0; i < used.size(); ++i) used[i] = points[i] > 0.0 ? used[i] / points[i] : 0.0;
-  return used;
-}
 
 // Where surfaces are no planes, neighbouring leaves err alike (a crowned road, a range bias): many leaves of one place
 // say no more than one does. Only other stops are other places. Near surfaces, at some five metres, hold the rotation.
@@ -51,40 +36,36 @@ std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolu
   return stops.size();
 }
 
-// Units of one housing in the wrong order: each stands where another should, and none where its own guess is. Nothing
-// where it stands near its own.
-std::optional<int> stands_at(int lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
-  constexpr double astray_rad = to_rad(15.0);
-  const auto from = [&](int found, int guessed) {
-    return rotation_distance(s.state.T_base_sensor[static_cast<std::size_t>(found)].R,
-                             guess[static_cast<std::size_t>(guessed)]->R);
-  };
-  const auto is_astray = [&](int i) {
-    const auto si = static_cast<std::size_t>(i);
-    return guess[si] && s.start.lidar_known[si] && from(i, i) > astray_rad;
-  };
-  if (!is_astray(lidar)) return std::nullopt;
-  std::optional<int> nearest;
-  double least = 0.5 * from(lidar, lidar);
-  for (int k = 0; k < static_cast<int>(guess.size()); ++k) {
-    if (k == lidar || !is_astray(k) || from(lidar, k) >= least) continue;
-    nearest = k;
-    least = from(lidar, k);
-  }
-  return nearest;
-}
-
-std::vector<std::optional<int>> places_of_others(const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
-  std::vector<std::optional<int>> out;
-  for (std::size_t i = 0; i < guess.size(); ++i) out.push_back(stands_at(static_cast<int>(i), guess, s));
-  return out;
-}
-
 struct Findings {
   const SolutionQuality& quality;
-  std::vector<double> used;
-  std::vector<std::optional<int>> stands_at;
+  std::vector<UsedShare> used;
+  std::vector<PlaceFindings> places;
 };
+
+void set_place_findings(const PlaceFindings& places, const Rig& rig, const LidarRecording& recording,
+                        LidarEvidence& e) {
+  const auto name_of = [&](int lidar) {
+    return rig.sensors[static_cast<std::size_t>(recording.lidar_sensors[static_cast<std::size_t>(lidar)])].name;
+  };
+  if (places.stands_at) e.stands_at = name_of(*places.stands_at);
+  if (places.same_place_as) e.same_place_as = name_of(*places.same_place_as);
+  e.guess_is_inverse = places.guess_is_inverse;
+  e.from_guess_rad = places.from_guess_rad;
+  e.from_guess_m = places.from_guess_m;
+}
+
+// With the stop's number that users see.
+TimeHalves halves_of(int lidar, const LidarRecording& recording, const SolutionQuality& quality) {
+  if (static_cast<std::size_t>(lidar) >= quality.time_halves.size()) return {};
+  TimeHalves halves = quality.time_halves[static_cast<std::size_t>(lidar)];
+  if (halves.compared)
+    halves.first_later_stop = recording.stops[static_cast<std::size_t>(halves.first_later_stop)].index;
+  return halves;
+}
+
+HalfShares with_stop_number(const UsedShare& share, const LidarRecording& recording) {
+  return {share.earlier, share.later, recording.stops[static_cast<std::size_t>(share.first_later_stop)].index};
+}
 
 SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base, const LidarRecording& recording,
                        const std::optional<SE3>& guess, const LidarCalibrationOptions& options, const LidarSolution& s,
@@ -111,13 +92,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.last_move_rad = last.rotation_rad;
   e.match_score = s.start.matches[i].score;
   e.runner_up_score = s.start.matches[i].runner_up_score;
-  const double base_share = findings.used[static_cast<std::size_t>(base)];
-  if (const std::optional<int> other = findings.stands_at[i]) {
-    const int place = recording.lidar_sensors[static_cast<std::size_t>(*other)];
-    e.stands_at = rig.sensors[static_cast<std::size_t>(place)].name;
-    e.from_guess_rad = rotation_distance(s.state.T_base_sensor[i].R, guess->R);
-  }
-  e.used_share = base_share > 0.0 ? findings.used[i] / base_share : 1.0;
+  const UsedShare& base_share = findings.used[static_cast<std::size_t>(base)];
+  set_place_findings(findings.places[i], rig, recording, e);
+  e.used_share = base_share.all > 0.0 ? findings.used[i].all / base_share.all : 1.0;
   const LidarCovariances& covariances = findings.quality.covariances;
   e.observable = i < covariances.observable.size() && covariances.observable[i] != 0;
   if (e.observable && e.took_part) {
@@ -135,6 +112,10 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.hold_out = held_out.normalised[i];
   e.hold_out_rms_m = held_out.rms_m[i];
   e.hold_out_start_rms_m = held_out.start_rms_m[i];
+  e.halves = halves_of(lidar, recording, findings.quality);
+  e.base_halves = halves_of(base, recording, findings.quality);
+  e.used_halves = with_stop_number(findings.used[i], recording);
+  e.base_used_halves = with_stop_number(base_share, recording);
   const Verdict verdict = judge_lidar(e, options.require);
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
   result.guess_T_base_sensor = guess;
@@ -181,13 +162,14 @@ SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<S
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i)
     start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
-  return {lidar_covariances(solved, base_lidar), hold_out(solved, base_lidar, start_extrinsics)};
+  return {lidar_covariances(solved, base_lidar), hold_out(solved, base_lidar, start_extrinsics),
+          compare_time_halves(solved)};
 }
 
 CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
                                  const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
                                  const LidarSolution& s, const SolutionQuality& quality) {
-  const Findings findings{quality, used_shares(recording, s), places_of_others(guess, s)};
+  const Findings findings{quality, used_shares(recording, s), place_findings(guess, s, base_lidar)};
   CalibrationResult result;
   result.base = rig.base_sensor().name;
   result.method = "targetless";

@@ -2,6 +2,7 @@
 
 #include "core/pipeline/lidar_calibration.h"
 #include "core/planes/refine.h"
+#include "core/quality/time_halves.h"
 #include "core/start/rig_start.h"
 
 namespace rigcal {
@@ -49,6 +50,7 @@ struct WarmStart {
 struct SolutionQuality {
   LidarCovariances covariances;  ///< Of the poses in the base's frame.
   HoldOut held_out;
+  std::vector<TimeHalves> time_halves;  ///< One for each LiDAR.
 };
 
 /// Of a solution where it was solved, in whichever LiDAR's frame that is; the guesses likewise.

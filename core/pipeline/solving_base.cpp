@@ -149,8 +149,9 @@ int solving_lidar(const StartInput& input, const std::vector<std::optional<GyroT
 }
 
 StartInput seen_from(int lidar, const StartInput& input, const std::vector<std::optional<GyroTurn>>& gyro_turns) {
-  if (lidar == input.base) return input;
   StartInput out = input;
+  out.turns_are_own = gyro_lidar(input, gyro_turns) == lidar;
+  if (lidar == input.base) return out;
   out.base = lidar;
   out.axis.reset();
   const std::optional<SE3> T_base_this = input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
@@ -159,14 +160,13 @@ StartInput seen_from(int lidar, const StartInput& input, const std::vector<std::
     if (T) T = T_base_this ? std::optional(T_base_this->inverse() * *T) : std::nullopt;
   }
   out.guess_T_base_sensor[static_cast<std::size_t>(lidar)] = SE3{};
-  const bool is_own = gyro_lidar(input, gyro_turns) == lidar;
   out.R_previous_this.resize(static_cast<std::size_t>(input.stops));
   out.turned_rad.resize(static_cast<std::size_t>(input.stops));
   for (std::size_t j = 1; j < out.R_previous_this.size(); ++j) {
     std::optional<Matrix3d>& R = out.R_previous_this[j];
     if (R) out.turned_rad[j] = log_so3(*R).norm();
     if (j < gyro_turns.size() && gyro_turns[j]) out.turned_rad[j] = log_so3(gyro_turns[j]->R_previous_this).norm();
-    if (is_own) {
+    if (out.turns_are_own) {
       R = gyro_turns[j]->R_previous_this;
     } else if (R && T_base_this) {
       R = Matrix3d(T_base_this->R.transpose() * *R * T_base_this->R);

@@ -8,6 +8,16 @@
 namespace rigcal {
 namespace {
 
+// Rough poses are asked for to 10 degrees and 0.2 m.
+constexpr double far_from_guess_rad = to_rad(30.0);
+constexpr double far_from_guess_m = 0.5;
+// Of places that are the same, 0.1 % differ by more (chi-square of 6 degrees of freedom).
+constexpr double slipped_chi2 = 22.46;
+// Of what lies on planes in the better half.
+constexpr double one_half_share = 0.4;
+// Of what is asked for: stops and planes follow what slipped, and gates leave out what is far off.
+constexpr double slipped_share = 0.2;
+
 void judge_observability(const LidarEvidence& e, Verdict& verdict) {
   const OpenDirections open = open_directions(e.covariance, e.T_base_sensor);
   if (open.what.empty()) return;
@@ -39,6 +49,63 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
     weaken(verdict, "part of it comes from the given poses and guesses, not from the data (the data alone " +
                         (is_open ? "leave it open" : "tell it to " + mm(t_data) + " and " + deg(r_data)) +
                         "); record stops in which it and " + e.base_name + " see the same surfaces");
+  }
+}
+
+// By more than chance, and by what matters.
+bool slipped(const TimeHalves& halves, const Requirement& require) {
+  return halves.compared && halves.chi2 > slipped_chi2 &&
+         (halves.translation_m > slipped_share * require.translation_m ||
+          halves.rotation_rad > slipped_share * require.rotation_rad);
+}
+
+void judge_halves(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
+  const bool is_base = !slipped(e.halves, require);
+  const TimeHalves& halves = is_base ? e.base_halves : e.halves;
+  if (!slipped(halves, require)) return;
+  weaken(verdict,
+         "stops before " + std::to_string(halves.first_later_stop) + " and from it on give " +
+             (is_base ? e.base_name + ", the base," : std::string("it")) + " places that are " +
+             mm(halves.translation_m) + " and " + deg(halves.rotation_rad) +
+             " apart or more: a mount that slipped or was moved during the recording, or stops that were laid on each "
+             "other wrongly; fasten it and record again");
+}
+
+// Gates have left most of one half out.
+bool fits_one_half(const HalfShares& used) {
+  return std::min(used.earlier, used.later) < one_half_share * std::max(used.earlier, used.later);
+}
+
+void judge_used_halves(const LidarEvidence& e, Verdict& verdict) {
+  const bool own = fits_one_half(e.used_halves);
+  const bool of_base = fits_one_half(e.base_used_halves);
+  if (own == of_base) return;  // where both see little it is the place
+  const HalfShares& used = own ? e.used_halves : e.base_used_halves;
+  weaken(verdict, "of what " + (own ? std::string("it") : e.base_name + ", the base,") + " saw before stop " +
+                      std::to_string(used.first_later_stop) + " " + number(100.0 * used.earlier, 0) +
+                      " % lie on common planes, from it on " + number(100.0 * used.later, 0) +
+                      " %: a mount that slipped or was moved during the recording, and the place is that of one half "
+                      "only; fasten it and record again");
+}
+
+void judge_place(const LidarEvidence& e, Verdict& verdict) {
+  if (!e.same_place_as.empty()) {
+    weaken(verdict, "it stands just where " + e.same_place_as +
+                        " does: both seem to have the same points; check their folders, topics and addresses");
+  }
+  const std::string own = number(to_deg(e.from_guess_rad), 0) + " degrees and " + number(e.from_guess_m, 2) +
+                          " m from its own initial_extrinsics";
+  if (e.guess_is_inverse) {
+    weaken(verdict,
+           "it stands where the inverse of its initial_extrinsics has it: invert those of the rig file (they "
+           "are T_base_sensor: p_base = R p_sensor + t)");
+  } else if (!e.stands_at.empty()) {
+    weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + own +
+                        ": the units are in the wrong order; swap their broadcast codes, addresses or folders");
+  } else if (e.same_place_as.empty() && (e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m)) {
+    weaken(verdict, "it ended " + own +
+                        ": these are wrong (axes, order of the quaternion, direction), or its points are (mirrored, or "
+                        "of other axes); mend them or leave initial_extrinsics out");
   }
 }
 
@@ -102,11 +169,7 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " % against " + number(100.0 * e.match_score, 0) +
                         " %); the scene is symmetric: give a closer guess or add stops");
   }
-  if (!e.stands_at.empty()) {
-    weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + number(to_deg(e.from_guess_rad), 0) +
-                        " degrees from its own initial_extrinsics: the units are in the wrong order; swap their "
-                        "broadcast codes, addresses or folders");
-  }
+  judge_place(e, verdict);
   if (!(e.used_share >= 0.4)) {
     weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
                         " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
@@ -122,6 +185,8 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " times what noise explains; was it moved or bumped during the recording, or are its "
                         "packets stamped by another clock than the others'?");
   }
+  judge_halves(e, require, verdict);
+  judge_used_halves(e, verdict);
   // A start may be a result: then both are the same but for noise.
   constexpr double worse_ratio = 1.1;
   if (e.hold_out_start_rms_m > 0.0 && !(e.hold_out_rms_m <= std::max(worse_ratio * e.hold_out_start_rms_m, 1e-3))) {

@@ -5,11 +5,19 @@
 #include <vector>
 
 #include "core/quality/open_directions.h"
+#include "core/quality/time_halves.h"
 
 namespace rigcal {
 
 /// Of the score of a place without a guess: where another place has more, the two cannot be told apart.
 constexpr double ambiguous_share = 0.75;
+
+/// How much of what a LiDAR saw before a stop, and from it on, lies on planes, 0 .. 1.
+struct HalfShares {
+  double earlier = 0.0;
+  double later = 0.0;
+  int first_later_stop = 0;
+};
 
 /// All that speaks for or against one LiDAR's extrinsics.
 struct LidarEvidence {
@@ -27,9 +35,17 @@ struct LidarEvidence {
   double last_move_rad = 0.0;
   double match_score = 1.0;  ///< Share of its surfels on the base's map; runner-up: the best other pose's.
   double runner_up_score = 0.0;
-  std::string stands_at;        ///< Another sensor whose initial extrinsics it fulfils instead of its own; empty: none.
-  double from_guess_rad = 0.0;  ///< How far it is turned from its own.
-  double used_share = 1.0;      ///< Of its cells on planes, over the same share of the base.
+  std::string stands_at;      ///< Another sensor whose initial extrinsics it fulfils instead of its own; empty: none.
+  std::string same_place_as;  ///< Another sensor that stands just where it does; empty: none.
+  bool guess_is_inverse = false;  ///< It stands where the inverse of its own has it.
+  double from_guess_rad = 0.0;    ///< How far it is from its own.
+  double from_guess_m = 0.0;
+  /// Its own and the base's; of stops the numbers that users see.
+  TimeHalves halves;
+  TimeHalves base_halves;
+  HalfShares used_halves;
+  HalfShares base_used_halves;
+  double used_share = 1.0;  ///< Of its cells on planes, over the same share of the base.
   Matrix6d covariance = Matrix6d::Zero();
   Matrix6d covariance_data_only = Matrix6d::Zero();
   SE3 T_base_sensor;

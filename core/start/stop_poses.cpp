@@ -146,7 +146,8 @@ void try_other_ways(const StartInput& input, const std::vector<PatchSurfels>& ba
     best = score;
     start.state.T_G_base = other.state.T_G_base;
   };
-  if (best < turning_agreement) {
+  // An axis that the base's own gyro told is not to be searched for: what sees little from two stops fits any.
+  if (best < turning_agreement && !input.turns_are_own) {
     AxisSearchOptions options;
     options.step_sigma_rad = measured_step_sigma_rad;
     const std::vector<OwnTurn> own = find_own_turns(base_patches, turned_angles(input).angle, options);

@@ -39,6 +39,20 @@ TEST(JudgeLidar, SoundEvidenceIsGoodWithoutAWord) {
   EXPECT_THAT(verdict.reasons, IsEmpty());
 }
 
+TEST(JudgeLidar, HalvesThatDifferByChanceOrByLittleAreNoFlaw) {
+  LidarEvidence e = sound();
+  e.halves = {true, 7, 15.0, to_rad(0.3), 0.03};
+  e.base_halves = {true, 7, 300.0, to_rad(0.015), 0.0015};
+  EXPECT_EQ(judge_lidar(e, {}).status, Status::good);
+}
+
+TEST(JudgeLidar, StopsInWhichTheBaseSawLittleEitherAreNoFlaw) {
+  LidarEvidence e = sound();
+  e.used_halves = {0.14, 0.74, 6};
+  e.base_used_halves = {0.2, 0.8, 6};
+  EXPECT_EQ(judge_lidar(e, {}).status, Status::good);
+}
+
 struct Flaw {
   const char* name;
   std::function<void(LidarEvidence&)> spoil;
@@ -75,6 +89,38 @@ INSTANTIATE_TEST_SUITE_P(
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
         Flaw{"WrongOrder", [](LidarEvidence& e) { e.stands_at = "mid100_right"; }, Status::weak,
              "it stands where the rig file has mid100_right"},
+        Flaw{"SamePlace", [](LidarEvidence& e) { e.same_place_as = "mid100_right"; }, Status::weak,
+             "it stands just where mid100_right does"},
+        Flaw{"InverseGuess",
+             [](LidarEvidence& e) {
+               e.guess_is_inverse = true;
+               e.from_guess_rad = to_rad(120.0);
+             },
+             Status::weak, "invert those of the rig file"},
+        Flaw{"TurnedFarFromItsGuess", [](LidarEvidence& e) { e.from_guess_rad = to_rad(176.0); }, Status::weak,
+             "it ended 176 degrees and 0.00 m from its own initial_extrinsics"},
+        Flaw{"FarFromItsGuess", [](LidarEvidence& e) { e.from_guess_m = 0.86; }, Status::weak,
+             "it ended 0 degrees and 0.86 m from its own initial_extrinsics"},
+        Flaw{"Slipped",
+             [](LidarEvidence& e) {
+               e.halves = {true, 7, 300.0, to_rad(0.3), 0.004};
+             },
+             Status::weak, "stops before 7 and from it on give it places that are 4.0 mm and 0.300 degrees apart"},
+        Flaw{"BaseSlipped",
+             [](LidarEvidence& e) {
+               e.base_halves = {true, 6, 300.0, 0.0, 0.02};
+             },
+             Status::weak, "stops before 6 and from it on give avia, the base, places that are 20.0 mm"},
+        Flaw{"FitsTheLaterStopsOnly",
+             [](LidarEvidence& e) {
+               e.used_halves = {0.14, 0.74, 6};
+             },
+             Status::weak, "of what it saw before stop 6 14 % lie on common planes, from it on 74 %"},
+        Flaw{"BaseFitsTheEarlierStopsOnly",
+             [](LidarEvidence& e) {
+               e.base_used_halves = {0.7, 0.2, 6};
+             },
+             Status::weak, "of what avia, the base, saw before stop 6 70 %"},
         Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
              "all stops in which it saw something were left out"},
         Flaw{"CovarianceIsNoNumber", [](LidarEvidence& e) { e.covariance(3, 3) = std::nan(""); }, Status::failed,
