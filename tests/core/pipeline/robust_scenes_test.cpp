@@ -133,6 +133,36 @@ TEST(RobustScenes, ADoorThatOpensBetweenStopsIsNoFalseAlarm) {
   seen.expect_right_or_flagged(0.005);
 }
 
+// A LiDAR of which all points from a stop on are seen from T_base_sensor slip.
+sim::LightRig slipped(sim::LightRig light, int sensor, int from, const SE3& slip) {
+  for (Patch& patch : light.patches) {
+    if (patch.sensor != sensor || patch.stop < from) continue;
+    for (Point& point : patch.points) {
+      const Eigen::Vector3f p = (slip.inverse() * Vector3d(point.x, point.y, point.z)).cast<float>();
+      point.x = p.x();
+      point.y = p.y();
+      point.z = p.z();
+    }
+  }
+  return light;
+}
+
+TEST(RobustScenes, ALidarWhoseMountSlipsBetweenStopsIsNotGood) {
+  const SE3 slips[] = {{exp_so3(to_rad(0.5) * Vector3d::UnitZ()), Vector3d::Zero()},
+                       {exp_so3(to_rad(3.0) * Vector3d::UnitZ()), Vector3d::Zero()},
+                       {Matrix3d::Identity(), Vector3d(0.0, 0.03, 0.0)}};
+  for (const char* scene : {"room", "courtyard"}) {
+    const sim::LightRig light = light_in(*sim::load_scene(scene));
+    for (const SE3& slip : slips) {
+      const SensorResult sensor = calibrate(slipped(light, 1, 6, slip)).result.sensors[1];
+      EXPECT_NE(sensor.status, Status::good) << scene << slip.t.transpose();
+      EXPECT_THAT(sensor.reasons, Contains(testing::AnyOf(HasSubstr("stops before 6 and from it on give"),
+                                                          HasSubstr("saw before stop 6"))))
+          << scene << slip.t.transpose();
+    }
+  }
+}
+
 // Half of the stop's points are seen from another pose: no cutting of stops (core/stops) came before this.
 TEST(RobustScenes, AStopThatTheRigWasBumpedInDoesNotBendTheRest) {
   for (const double bump_deg : {0.4, 2.0}) {

@@ -108,6 +108,8 @@ TEST(SeenFrom, TakesTurnsAsTheGyroToldThem) {
   EXPECT_FALSE(seen.axis);
   ASSERT_TRUE(seen.R_previous_this[1]);
   EXPECT_EQ(*seen.R_previous_this[1], known.gyro_turns[1]->R_previous_this);
+  EXPECT_TRUE(seen.turns_are_own);
+  EXPECT_FALSE(seen_from(0, known.input, known.gyro_turns).turns_are_own);
   EXPECT_FALSE(seen.guess_T_base_sensor[0]);
 }
 
@@ -120,6 +122,7 @@ TEST(SeenFrom, TakesTurnsByTheGuessOrElseTheirAnglesOnly) {
   const Vector3d axis = exp_so3(Vector3d(-0.5, 0.0, 0.0)) * Vector3d::UnitZ();
   ASSERT_TRUE(seen.R_previous_this[1]);
   EXPECT_LT(rotation_distance(*seen.R_previous_this[1], exp_so3(0.3 * axis)), 1e-12);
+  EXPECT_FALSE(seen.turns_are_own);
   ASSERT_TRUE(seen.guess_T_base_sensor[0] && seen.guess_T_base_sensor[2]);
   EXPECT_LT((seen.guess_T_base_sensor[0]->t - Vector3d(-1.0, 0.0, 0.0)).norm(), 1e-12);
   EXPECT_LT((*seen.guess_T_base_sensor[1] * SE3{}).t.norm(), 1e-12);
