@@ -11,6 +11,7 @@
 #include "core/camera/edge_search.h"
 #include "core/camera/information.h"
 #include "core/camera/joint_solve.h"
+#include "core/camera/other_lens.h"
 #include "core/camera/second_opinion.h"
 #include "core/camera/stop_checks.h"
 
@@ -56,6 +57,10 @@ constexpr double end_share = 1.5;
 constexpr double less_firm = 2.0;
 constexpr double less_firm_m = 0.01;
 
+// Halves of the stops that are so far apart may be of a lens that is another one.
+constexpr double unlike_halves_m = 0.01;
+constexpr double unlike_halves_rad = to_rad(0.1);
+
 // A place that the images alone tell is no other guess than was given up to here,
 constexpr double farthest_sigmas = 4.0;
 // and better where it explains so many times more.
@@ -88,6 +93,11 @@ class CameraCalibration {
     }
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
+    find_end();
+    if (!context_.cancelled() && is_of_another_lens_perhaps()) ask_other_lens();
+  }
+
+  void find_end() {
     finish();
     if (context_.cancelled() || agree_with_second_opinion()) return;
     for (const bool everywhere : {false, true}) {
@@ -111,6 +121,23 @@ class CameraCalibration {
   [[nodiscard]] bool is_doubtful() const {
     return !estimate_.converged || estimate_.runner_up_ratio > unfound_ratio ||
            estimate_.disagreement_chi2 > differing_chi2 || estimate_.halves_chi2 > differing_chi2;
+  }
+
+  // What a wrong distortion model shows: no other intrinsics of the same model are right either.
+  [[nodiscard]] bool is_of_another_lens_perhaps() const {
+    if (stops_of(views_) < least_stops_for_intrinsics) return false;  // any lens explains a few images
+    return is_doubtful() || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change) ||
+           estimate_.halves_m > unlike_halves_m || estimate_.halves_rad > unlike_halves_rad;
+  }
+
+  void ask_other_lens() {
+    EdgePriors free = priors_;
+    free.T_base_camera = camera_.guess_T_base_camera.value_or(best_.state.T_base_camera);
+    free.rotation_rad = options_.guess_sigma_rad;
+    free.translation_m = options_.guess_sigma_m;
+    free.focal_scale = std::max(free.focal_scale, free_focal_scale);
+    free.k1 = std::max(free.k1, free_k1);
+    estimate_.other_lens_gain = other_lens_gain(scene_, camera_.intrinsics, best_.state, free, views_, context_);
   }
 
   void set_priors(const SE3& guess_T_base_camera) {

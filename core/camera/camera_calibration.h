@@ -84,6 +84,10 @@ struct CameraEstimate {
   /// Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
   ScalarEstimate radial_trend;
 
+  /// How many times more of its edges a lens of the other distortion model explains; asked for only where the end is
+  /// doubtful or the intrinsics seem to be others, else 0.
+  double other_lens_gain = 0.0;
+
   /// The second opinion: the pose at which reflectivity and grey value tell most about each other.
   std::optional<PoseEstimate> information;
   double disagreement_chi2 = 0.0;  ///< Between the two, 6 degrees of freedom; 0 where there is no second opinion.

@@ -1,12 +1,15 @@
 #include "core/pipeline/camera_stage.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/base/parallel.h"
+#include "core/camera/camera_minima.h"
 #include "core/camera/map_samples.h"
 #include "core/camera/sample_blocks.h"
 #include "core/edges/grey_image.h"
 #include "core/edges/outlines.h"
+#include "core/pipeline/camera_mixups.h"
 #include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
@@ -16,6 +19,11 @@
 
 namespace rigcal {
 namespace {
+
+// From fewer images nothing is held out, and a camera is not good.
+constexpr int least_views_without_guess = 4;
+// Guesses are off by more than this only where they are wrong.
+constexpr double farthest_sigmas = 2.0;
 
 // An image whose values differ by less shows nothing but noise.
 constexpr float min_spread = 6.0F;
@@ -111,6 +119,7 @@ class CameraStage {
         result_(result) {}
 
   Expected<SensorResult> run(const CameraRecording& camera) {
+    ImageMarks& marks = marks_.emplace_back();
     const Sensor& sensor = rig_.sensors[static_cast<std::size_t>(camera.sensor)];
     if (std::string reason = missing(sensor); !reason.empty()) return failed(sensor.name, std::move(reason));
     clock_.begin(sensor.name + " images");
@@ -125,17 +134,26 @@ class CameraStage {
                                                       : "none of its images shows anything; check lens cap, aperture "
                                                         "and exposure");
     }
+    marks = image_marks(task.views);
     if (scene_.T_G_base.empty()) make_scene();
     StageReport& stage = clock_.begin(sensor.name);
     stage.counts.emplace_back("images", static_cast<double>(task.views.size()));
     Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options_, context_);
     if (!estimate) return estimate.error();
+    Verdict verdict = judge(task, *estimate);
+    if (verdict.status == Status::failed) {
+      const Expected<void> tried = try_without_guess(task, *estimate, verdict);
+      if (!tried) return tried.error();
+    }
     tell(*estimate, stage);
     for (Overlay& overlay : draw_overlays(scene_, task, *estimate)) result_.overlays.push_back(std::move(overlay));
-    SensorResult found = conclude(task, std::move(*estimate));
+    SensorResult found = conclude(task, std::move(*estimate), verdict);
     if (found.T_base_sensor) keep_colours(still.images);
     return found;
   }
+
+  // Of each camera that was run.
+  [[nodiscard]] const std::vector<ImageMarks>& marks() const { return marks_; }
 
   void finish() {
     if (!colours_.empty()) {
@@ -197,8 +215,41 @@ class CameraStage {
     stage.counts.emplace_back("segments", static_cast<double>(estimate.segments));
   }
 
-  SensorResult conclude(const CameraTask& task, CameraEstimate estimate) {
-    Verdict verdict = judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+  [[nodiscard]] Verdict judge(const CameraTask& task, const CameraEstimate& estimate) const {
+    return judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+  }
+
+  // Where a guess leads to no end, or to a false one, it may be wrong itself (a camera that is mounted upside down),
+  // and images that go without it tell. What they find is taken where it is good by its own evidence.
+  Expected<void> try_without_guess(CameraTask& task, CameraEstimate& estimate, Verdict& verdict) const {
+    if (!task.guess_T_base_camera || estimate.views < least_views_without_guess) return {};
+    const std::optional<SE3> guess = std::exchange(task.guess_T_base_camera, std::nullopt);
+    Expected<CameraEstimate> free = calibrate_camera(scene_, task, options_, context_);
+    task.guess_T_base_camera = guess;
+    if (!free) return free.error();
+    const Verdict found = judge(task, *free);
+    if (found.status == Status::failed) return {};
+    const SE3& T_base_camera = free->pose.T_base_camera;
+    const std::string away = mm((T_base_camera.t - guess->t).norm()) + " and " +
+                             deg(rotation_distance(T_base_camera.R, guess->R)) + " from its initial_extrinsics";
+    if (found.status == Status::weak) {
+      verdict.reasons.push_back("its images alone lead to a pose that is weak, " + away +
+                                ": if that may be so, mend these, or leave them out");
+      return {};
+    }
+    free->iterations += estimate.iterations;
+    free->wall_s += estimate.wall_s;
+    estimate = std::move(*free);
+    verdict = found;
+    if (!is_within(*guess, T_base_camera, farthest_sigmas * options_.guess_sigma_rad,
+                   farthest_sigmas * options_.guess_sigma_m)) {
+      weaken(verdict,
+             "its images alone lead to this pose, " + away + ", which lead to none: check them, or leave them out");
+    }
+    return {};
+  }
+
+  SensorResult conclude(const CameraTask& task, CameraEstimate estimate, Verdict verdict) {
     if (verdict.status != Status::failed && solution_.start.has_assumed_steps) weaken(verdict, assumed_steps_words());
     SensorResult sensor{task.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
     sensor.guess_T_base_sensor = task.guess_T_base_camera;
@@ -222,6 +273,7 @@ class CameraStage {
   const RunContext& context_;
   CalibrationResult& result_;
   CameraScene scene_;
+  std::vector<ImageMarks> marks_;
   std::vector<ColourView> colours_;
   StageClock clock_;
 };
@@ -338,9 +390,10 @@ Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& c
   for (const CameraRecording& camera : cameras) {
     Expected<SensorResult> sensor = stage.run(camera);
     if (!sensor) return sensor.error();
-    result.status = std::max(result.status, sensor->status);
     found.push_back(std::move(*sensor));
   }
+  tell_mixed_up(stage.marks(), options, found);
+  for (const SensorResult& sensor : found) result.status = std::max(result.status, sensor.status);
   insert_in_order(rig, found, result);
   stage.tell_stages();
   solved();

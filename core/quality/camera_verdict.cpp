@@ -140,10 +140,8 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
   }
 }
 
-}  // namespace
-
-Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
-                     const CameraThresholds& limits) {
+Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
+                  const CameraThresholds& limits) {
   Verdict verdict;
   if (!e.found) {
     fail(verdict, e.why_not.empty() ? "no pose was found for " + name : e.why_not);
@@ -176,6 +174,24 @@ Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Req
   judge_second_opinions(e, require, limits, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);
+  return verdict;
+}
+
+std::string other_lens_words(DistortionModel given) {
+  const bool is_wide = given == DistortionModel::equidistant;
+  return std::string(is_wide ? "a radtan lens" : "an equidistant (fisheye) lens") +
+         " of its focal length explains its images better than " + (is_wide ? "an equidistant one" : "a radtan one") +
+         ": is model in its intrinsics right?";
+}
+
+}  // namespace
+
+Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
+                     const CameraThresholds& limits) {
+  Verdict verdict = judge_end(e, name, require, refined, limits);
+  if (verdict.status != Status::good && e.other_lens_gain > limits.other_lens_gain) {
+    verdict.reasons.insert(verdict.reasons.begin(), other_lens_words(e.intrinsics.model));
+  }
   return verdict;
 }
 

@@ -22,6 +22,7 @@ struct CameraThresholds {
   double farthest_halves_share = 3.0;         ///< and so far apart it takes no other sign.
   double halves_chi2 = differing_chi2;        ///< And over what they may differ by.
   double confirming_share = 1.5;              ///< Information that leads no farther off confirms, over the same.
+  double other_lens_gain = 1.2;  ///< From where on the other distortion model is asked about, where something is wrong.
   double runner_up_ratio = 0.95;
   double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not,
                                            ///< or nothing was held out and none confirms.
@@ -32,7 +33,8 @@ struct CameraThresholds {
 /// between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was not found, did not
 /// converge, fits held-out stops worse than its start, or is another pose for either half of the stops without the word
 /// of the information: by far more than its sigma, or where a lens that seems to be another one, or information that
-/// leads nowhere, speaks against it, too; and of what nothing was seen in the held-out stops, without that word.
+/// leads nowhere, speaks against it, too; and of what nothing was seen in the held-out stops, without that word. Where
+/// a lens of the other distortion model explains clearly more, that is the first reason of what is not good.
 /// Reasons are sentences a user can act on. `refined`: the intrinsics were to be found, too, and need not agree with
 /// the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,

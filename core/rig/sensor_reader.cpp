@@ -154,6 +154,18 @@ CameraSettings read_camera(const YamlMap& map) {
   return camera;
 }
 
+// With a focal length of so few pixels the image's corner would be at the tangent of 85 degrees: no lens sees so far.
+double read_focal_length(const YamlMap& map, const char* key, const CameraIntrinsics& size) {
+  constexpr double shortest_share = 1.0 / 11.43;
+  const std::optional<double> value_px = map.number(key, 1.0, 1e6);
+  if (!value_px) return 1.0;
+  if (*value_px < shortest_share * 0.5 * std::hypot(size.width, size.height)) {
+    map.fail(key, "is too small for an image of " + std::to_string(size.width) + " x " + std::to_string(size.height),
+             "it is in pixels: were these millimetres? Divide them by the size of a pixel");
+  }
+  return *value_px;
+}
+
 }  // namespace
 
 std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera) {
@@ -166,8 +178,8 @@ std::optional<CameraIntrinsics> read_intrinsics(const YamlMap& camera) {
   }
   intrinsics.width = static_cast<int>(map->integer("width", 1, 65536).value_or(1));
   intrinsics.height = static_cast<int>(map->integer("height", 1, 65536).value_or(1));
-  intrinsics.fx = map->number("fx", 1.0, 1e6).value_or(1.0);
-  intrinsics.fy = map->number("fy", 1.0, 1e6).value_or(1.0);
+  intrinsics.fx = read_focal_length(*map, "fx", intrinsics);
+  intrinsics.fy = read_focal_length(*map, "fy", intrinsics);
   // The principal point of a shifted lens may lie outside the image, but not further than its size.
   intrinsics.cx = map->number("cx", -intrinsics.width, 2.0 * intrinsics.width).value_or(0.0);
   intrinsics.cy = map->number("cy", -intrinsics.height, 2.0 * intrinsics.height).value_or(0.0);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -225,6 +226,28 @@ TEST_F(CalibrateCameras, NeedIntrinsicsButNoGuess) {
   EXPECT_THAT(helped.out, Not(HasSubstr("without a rough pose")));
   EXPECT_THAT(helped.err, HasSubstr("rough.yaml: rihgt is no sensor of the rig: its extrinsics are not used"));
   EXPECT_THAT(file("helped/report.json"), HasSubstr("right/0.png"));
+}
+
+// Half a turn from its guess nothing is found; without that guess it is.
+TEST_F(CalibrateCameras, AreFoundUpsideDownByTheirImagesAlone) {
+  session_without_images("turned");
+  fs::create_directories(scratch / "turned/patches/image/left");
+  for (int stop = 0; stop < 8; ++stop) {
+    auto shot = read_image(image("left", stop).string());
+    ASSERT_TRUE(shot);
+    std::reverse(shot->bytes.begin(), shot->bytes.end());
+    ASSERT_TRUE(write_image((scratch / "turned/patches/image/left" / image("left", stop).filename()).string(), *shot));
+  }
+  const ProgramRun run = rigcal("calibrate turned --out turned_result --require 50mm,0.4deg");
+  EXPECT_EQ(run.code, 1);
+  const ExtrinsicsFile got = extrinsics("turned_result");
+  EXPECT_EQ(got.status.at("left"), "weak") << run.out;
+  EXPECT_THAT(run.out, HasSubstr("its images alone lead to this pose"));
+  const auto truth = load_extrinsics((scratch / "session/ground_truth.yaml").string());
+  ASSERT_TRUE(truth && got.T_base_sensor.count("left") == 1);
+  const SE3 off = truth->T_base_sensor.at("left").inverse() * got.T_base_sensor.at("left");
+  EXPECT_LT(off.t.norm(), 0.1);
+  EXPECT_NEAR(to_deg(log_so3(off.R).norm()), 180.0, 1.0);
 }
 
 TEST_F(CalibrateCameras, GiveTheirIntrinsicsWhereTheyAreToBeFound) {

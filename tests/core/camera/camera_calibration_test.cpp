@@ -123,6 +123,19 @@ TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
   EXPECT_EQ(bent.intrinsics.distortion[0], task.intrinsics.distortion[0]);
 }
 
+TEST(CameraCalibration, SeesThatALensOfTheOtherModelExplainsMore) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
+  EXPECT_EQ(calibrate(task).other_lens_gain, 0.0) << "nothing asks for it";
+  task.intrinsics.model = DistortionModel::equidistant;
+  task.intrinsics.distortion.assign(4, 0.0);
+  EXPECT_GT(calibrate(task).other_lens_gain, 1.1);
+  task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
+  task.intrinsics.distortion[0] += 0.05;
+  const CameraEstimate bent = calibrate(task);
+  EXPECT_GT(bent.other_lens_gain, 0.0);
+  EXPECT_LT(bent.other_lens_gain, 0.9) << "its own model, with another k1, is right";
+}
+
 TEST(CameraCalibration, TellsWhyItCannot) {
   CameraTask task = task_from(BoxRoom::truth());
   task.guess_T_base_camera.reset();

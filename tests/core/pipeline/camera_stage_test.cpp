@@ -66,6 +66,7 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
   rig.sensors.insert(rig.sensors.begin() + 2, camera("nowhere"));
   rig.sensors.push_back(camera("no_images"));
   rig.sensors.push_back(camera("dark"));
+  rig.sensors.push_back(camera("twin"));
   rig.sensors[0].camera->intrinsics.reset();
   rig.base = rig.find(run.rig.base_sensor().name);
   run.recording.lidar_sensors.clear();
@@ -77,14 +78,14 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
   for (const Sensor& sensor : rig.sensors) {
     if (sensor.is_lidar()) continue;
     CameraRecording one{rig.find(sensor.name), SE3{}, {}};
-    if (sensor.name == "nowhere") one.guess_T_base_camera.reset();
+    if (sensor.name == "nowhere" || sensor.name == "twin") one.guess_T_base_camera.reset();
     if (sensor.name == "dark") one.guess_T_base_camera->t = {150.0, 0.0, -80.0};
     one.read_images = [name = sensor.name, &asked](const RunContext&) {
       asked.push_back(name);
       StillImages still;
       if (name == "dark") still.images.push_back({0, "dark.png", stripes(8, 1)});
       if (name == "no_images") still.why_none = "it has none";
-      if (name == "nowhere") still.images.push_back({0, "nowhere.png", stripes(16, 4000)});
+      if (name == "nowhere" || name == "twin") still.images.push_back({0, "same.png", stripes(16, 4000)});
       return still;
     };
     cameras.push_back(one);
@@ -103,7 +104,9 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
   }
   EXPECT_EQ(result->status, Status::failed);
   EXPECT_THAT(by_name["unknown_lens"].reasons, ElementsAre(HasSubstr("no intrinsics")));
-  EXPECT_THAT(by_name["nowhere"].reasons, ElementsAre(HasSubstr("none of its images shows an edge")));
+  EXPECT_THAT(by_name["nowhere"].reasons, ElementsAre(HasSubstr("its images are those of twin, too"),
+                                                      HasSubstr("none of its images shows an edge")));
+  EXPECT_THAT(by_name["twin"].reasons, testing::Contains(HasSubstr("its images are those of nowhere, too")));
   EXPECT_THAT(by_name["no_images"].reasons, ElementsAre("it has none"));
   EXPECT_THAT(by_name["dark"].reasons, ElementsAre(HasSubstr("none of its images shows anything")));
   EXPECT_EQ(std::count(reporter.warnings.begin(), reporter.warnings.end(),
@@ -111,7 +114,7 @@ TEST(CalibrateRig, SaysOfEveryCameraWhyItIsNotFoundAndKeepsTheLidars) {
                            ": initial_extrinsics are in metres; were these millimetres?"),
             1);
   EXPECT_THAT(reporter.warnings, testing::Not(testing::Contains(HasSubstr("the rough pose of no_images"))));
-  EXPECT_THAT(asked, ElementsAre("nowhere", "no_images", "dark")) << "only where they are of use";
+  EXPECT_THAT(asked, ElementsAre("nowhere", "no_images", "dark", "twin")) << "only where they are of use";
   for (const SensorResult& lidar : lidars->sensors) {
     EXPECT_EQ(by_name[lidar.name].status, lidar.status);
     EXPECT_EQ(by_name[lidar.name].T_base_sensor->matrix(), lidar.T_base_sensor->matrix());

@@ -169,6 +169,23 @@ TEST(CameraVerdict, FailsWhatHalvesAloneSpeakAgainstFromAfar) {
   EXPECT_EQ(judge(e).status, Status::weak);
 }
 
+TEST(CameraVerdict, AsksFirstAboutTheModelOfALensThatAnotherOneExplainsBetter) {
+  CameraEstimate e = sound();
+  e.other_lens_gain = 2.0;
+  EXPECT_EQ(judge(e).status, Status::good);
+  EXPECT_THAT(judge(e).reasons, IsEmpty());
+  e.halves_m = 0.02;
+  EXPECT_EQ(judge(e).status, Status::weak);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("an equidistant (fisheye) lens of its focal length explains"),
+                                            HasSubstr("either half of its stops")));
+  e.converged = false;
+  e.intrinsics.model = DistortionModel::equidistant;
+  EXPECT_EQ(judge(e).status, Status::failed);
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("a radtan lens"), HasSubstr("still moved")));
+  e.other_lens_gain = 1.05;
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("still moved")));
+}
+
 TEST(CameraVerdict, LetsIntrinsicsChangeThatWereToBeFound) {
   CameraEstimate e = sound();
   e.focal_scale = {-0.01, 0.001};

@@ -170,6 +170,21 @@ TEST(Rig, PixelFormatsWithoutAMosaicNeedNotBeReadable) {
   }
 }
 
+TEST(Rig, TellsFocalLengthsInMillimetresFromPixels) {
+  const auto with_focal = [](const std::string& focal) {
+    return parse_rig(
+        "rigcal: 1\nbase: a\nsensors:\n  a: {type: lidar}\n  c: {type: camera,\n      intrinsics: {model: "
+        "radtan, width: 1280, height: 1024, cx: 639.5, cy: 511.5,\n        " +
+            focal + "}}\n",
+        "rig.yaml");
+  };
+  const Expected<Rig> rig = with_focal("fx: 8.63, fy: 8.63");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().where, "rig.yaml:7");
+  EXPECT_NE(rig.error().message().find("were these millimetres?"), std::string::npos) << rig.error().message();
+  EXPECT_TRUE(with_focal("fx: 150.0, fy: 150.0")) << "the widest of lenses";
+}
+
 TEST(Rig, ReadsWindowsLineEndings) {
   EXPECT_TRUE(parse_rig("rigcal: 1\r\nbase: a\r\nsensors:\r\n  a: {type: lidar}\r\n", "rig.yaml"));
 }

@@ -1,0 +1,110 @@
+#include "core/pipeline/camera_mixups.h"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "core/base/parallel.h"
+#include "core/quality/verdict_text.h"
+
+namespace rigcal {
+namespace {
+
+// Two cameras stand where the rig file has each other where that fits their places so many times better, and where
+// their own guesses are off by what is worth a word: together by more than one sigma. Rough guesses are hardly ever so.
+constexpr double clearly_better = 4.0;
+constexpr double least_off = 1.0;
+
+// FNV-1a, a value at a time. Rows between would say no more: no two images are alike in every fourth.
+std::uint64_t mark_of(const GreyImage& grey) {
+  constexpr int row_step = 4;
+  std::uint64_t mark = 0xcbf29ce484222325U;
+  for (int row = 0; row < grey.height; row += row_step) {
+    const float* values = grey.values.data() + static_cast<std::ptrdiff_t>(row) * grey.width;
+    for (int k = 0; k < grey.width; ++k) mark = (mark ^ std::bit_cast<std::uint32_t>(values[k])) * 0x100000001b3U;
+  }
+  return mark;
+}
+
+struct Alike {
+  int same = 0;
+  int stops = 0;  ///< That both have.
+};
+
+Alike compare(const ImageMarks& a, const ImageMarks& b) {
+  std::map<int, bool> stops;
+  for (const auto& [stop, mark] : a) {
+    for (const auto& [other_stop, other_mark] : b) {
+      if (stop == other_stop) stops[stop] |= mark == other_mark;
+    }
+  }
+  Alike alike;
+  alike.stops = static_cast<int>(stops.size());
+  for (const auto& [stop, is_same] : stops) alike.same += is_same ? 1 : 0;
+  return alike;
+}
+
+// Squared, in sigmas of a guess.
+double apart(const SE3& found, const SE3& guess, const CameraCalibrationOptions& options) {
+  const double turn = rotation_distance(found.R, guess.R) / options.guess_sigma_rad;
+  const double way = (found.t - guess.t).norm() / options.guess_sigma_m;
+  return turn * turn + way * way;
+}
+
+bool are_swapped(const SensorResult& a, const SensorResult& b, const CameraCalibrationOptions& options) {
+  if (!a.T_base_sensor || !b.T_base_sensor || !a.guess_T_base_sensor || !b.guess_T_base_sensor) return false;
+  const double own_a = apart(*a.T_base_sensor, *a.guess_T_base_sensor, options);
+  const double own_b = apart(*b.T_base_sensor, *b.guess_T_base_sensor, options);
+  const double swapped_a = apart(*a.T_base_sensor, *b.guess_T_base_sensor, options);
+  const double swapped_b = apart(*b.T_base_sensor, *a.guess_T_base_sensor, options);
+  return swapped_a < own_a && swapped_b < own_b && own_a + own_b > least_off &&
+         own_a + own_b > clearly_better * (swapped_a + swapped_b);
+}
+
+void tell_first(SensorResult& camera, std::string reason) {
+  camera.status = std::max(camera.status, Status::weak);
+  camera.reasons.insert(camera.reasons.begin(), std::move(reason));
+}
+
+void tell_same(SensorResult& camera, const SensorResult& other, const Alike& alike) {
+  tell_first(camera, "its images are those of " + other.name + ", too (the same in " + std::to_string(alike.same) +
+                         " of " + std::to_string(alike.stops) +
+                         " stops): one of the two reads the other's folder, topic or device; give each its own");
+}
+
+void tell_swapped(SensorResult& camera, const SensorResult& other) {
+  const SE3& found = *camera.T_base_sensor;
+  const SE3& guess = *camera.guess_T_base_sensor;
+  tell_first(camera, "it stands where the rig file has " + other.name + ", " + mm((found.t - guess.t).norm()) +
+                         " and " + deg(rotation_distance(found.R, guess.R)) + " from its own initial_extrinsics, and " +
+                         other.name +
+                         " where it should: swap their folders, topics or devices, or their initial_extrinsics");
+}
+
+}  // namespace
+
+ImageMarks image_marks(const std::vector<CameraView>& views) {
+  ImageMarks marks(views.size());
+  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) marks[k] = {views[k].stop, mark_of(views[k].grey)};
+  });
+  return marks;
+}
+
+void tell_mixed_up(std::span<const ImageMarks> marks, const CameraCalibrationOptions& options,
+                   std::vector<SensorResult>& cameras) {
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t k = i + 1; k < cameras.size(); ++k) {
+      const Alike alike = compare(marks[i], marks[k]);
+      if (2 * alike.same > alike.stops) {
+        tell_same(cameras[i], cameras[k], alike);
+        tell_same(cameras[k], cameras[i], alike);
+      } else if (are_swapped(cameras[i], cameras[k], options)) {
+        tell_swapped(cameras[i], cameras[k]);
+        tell_swapped(cameras[k], cameras[i]);
+      }
+    }
+  }
+}
+
+}  // namespace rigcal
