@@ -81,9 +81,10 @@ void judge_used_halves(const LidarEvidence& e, Verdict& verdict) {
   const bool of_base = fits_one_half(e.base_used_halves);
   if (own == of_base) return;  // where both see little it is the place
   const HalfShares& used = own ? e.used_halves : e.base_used_halves;
-  weaken(verdict, "of what " + (own ? std::string("it") : e.base_name + ", the base,") + " saw before stop " +
-                      std::to_string(used.first_later_stop) + " " + number(100.0 * used.earlier, 0) +
-                      " % lie on common planes, from it on " + number(100.0 * used.later, 0) +
+  weaken(verdict, number(100.0 * used.earlier, 0) + " % of what " +
+                      (own ? std::string("it") : e.base_name + ", the base,") + " saw before stop " +
+                      std::to_string(used.first_later_stop) + " lies on common planes, from it on " +
+                      number(100.0 * used.later, 0) +
                       " %: a mount that slipped or was moved during the recording, and the place is that of one half "
                       "only; fasten it and record again");
 }

@@ -115,12 +115,12 @@ INSTANTIATE_TEST_SUITE_P(
              [](LidarEvidence& e) {
                e.used_halves = {0.14, 0.74, 6};
              },
-             Status::weak, "of what it saw before stop 6 14 % lie on common planes, from it on 74 %"},
+             Status::weak, "14 % of what it saw before stop 6 lies on common planes, from it on 74 %"},
         Flaw{"BaseFitsTheEarlierStopsOnly",
              [](LidarEvidence& e) {
                e.base_used_halves = {0.7, 0.2, 6};
              },
-             Status::weak, "of what avia, the base, saw before stop 6 70 %"},
+             Status::weak, "70 % of what avia, the base, saw before stop 6"},
         Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
              "all stops in which it saw something were left out"},
         Flaw{"CovarianceIsNoNumber", [](LidarEvidence& e) { e.covariance(3, 3) = std::nan(""); }, Status::failed,
