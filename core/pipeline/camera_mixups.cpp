@@ -10,10 +10,12 @@
 namespace rigcal {
 namespace {
 
-// Two cameras stand where the rig file has each other where that fits their places so many times better, and where
-// their own guesses are off by what is worth a word: together by more than one sigma. Rough guesses are hardly ever so.
+// Two cameras stand where the rig file has each other where that fits their places or their turns so many times better
+// and both together twice as well, and where their own guesses are off by what is worth a word: together by a sigma in
+// the one or the other. Guesses that are merely rough are hardly ever so.
 constexpr double clearly_better = 4.0;
-constexpr double least_off = 1.0;
+constexpr double better_in_all = 2.0;
+constexpr double least_off = 0.5;
 
 // FNV-1a, a value at a time. Rows between would say no more: no two images are alike in every fourth.
 std::uint64_t mark_of(const GreyImage& grey) {
@@ -45,20 +47,33 @@ Alike compare(const ImageMarks& a, const ImageMarks& b) {
 }
 
 // Squared, in sigmas of a guess.
-double apart(const SE3& found, const SE3& guess, const CameraCalibrationOptions& options) {
+struct Apart {
+  double place = 0.0;
+  double turn = 0.0;
+
+  [[nodiscard]] double all() const { return place + turn; }
+  [[nodiscard]] Apart operator+(const Apart& other) const { return {place + other.place, turn + other.turn}; }
+};
+
+Apart apart(const SE3& found, const SE3& guess, const CameraCalibrationOptions& options) {
   const double turn = rotation_distance(found.R, guess.R) / options.guess_sigma_rad;
-  const double way = (found.t - guess.t).norm() / options.guess_sigma_m;
-  return turn * turn + way * way;
+  return {(found.t - guess.t).squaredNorm() / (options.guess_sigma_m * options.guess_sigma_m), turn * turn};
 }
+
+bool is_clear(double own, double swapped) { return own > least_off && own > clearly_better * swapped; }
 
 bool are_swapped(const SensorResult& a, const SensorResult& b, const CameraCalibrationOptions& options) {
   if (!a.T_base_sensor || !b.T_base_sensor || !a.guess_T_base_sensor || !b.guess_T_base_sensor) return false;
-  const double own_a = apart(*a.T_base_sensor, *a.guess_T_base_sensor, options);
-  const double own_b = apart(*b.T_base_sensor, *b.guess_T_base_sensor, options);
-  const double swapped_a = apart(*a.T_base_sensor, *b.guess_T_base_sensor, options);
-  const double swapped_b = apart(*b.T_base_sensor, *a.guess_T_base_sensor, options);
-  return swapped_a < own_a && swapped_b < own_b && own_a + own_b > least_off &&
-         own_a + own_b > clearly_better * (swapped_a + swapped_b);
+  const Apart own_a = apart(*a.T_base_sensor, *a.guess_T_base_sensor, options);
+  const Apart own_b = apart(*b.T_base_sensor, *b.guess_T_base_sensor, options);
+  const Apart swapped_a = apart(*a.T_base_sensor, *b.guess_T_base_sensor, options);
+  const Apart swapped_b = apart(*b.T_base_sensor, *a.guess_T_base_sensor, options);
+  if (swapped_a.all() > own_a.all() || swapped_b.all() > own_b.all()) return false;
+  // Of cameras that look the same way turns say nothing of who is who, but how rough the guesses are.
+  const Apart own = own_a + own_b;
+  const Apart swapped = swapped_a + swapped_b;
+  return own.all() > better_in_all * swapped.all() &&
+         (is_clear(own.place, swapped.place) || is_clear(own.turn, swapped.turn));
 }
 
 void tell_first(SensorResult& camera, std::string reason) {

@@ -79,6 +79,20 @@ TEST(CameraMixups, TellOfCamerasThatStandWhereTheOtherShould) {
   EXPECT_THAT(cameras[2].reasons, ElementsAre(HasSubstr("it stands where the rig file has left")));
 }
 
+// Both look the same way, so that what their guesses are turned by speaks for neither.
+TEST(CameraMixups, TellOfSwappedCamerasMostlyWhereGuessesAreAFewCentimetresAndDegreesOff) {
+  int told = 0;
+  constexpr int pairs = 200;
+  for (std::uint64_t seed = 1; seed <= pairs; ++seed) {
+    std::vector<SensorResult> cameras{camera("left", at(0.06), off(3.0, 0.05, seed)),
+                                      camera("right", at(-0.06), off(3.0, 0.05, seed + 1000))};
+    swap_places(cameras[0], cameras[1]);
+    tell(cameras);
+    if (cameras[0].status == Status::weak && cameras[1].status == Status::weak) ++told;
+  }
+  EXPECT_GT(told, 0.8 * pairs);
+}
+
 TEST(CameraMixups, TellOfSwappedCamerasByTheirTurnsToo) {
   std::vector<SensorResult> cameras{camera("left", at(0.0, 20.0), off(3.0, 0.05, 1)),
                                     camera("right", at(0.0, -20.0), off(3.0, 0.05, 2))};
