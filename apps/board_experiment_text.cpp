@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/svg_file.h"
+#include "core/base/text.h"
 #include "core/geometry/se3.h"
 #include "core/report/svg_plot.h"
 
@@ -32,9 +33,8 @@ const std::array<Figure, 3>& figures() {
 }
 
 std::string file_name(const std::string& pair, const Figure& figure) {
-  std::string name = pair + "_" + figure.file + ".svg";
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return c == '-' ? '_' : static_cast<char>(std::tolower(c)); });
+  std::string name = small_letters(pair + "_" + figure.file + ".svg");
+  std::replace(name.begin(), name.end(), '-', '_');
   return name;
 }
 

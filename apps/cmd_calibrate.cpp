@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +11,7 @@
 #include "apps/kept_memory.h"
 #include "apps/option_checks.h"
 #include "apps/recording.h"
+#include "apps/rig_lidars.h"
 #include "apps/tolerance.h"
 #include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
@@ -149,13 +149,11 @@ Expected<void> check_rig(const CalibrateOptions& options) {
   if (file.empty()) return {};  // what that means is told by whoever reads the recording
   const Expected<Rig> rig = load_rig(file);
   if (!rig) return rig.error();
-  const bool has_lidar =
-      std::any_of(rig->sensors.begin(), rig->sensors.end(), [](const Sensor& sensor) { return sensor.is_lidar(); });
   if (options.method == "checkerboard") {
     Expected<void> fit = check_board(*rig);
     return fit ? fit : Error{fit.error().kind, fit.error().what, file, fit.error().mend};
   }
-  if (has_lidar) return {};
+  if (!lidar_sensors(*rig).empty()) return {};
   return input_error("the rig has no LiDAR, and --method " + options.method + " needs one as base", file,
                      "add it; cameras alone are found by --method checkerboard");
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -333,7 +335,8 @@ void check_options(const CLI::App& command, const std::string& paper) {
     if (option->count() == 0 || found == readers().end()) continue;
     const std::vector<std::string>& papers = found->second;
     if (std::find(papers.begin(), papers.end(), paper) != papers.end()) continue;
-    throw CLI::ValidationError(found->first, "is of " + CLI::detail::join(papers, ", ") + ", not of " + paper);
+    throw CLI::ValidationError(found->first,
+                               "is of " + fmt::format("{}", fmt::join(papers, ", ")) + ", not of " + paper);
   }
 }
 

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "apps/live_options.h"
 #include "apps/motion_options.h"
 #include "apps/option_checks.h"
+#include "apps/rig_lidars.h"
 #include "apps/tolerance.h"
 #include "core/base/version.h"
 #include "core/rig/rig.h"
@@ -127,7 +127,7 @@ Expected<ExitCode> run_live(const SimulateOptions& options, const Rig& rig, cons
 // Told with the rig file's name, which the simulation does not know.
 Expected<void> check_devices(const SimulateOptions& options, const Rig& rig) {
   if (options.patches) return {};
-  if (std::none_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& sensor) { return sensor.is_lidar(); })) {
+  if (lidar_sensors(rig).empty()) {
     return input_error("has no LiDAR, and nothing else sends packets", options.rig,
                        "add one, or --patches, which writes images by their stops");
   }

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/bag_batches.h"
+#include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/image_folder.h"
 #include "core/io/patch_folder.h"
@@ -246,10 +247,9 @@ Expected<Rig> rig_of_folders(const std::string& path) {
   std::vector<std::string> names;
   for (fs::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
     if (!entry->is_directory(error)) continue;
-    const bool has_clouds = std::any_of(fs::directory_iterator(entry->path(), error), fs::directory_iterator(),
-                                        [](const fs::directory_entry& file) {
-                                          return file.path().extension() == ".pcd" || file.path().extension() == ".PCD";
-                                        });
+    const bool has_clouds = std::any_of(
+        fs::directory_iterator(entry->path(), error), fs::directory_iterator(),
+        [](const fs::directory_entry& file) { return small_letters(file.path().extension().string()) == ".pcd"; });
     if (has_clouds) names.push_back(entry->path().filename().string());
   }
   // Images alone are of a rig without LiDARs.

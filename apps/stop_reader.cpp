@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "apps/rig_lidars.h"
 #include "apps/stop_pass.h"
 #include "core/io/session_folder.h"
 #include "core/rig/text_file.h"
@@ -51,8 +52,7 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
 }
 
 std::optional<Error> no_lidar_error(const StreamSource& source) {
-  const auto is_lidar = [](const Sensor& sensor) { return sensor.is_lidar(); };
-  if (std::any_of(source.rig.sensors.begin(), source.rig.sensors.end(), is_lidar)) return std::nullopt;
+  if (!lidar_sensors(source.rig).empty()) return std::nullopt;
   return input_error("the rig has no LiDAR, by which the stops of a recording are found", source.rig_path,
                      "add it, or give the images by their stops: a folder with image/<camera>/<stop>.png");
 }

@@ -6,6 +6,7 @@
 
 #include "apps/speed/experiment.h"
 #include "apps/svg_file.h"
+#include "core/base/text.h"
 #include "core/report/svg_plot.h"
 
 namespace rigcal::speed {
@@ -23,11 +24,6 @@ constexpr Curve time_curves[] = {{"calibration", &GrowthRow::calibration_s},
                                  {"cells", &GrowthRow::cells_s}};
 constexpr Curve memory_curves[] = {{"beside the points", &GrowthRow::memory_mb}};
 constexpr const char* grown_by[] = {"points", "stops", "LiDARs", "voxels"};
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 // The axis that holds the values with some room, in whole powers of ten and halves of them.
 PlotAxis log_axis(const std::string& label, double low, double high) { return {label, low / 1.3, high * 1.3, true}; }
@@ -177,10 +173,10 @@ std::vector<std::pair<std::string, std::string>> experiment_files(const Experime
   out.emplace_back("growth.csv", growth_csv(experiment.growth));
   for (const char* by : grown_by) {
     const std::string title = std::string(" of a calibration by ") + by;
-    out.emplace_back("time_by_" + lower(by) + ".svg",
+    out.emplace_back("time_by_" + small_letters(by) + ".svg",
                      growth_svg(experiment.growth, by, time_curves, "seconds of processor", "Time" + title));
     std::string memory = growth_svg(experiment.growth, by, memory_curves, "MB beside the points", "Memory" + title);
-    if (!memory.empty()) out.emplace_back("memory_by_" + lower(by) + ".svg", std::move(memory));
+    if (!memory.empty()) out.emplace_back("memory_by_" + small_letters(by) + ".svg", std::move(memory));
   }
   return out;
 }
@@ -188,8 +184,8 @@ std::vector<std::pair<std::string, std::string>> experiment_files(const Experime
 std::vector<std::string> experiment_file_names() {
   std::vector<std::string> names{"table.txt", "table.json", "stages.csv", "growth.csv"};
   for (const char* by : grown_by) {
-    names.push_back("time_by_" + lower(by) + ".svg");
-    names.push_back("memory_by_" + lower(by) + ".svg");
+    names.push_back("time_by_" + small_letters(by) + ".svg");
+    names.push_back("memory_by_" + small_letters(by) + ".svg");
   }
   return names;
 }

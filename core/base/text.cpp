@@ -74,13 +74,18 @@ std::string quoted_text(std::string_view text) {
   return quoted + "\"";
 }
 
+std::string small_letters(std::string_view text) {
+  std::string small(text);
+  for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return small;
+}
+
 std::string key_text(std::string_view text) {
   // Words that a YAML 1.1 reader takes for a truth value or for nothing.
   constexpr std::array<std::string_view, 9> special{"y", "n", "yes", "no", "on", "off", "true", "false", "null"};
-  std::string lower(text);
+  const std::string lower = small_letters(text);
   bool plain = !text.empty();
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  for (const char c : lower) {
     plain = plain && ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_');
   }
   plain = plain && !(lower[0] >= '0' && lower[0] <= '9');

@@ -12,6 +12,9 @@ namespace rigcal {
 /// With so many digits behind the point, for people: fixed_text(1.2345, 2) is "1.23"; there is no "-0.00".
 [[nodiscard]] std::string fixed_text(double value, int digits);
 
+/// With the letters A to Z made small, all else as it is. Independent of the locale.
+[[nodiscard]] std::string small_letters(std::string_view text);
+
 /// Length of the UTF-8 character at `at` (RFC 3629: shortest form, no surrogates); 0: there is none.
 [[nodiscard]] std::size_t utf8_length(std::string_view text, std::size_t at);
 /// What stands for bytes that are no character: U+FFFD.

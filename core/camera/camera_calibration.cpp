@@ -21,13 +21,6 @@ namespace {
 // Fewer segments in all images together would fit anything.
 constexpr std::size_t least_segments = 12;
 
-// Rotations of the guess move pixels so far beyond the image's border, at its sigma.
-constexpr double start_margin_px = 80.0;
-
-// Starts are compared by fewer samples, and what hides them need be known no better than where they are.
-constexpr double sparse_spacing_px = 8.0;
-constexpr std::size_t sparse_stride = 3;
-
 // In the end each edge counts, but half of the samples hide as much as all.
 constexpr std::size_t fine_stride = 2;
 
@@ -236,7 +229,7 @@ class CameraCalibration {
   // another end. It is looked for around the end, or where the images alone lead to, not far from the guess.
   bool start_anew(bool everywhere) {
     if (!camera_.guess_T_base_camera) return false;
-    find_visible(scene_, camera_.intrinsics, best_.state, {start_margin_px, sparse_spacing_px, sparse_stride}, views_);
+    find_visible(scene_, camera_.intrinsics, best_.state, sparse_view, views_);
     EdgeSolution end = best_;
     const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, end.state, levels_.back().match, views_);
     end.score = sums.score() * std::sqrt(static_cast<double>(segments()));
@@ -280,8 +273,7 @@ class CameraCalibration {
   // seen from there.
   void look_around(const SE3& guess, std::vector<EdgeSolution>& solutions) {
     set_priors(guess);
-    find_visible(scene_, camera_.intrinsics, CameraState{guess}, {start_margin_px, sparse_spacing_px, sparse_stride},
-                 views_);
+    find_visible(scene_, camera_.intrinsics, CameraState{guess}, sparse_view, views_);
     if (segments() < least_segments) return;
     EdgeSearchOptions search;
     if (stops_of(views_) < least_stops_for_closeness) search.finest_px = finest_px;

@@ -40,6 +40,10 @@ struct VisibleOptions {
   std::size_t stride = 1;   ///< As of a depth buffer.
 };
 
+/// For starts, which are compared by few samples and not near to where they end: rotations of a guess move pixels so
+/// far beyond the image's border, at its sigma, and what hides samples need be known no better than where they are.
+inline constexpr VisibleOptions sparse_view{80.0, 8.0, 3};
+
 /// Fills in what each view sees from `state`, by the depth of the map.
 void find_visible(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
                   const VisibleOptions& options, std::vector<EdgeView>& views);

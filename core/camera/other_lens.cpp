@@ -7,16 +7,11 @@
 namespace rigcal {
 namespace {
 
-// As a start is known.
-constexpr double margin_px = 80.0;
-constexpr double sparse_spacing_px = 8.0;
-constexpr std::size_t stride = 3;
-
 // Segments that image edges explain, of what is seen from there.
 double explained(const CameraScene& scene, const CameraIntrinsics& intrinsics, const CameraState& state,
                  std::vector<EdgeView>& views) {
   VisibleOptions visible;
-  visible.stride = stride;
+  visible.stride = sparse_view.stride;
   find_visible(scene, intrinsics, state, visible, views);
   return sum_segments(scene, intrinsics, state, standard_levels().back().match, views).explained;
 }
@@ -36,7 +31,7 @@ double other_lens_gain(const CameraScene& scene, const CameraIntrinsics& intrins
   const double own = explained(scene, intrinsics, end, views);
   const CameraIntrinsics other = other_lens(intrinsics);
   const SE3& centre = priors.T_base_camera;
-  find_visible(scene, other, CameraState{centre}, {margin_px, sparse_spacing_px, stride}, views);
+  find_visible(scene, other, CameraState{centre}, sparse_view, views);
   std::vector<SE3> starts = search_edges(scene, other, centre, priors, views, {});
   starts.push_back(centre);
   EdgeSolution best;

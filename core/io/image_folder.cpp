@@ -8,6 +8,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "core/base/text.h"
 #include "core/io/frame_files.h"
 #include "core/io/recorded_table.h"
 #include "core/rig/text_file.h"
@@ -19,9 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* frames_name = "frames.csv";
 
-bool is_image_name(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+bool is_image_name(const std::string& any_case) {
+  const std::string name = small_letters(any_case);
   constexpr std::array<std::string_view, 3> endings{".png", ".jpg", ".jpeg"};
   return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return name.ends_with(ending); });
 }

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/text.h"
 #include "core/io/file_copy.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
@@ -34,12 +35,7 @@ Expected<std::vector<std::string>> sorted_entries(const std::string& path) {
 }
 
 /// The ending of a name, in small letters.
-std::string ending_of(const std::string& name) {
-  std::string ending = fs::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
-}
+std::string ending_of(const std::string& name) { return small_letters(fs::path(name).extension().string()); }
 
 /// The stop number of "<digits>.pcd", or -1.
 int stop_number(const std::string& name) {

@@ -129,10 +129,7 @@ class Calibration {
 
   void warn_of_mixups(const std::vector<PatchSurfels>& surfels) const {
     if (!recording_.trajectory_is_prior) return;
-    std::vector<PatchSurfels> of_base;
-    std::copy_if(surfels.begin(), surfels.end(), std::back_inserter(of_base),
-                 [&](const PatchSurfels& p) { return p.lidar == base_; });
-    const TrajectoryMixup mixup = trajectory_mixup(of_base, recording_.trajectory);
+    const TrajectoryMixup mixup = trajectory_mixup(surfels, base_, recording_.trajectory);
     if (mixup != TrajectoryMixup::none) context_.reporter.warn(to_words(mixup));
   }
 

@@ -63,8 +63,9 @@ TimeHalves halves_of(int lidar, const LidarRecording& recording, const SolutionQ
   return halves;
 }
 
-HalfShares with_stop_number(const UsedShare& share, const LidarRecording& recording) {
-  return {share.earlier, share.later, recording.stops[static_cast<std::size_t>(share.first_later_stop)].index};
+HalfShares with_stop_number(HalfShares halves, const LidarRecording& recording) {
+  halves.first_later_stop = recording.stops[static_cast<std::size_t>(halves.first_later_stop)].index;
+  return halves;
 }
 
 SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base, const LidarRecording& recording,
@@ -114,8 +115,8 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.hold_out_start_rms_m = held_out.start_rms_m[i];
   e.halves = halves_of(lidar, recording, findings.quality);
   e.base_halves = halves_of(base, recording, findings.quality);
-  e.used_halves = with_stop_number(findings.used[i], recording);
-  e.base_used_halves = with_stop_number(base_share, recording);
+  e.used_halves = with_stop_number(findings.used[i].halves, recording);
+  e.base_used_halves = with_stop_number(base_share.halves, recording);
   const Verdict verdict = judge_lidar(e, options.require);
   SensorResult result{sensor.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
   result.guess_T_base_sensor = guess;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/base/text.h"
 #include "core/records/pixel_format.h"
 
 namespace rigcal {
@@ -78,12 +79,6 @@ std::optional<TriggerSettings> read_camera_trigger(const YamlMap& camera) {
   return trigger;
 }
 
-std::string in_small_letters(std::string_view text) {
-  std::string small(text);
-  for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return small;
-}
-
 std::vector<std::string> usable_pixel_formats() {
   std::vector<std::string> formats;
   for (const char* layout : {"Mono", "BayerRG", "BayerGR", "BayerGB", "BayerBG", "RGB", "BGR"}) {
@@ -94,7 +89,7 @@ std::vector<std::string> usable_pixel_formats() {
 
 /// The usable format that was probably meant, or empty.
 std::string meant_pixel_format(const std::string& name) {
-  const std::string small = in_small_letters(name);
+  const std::string small = small_letters(name);
   // As V4L2 (RGGB) and ROS (bayer_rggb8) call the mosaics.
   for (const char* square : {"rggb", "grbg", "gbrg", "bggr"}) {
     const std::size_t at = small.find(square);
@@ -106,7 +101,7 @@ std::string meant_pixel_format(const std::string& name) {
   }
   const std::vector<std::string> formats = usable_pixel_formats();
   std::vector<std::string> small_formats;
-  for (const std::string& format : formats) small_formats.push_back(in_small_letters(format));
+  for (const std::string& format : formats) small_formats.push_back(small_letters(format));
   const std::string nearest = nearest_word(small, small_formats);
   const auto found = std::find(small_formats.begin(), small_formats.end(), nearest);
   return found == small_formats.end() ? std::string()

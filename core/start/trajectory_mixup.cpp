@@ -33,12 +33,12 @@ SE3 taken_as(const SE3& T, TrajectoryMixup mixup) {
 
 }  // namespace
 
-TrajectoryMixup trajectory_mixup(const std::vector<PatchSurfels>& base_patches,
+TrajectoryMixup trajectory_mixup(const std::vector<PatchSurfels>& patches, int base,
                                  const std::vector<std::optional<SE3>>& T_G_base) {
   std::vector<PatchSurfels> placed;
-  for (const PatchSurfels& p : base_patches) {
+  for (const PatchSurfels& p : patches) {
     const auto stop = static_cast<std::size_t>(p.stop);
-    if (stop < T_G_base.size() && T_G_base[stop]) placed.push_back(p);
+    if (p.lidar == base && stop < T_G_base.size() && T_G_base[stop]) placed.push_back(p);
   }
   if (placed.size() < 2) return TrajectoryMixup::none;
   placed = thinned(placed, surfels_looked_at, least_of_patch);

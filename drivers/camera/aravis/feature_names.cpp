@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string>
+
+#include "core/base/text.h"
 
 namespace rigcal::camera {
 namespace {
@@ -35,9 +36,7 @@ constexpr std::array<Row, static_cast<std::size_t>(kLastPurpose) + 1> table{{
 }  // namespace
 
 Vendor vendor_of(std::string_view vendor_name) {
-  std::string name(vendor_name);
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = small_letters(vendor_name);
   const auto has = [&](std::string_view word) { return name.find(word) != std::string::npos; };
   if (has("hik")) return Vendor::hikrobot;
   if (has("basler")) return Vendor::basler;

@@ -35,6 +35,11 @@ TEST(NumberText, AlwaysHasAPointSoThatYamlReadersTakeItForANumber) {
   EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), ".nan");
 }
 
+TEST(SmallLetters, AreMadeOfThoseOfAsciiAlone) {
+  EXPECT_EQ(small_letters("BayerRG8_\xC3\x84.PNG"), "bayerrg8_\xC3\x84.png");
+  EXPECT_EQ(small_letters(""), "");
+}
+
 TEST(KeyText, QuotesWhatAReaderWouldTakeForSomethingElse) {
   EXPECT_EQ(key_text("mid100_left"), "mid100_left");
   EXPECT_EQ(key_text("no"), "\"no\"");

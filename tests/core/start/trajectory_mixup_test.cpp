@@ -13,9 +13,6 @@ namespace {
 class TrajectoryMixupTest : public testing::Test {
  protected:
   TrajectoryMixupTest() : run_(courtyard()) {
-    for (const PatchSurfels& p : run_.surfels) {
-      if (p.lidar == 0) base_.push_back(p);
-    }
     for (const SE3& T : run_.truth.T_G_base) poses_.emplace_back(T);
   }
   static sim::LightRig courtyard() {
@@ -27,10 +24,9 @@ class TrajectoryMixupTest : public testing::Test {
     EXPECT_TRUE(light.has_value());
     return *std::move(light);
   }
-  [[nodiscard]] TrajectoryMixup find() const { return trajectory_mixup(base_, poses_); }
+  [[nodiscard]] TrajectoryMixup find() const { return trajectory_mixup(run_.surfels, 0, poses_); }
 
   LightRun run_;
-  std::vector<PatchSurfels> base_;
   std::vector<std::optional<SE3>> poses_;
 };
 
