@@ -22,7 +22,7 @@ struct StartInput {
   /// A gyro in the base's own frame told them, so that they are right to a degree or two; else a rough guess of where
   /// the gyro sits turned them, or somebody's word.
   bool turns_are_own = false;
-  std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty or one for each stop.
+  std::vector<std::optional<SE3>> trajectory;  ///< Rough T_G_base; empty or one for each stop.
   /// By how much the rig turned since the stop before, rad, without a sign: by the gyro of another sensor than the
   /// base, or by the table. Empty, or one for each stop.
   std::vector<std::optional<double>> turned_rad;

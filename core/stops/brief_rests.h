@@ -6,8 +6,8 @@ namespace rigcal {
 
 /// Counts the pauses between turns in which no stop was found: rests that ended before the swing of the turn had faded
 /// and a stop was long enough. A pause is where a rig that turned by 5 degrees and more before and does so afterwards
-/// stays within half a degree for 0.3 to 3 s, at a fifth of the rate of the turns at most. One who pushes a rig straight on
-/// between two turns pauses likewise.
+/// stays within half a degree for 0.3 to 3 s, at a fifth of the rate of the turns at most. One who pushes a rig
+/// straight on between two turns pauses likewise.
 class BriefRests {
  public:
   /// Bins in order of time, none left out. `in_stop`: a stop is known to hold this one.
