@@ -36,6 +36,23 @@ struct Prior {
   }
 };
 
+// Before Ceres 2.1 (Ubuntu 22.04) the same things have other names.
+#if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
+void hold_element(ceres::Problem& problem, double* block, int size, int element) {
+  problem.SetManifold(block, new ceres::SubsetManifold(size, {element}));
+}
+
+int free_elements(const ceres::Problem& problem, const double* block) {
+  return problem.ParameterBlockTangentSize(block);
+}
+#else
+void hold_element(ceres::Problem& problem, double* block, int size, int element) {
+  problem.SetParameterization(block, new ceres::SubsetParameterization(size, {element}));
+}
+
+int free_elements(const ceres::Problem& problem, const double* block) { return problem.ParameterBlockLocalSize(block); }
+#endif
+
 /// The unknowns of one sensor.
 struct SensorBlock {
   SE3 start;
@@ -103,7 +120,7 @@ class Adjuster {
     int shared = 0;
     for (auto b = blocks.begin(); b != blocks.end(); ++b) {
       at[*b] = size;
-      size += problem_->ParameterBlockTangentSize(*b);
+      size += free_elements(*problem_, *b);
       if (b < shared_end) shared = size;
     }
     ceres::Problem::EvaluateOptions evaluate;
@@ -245,7 +262,7 @@ class Adjuster {
       return;
     }
     if (distortion_count(sensor.camera->model) < 5) {
-      problem_->SetManifold(block.intrinsics.data(), new ceres::SubsetManifold(intrinsics_count, {8}));
+      hold_element(*problem_, block.intrinsics.data(), intrinsics_count, 8);
     }
   }
 

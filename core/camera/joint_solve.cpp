@@ -25,17 +25,25 @@ PoseBlock block_of(const SE3& T) {
 
 SE3 pose_of(const double* block) { return {Eigen::Map<const Matrix3d>(block), Eigen::Map<const Vector3d>(block + 9)}; }
 
+#if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
+using CeresSteps = ceres::Manifold;
+#else
+using CeresSteps = ceres::LocalParameterization;
+#endif
+
 // Steps T exp(xi). Derivatives of cost functions by a pose stand in the first six of its twelve columns, so the
-// derivative of the step is the identity above nothing.
-class PoseManifold final : public ceres::Manifold {
+// derivative of the step is the identity above nothing. Before Ceres 2.1 (Ubuntu 22.04) the same things have other
+// names.
+class PoseSteps final : public CeresSteps {
  public:
-  [[nodiscard]] int AmbientSize() const override { return pose_size; }
-  [[nodiscard]] int TangentSize() const override { return 6; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
     const PoseBlock block = block_of(pose_of(x) * SE3::exp(Eigen::Map<const Vector6d>(delta)));
     std::copy(block.begin(), block.end(), x_plus_delta);
     return true;
   }
+#if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
+  [[nodiscard]] int AmbientSize() const override { return pose_size; }
+  [[nodiscard]] int TangentSize() const override { return 6; }
   bool PlusJacobian(const double*, double* jacobian) const override { return identity(jacobian, pose_size, 6); }
   bool Minus(const double* y, const double* x, double* y_minus_x) const override {
     const Vector6d xi = (pose_of(x).inverse() * pose_of(y)).log();
@@ -43,6 +51,11 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
   bool MinusJacobian(const double*, double* jacobian) const override { return identity(jacobian, 6, pose_size); }
+#else
+  [[nodiscard]] int GlobalSize() const override { return pose_size; }
+  [[nodiscard]] int LocalSize() const override { return 6; }
+  bool ComputeJacobian(const double*, double* jacobian) const override { return identity(jacobian, pose_size, 6); }
+#endif
 
  private:
   static bool identity(double* jacobian, int rows, int columns) {
@@ -185,7 +198,7 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
   PoseBlock pose = block_of(start.T_base_camera);
   std::array<double, 2> lens{start.focal_scale, start.k1_change};
   ceres::Problem problem;
-  problem.AddParameterBlock(pose.data(), pose_size, new PoseManifold);
+  problem.AddParameterBlock(pose.data(), pose_size, new PoseSteps);
   problem.AddParameterBlock(lens.data(), 2);
   problem.AddResidualBlock(new PriorCost(priors), nullptr, pose.data(), lens.data());
   std::vector<std::vector<WeightedSegment>> segments(views.size());
