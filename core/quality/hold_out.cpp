@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/planes/merge_planes.h"
+#include "core/planes/refine.h"
 #include "core/quality/inverse_information.h"
 #include "core/quality/lidar_quality.h"
 
@@ -52,6 +54,12 @@ class HeldOut {
   }
 
   [[nodiscard]] bool goes_by_stops() const { return all_.goes_by_stops(); }
+  // Of all or of one.
+  [[nodiscard]] bool goes_by_planes() const {
+    return !all_.goes_by_stops() || std::any_of(own_.begin(), own_.end(), [](const std::optional<EveryFourth>& own) {
+      return own && !own->goes_by_stops();
+    });
+  }
   [[nodiscard]] bool operator()(std::size_t feature, const PlaneObservation& o) const {
     if (o.lidar == base_) return false;
     const std::optional<EveryFourth>& own = own_[static_cast<std::size_t>(o.lidar)];
@@ -96,12 +104,26 @@ Eigen::MatrixXd covariance_by(const std::vector<PlaneFeature>& features, const S
   return 2.0 * inverse_information(sum.H);
 }
 
-// The planes by what is left of them without what is held out; those that fewer than two patches see are none.
+// As the last pass over the surfaces does; whether it trusted the noise is not known here.
+void merge_anew(std::vector<PlaneFeature>& leaves) {
+  MergeOptions options;
+  options.tolerance_m = RefinePass{}.merge_tolerance_m;
+  std::vector<PlaneFeature> merged = merge_coplanar(leaves, options);
+  std::move(merged.begin(), merged.end(), std::back_inserter(leaves));
+}
+
+// The planes by what is left of them without what is held out; those that fewer than two patches see are none. Of
+// merged planes a stop can be taken out, but no leaf, which is a part of their sums: where leaves are held out the
+// others are given back what was taken over of them, and merged anew.
 std::vector<PlaneFeature> planes_without(const std::vector<PlaneFeature>& features, const HeldOut& is_held_out) {
+  const bool is_merged_anew =
+      is_held_out.goes_by_planes() &&
+      std::any_of(features.begin(), features.end(), [](const PlaneFeature& feature) { return feature.merged; });
   std::vector<PlaneFeature> kept;
   kept.reserve(features.size());
   for (std::size_t k = 0; k < features.size(); ++k) {
     const PlaneFeature& whole = features[k];
+    if (is_merged_anew && whole.merged) continue;
     const auto is_kept = [&](const PlaneObservation& o) { return !is_held_out(k, o); };
     if (std::count_if(whole.observations.begin(), whole.observations.end(), is_kept) < 2) continue;
     PlaneFeature& rest = kept.emplace_back();
@@ -110,7 +132,10 @@ std::vector<PlaneFeature> planes_without(const std::vector<PlaneFeature>& featur
     rest.normal_G = whole.normal_G;
     rest.size_m = whole.size_m;
     rest.merged = whole.merged;
+    if (!is_merged_anew) continue;
+    for (PlaneObservation& o : rest.observations) o.weight /= 1.0 - whole.merged_share;
   }
+  if (is_merged_anew) merge_anew(kept);
   return kept;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/planes/merge_planes.h"
 #include "tests/support/make_planes.h"
 
 namespace rigcal {
@@ -201,6 +202,42 @@ TEST(HoldOutOfStops, IsTheSameWhateverAMergedPlaneTookOver) {
   const HoldOut shared = hold_out(run.planes(), 0, run.truth.T_base_sensor);
   EXPECT_NEAR(shared.normalised[1], whole.normalised[1], 1e-3);
   EXPECT_NEAR(shared.rms_m[1], whole.rms_m[1], 1e-6);
+}
+
+// With three stops single leaves are held out, and what they tell stands in the sums of merged planes, too.
+TEST(HoldOutOfStops, LeavesHeldOutLeavesOutOfMergedPlanes) {
+  const auto extrinsics_without = [](double held_out_off_m) {
+    Solved run(36);
+    run.solve();
+    std::vector<PlaneFeature> leaves;
+    for (const PlaneFeature& plane : run.features) {
+      const Vector3d aside = plane.normal_G.unitOrthogonal();
+      for (const double by_m : {-1.5, -0.5, 0.5, 1.5}) {
+        PlaneFeature& leaf = leaves.emplace_back(plane);
+        std::erase_if(leaf.observations, [](const PlaneObservation& o) { return o.stop > 2; });
+        leaf.center_G += by_m * aside;
+        leaf.size_m = 1.0;
+        const double off_m = leaves.size() % 5 == 3 ? held_out_off_m : 0.0;
+        for (PlaneObservation& o : leaf.observations) {
+          o.mean += run.truth.T_G_sensor(o.stop, o.lidar).R.transpose() * (by_m * aside);
+          if (o.lidar == 1) o.mean += off_m * run.normal_in_sensor(plane, o);
+        }
+      }
+    }
+    std::vector<PlaneFeature> merged = merge_coplanar(leaves, {});
+    EXPECT_GT(merged.size(), 10U);
+    std::move(merged.begin(), merged.end(), std::back_inserter(leaves));
+    run.features = std::move(leaves);
+    run.layout = ParameterLayout(stops, 2);
+    run.layout.free_stop(1);
+    run.layout.free_stop(2);
+    run.layout.free_lidar(1);
+    const HoldOut held = hold_out(run.planes(), 0, run.truth.T_base_sensor);
+    EXPECT_GT(held.rms_m[1], 0.9 * held_out_off_m);
+    return held.T_base_sensor[1];
+  };
+  const SE3 found = extrinsics_without(0.0);
+  EXPECT_LT((found.inverse() * extrinsics_without(0.1)).log().norm(), 1e-9);
 }
 
 // It lies on a plane in stops only that are held out.
