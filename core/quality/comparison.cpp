@@ -5,12 +5,10 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/camera/camera_calibration.h"
 
 namespace rigcal {
 namespace {
-
-// 99.9 % of the chi-square distribution with six degrees of freedom.
-constexpr double chi2_999_6 = 22.458;
 
 const SensorResult* find(const CalibrationResult& result, const std::string& name) {
   const auto found = std::find_if(result.sensors.begin(), result.sensors.end(),
@@ -72,7 +70,7 @@ CalibrationResult told_from(CalibrationResult result, const std::string& base) {
 
 bool all_alike(const std::vector<BaseMove>& moves) {
   return std::all_of(moves.begin(), moves.end(), [&](const BaseMove& move) {
-    return chi2_of(move.xi - moves.front().xi, move.covariance + moves.front().covariance) < chi2_999_6;
+    return chi2_of(move.xi - moves.front().xi, move.covariance + moves.front().covariance) < differing_chi2;
   });
 }
 
@@ -127,7 +125,7 @@ Expected<ResultComparison> compare_results(const CalibrationResult& first, const
       move.xi = (in_a->T_base_sensor->inverse() * *in_b->T_base_sensor).log();
       const double chi2 = chi2_of(move.xi, in_a->covariance + in_b->covariance);
       move.sigmas = std::sqrt(chi2 / 6.0);
-      move.verdict = chi2 > chi2_999_6 ? MoveVerdict::moved : MoveVerdict::same;
+      move.verdict = chi2 > differing_chi2 ? MoveVerdict::moved : MoveVerdict::same;
       if (move.verdict == MoveVerdict::moved) moves.push_back(in_base(*in_a, *in_b, move.xi));
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/camera/camera_calibration.h"
 #include "core/quality/verdict_text.h"
 
 namespace rigcal {
@@ -11,8 +12,6 @@ namespace {
 // Rough poses are asked for to 10 degrees and 0.2 m.
 constexpr double far_from_guess_rad = to_rad(30.0);
 constexpr double far_from_guess_m = 0.5;
-// Of places that are the same, 0.1 % differ by more (chi-square of 6 degrees of freedom).
-constexpr double slipped_chi2 = 22.46;
 // Of what lies on planes in the better half.
 constexpr double one_half_share = 0.4;
 // Of what is asked for: stops and planes follow what slipped, and gates leave out what is far off.
@@ -54,7 +53,7 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
 
 // By more than chance, and by what matters.
 bool slipped(const TimeHalves& halves, const Requirement& require) {
-  return halves.compared && halves.chi2 > slipped_chi2 &&
+  return halves.compared && halves.chi2 > differing_chi2 &&
          (halves.translation_m > slipped_share * require.translation_m ||
           halves.rotation_rad > slipped_share * require.rotation_rad);
 }
@@ -110,59 +109,76 @@ void judge_place(const LidarEvidence& e, Verdict& verdict) {
   }
 }
 
-}  // namespace
-
-Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
-  Verdict verdict;
+// Why there is no place to be judged; empty: there is one.
+std::string why_no_place(const LidarEvidence& e) {
+  const std::string match = "(best match " + number(100.0 * e.match_score, 0) + " %)";
   if (!e.has_points) {
-    const bool is_base = e.name == e.base_name;
-    fail(verdict, std::string("it has no points in any stop; check its cable, its address and its entry in the rig "
-                              "file (range in metres, as clouds in files are)") +
-                      (is_base ? ", or name another base" : ""));
-    return verdict;
+    return std::string(
+               "it has no points in any stop; check its cable, its address and its entry in the rig file (range "
+               "in metres, as clouds in files are)") +
+           (e.name == e.base_name ? ", or name another base" : "");
   }
-  if (!e.base_has_points) {
-    fail(verdict, blind_base_words(e.base_name));
-    return verdict;
-  }
+  if (!e.base_has_points) return blind_base_words(e.base_name);
   if (!e.found && !e.has_guess) {
-    fail(verdict, "without initial_extrinsics it could not be laid on what " + e.base_name + " saw (best match " +
-                      number(100.0 * e.match_score, 0) +
-                      " %); give rough ones (10 degrees, 0.2 m), or record more stops in smaller turns, all the way "
-                      "round, so that it sees the same surfaces from neighbouring stops");
-    return verdict;
+    return "without initial_extrinsics it could not be laid on what " + e.base_name + " saw " + match +
+           "; give rough ones (10 degrees, 0.2 m), or record more stops in smaller turns, all the way round, so that "
+           "it "
+           "sees the same surfaces from neighbouring stops";
   }
   if (!e.found) {
-    fail(verdict, "no pose near its initial extrinsics lays its surfaces on those of " + e.base_name + " (best match " +
-                      number(100.0 * e.match_score, 0) +
-                      " %); check initial_extrinsics (direction p_base = R p_sensor + t), or add stops in which both "
-                      "see the same surfaces");
-    return verdict;
+    return "no pose near its initial extrinsics lays its surfaces on those of " + e.base_name + " " + match +
+           "; check initial_extrinsics (direction p_base = R p_sensor + t), or add stops in which both see the same "
+           "surfaces";
   }
   if (!e.took_part) {
-    fail(verdict,
-         "all stops in which it saw something were left out: the warnings say why; record more stops, in "
-         "smaller turns, and let the rig rest in each");
-    return verdict;
+    return "all stops in which it saw something were left out: the warnings say why; record more stops, in smaller "
+           "turns, and let the rig rest in each";
   }
   // Numbers that are none hold nothing.
   if (!e.observable || !e.covariance.allFinite() || !e.covariance_data_only.allFinite() ||
       !e.T_base_sensor.matrix().allFinite()) {
-    fail(verdict, "the planes do not fix it; add stops, or surfaces of other directions");
+    return "the planes do not fix it; add stops, or surfaces of other directions";
+  }
+  return {};
+}
+
+void judge_end(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
+  if (e.converged) {
+    judge_bounds(e, require, verdict);
+    return;
+  }
+  // What moves on with each map is a false match, mostly: of its place the bounds say nothing.
+  const bool is_told = e.last_move_m > 0.0 || e.last_move_rad > 0.0;
+  fail(verdict, "it did not come to rest, the last iterations still moved it" +
+                    (is_told ? " by " + mm(e.last_move_m) + " and " + deg(e.last_move_rad) : std::string()) +
+                    ": a false match of it or of stops, a scene that changes between them, or one that is too poor; "
+                    "turn by smaller steps, and give rough initial_extrinsics (10 degrees, 0.2 m)");
+}
+
+void judge_hold_out(const LidarEvidence& e, Verdict& verdict) {
+  if (!e.is_checked) {
+    weaken(verdict,
+           "too little was seen in the stops that were held out to check it; record more stops in which it "
+           "and the others see the same surfaces");
+  }
+  if (!(e.hold_out <= 2.0)) {
+    weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
+                        " times what noise explains; was it moved or bumped during the recording, or are its "
+                        "packets stamped by another clock than the others'?");
+  }
+}
+
+}  // namespace
+
+Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
+  Verdict verdict;
+  if (const std::string why = why_no_place(e); !why.empty()) {
+    fail(verdict, why);
     return verdict;
   }
   judge_observability(e, verdict);
   if (verdict.status == Status::failed) return verdict;
-  if (e.converged) {
-    judge_bounds(e, require, verdict);
-  } else {
-    // What moves on with each map is a false match, mostly: of its place the bounds say nothing.
-    const bool is_told = e.last_move_m > 0.0 || e.last_move_rad > 0.0;
-    fail(verdict, "it did not come to rest, the last iterations still moved it" +
-                      (is_told ? " by " + mm(e.last_move_m) + " and " + deg(e.last_move_rad) : std::string()) +
-                      ": a false match of it or of stops, a scene that changes between them, or one that is too poor; "
-                      "turn by smaller steps, and give rough initial_extrinsics (10 degrees, 0.2 m)");
-  }
+  judge_end(e, require, verdict);
   if (e.has_assumed_steps) weaken(verdict, assumed_steps_words());
   // A guess speaks against places far from it.
   if (e.runner_up_score > (e.has_guess ? 0.9 : ambiguous_share) * e.match_score) {
@@ -176,16 +192,7 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
                         "match, or its packets are stamped by another clock than the others'");
   }
-  if (!e.is_checked) {
-    weaken(verdict,
-           "too little was seen in the stops that were held out to check it; record more stops in which it "
-           "and the others see the same surfaces");
-  }
-  if (!(e.hold_out <= 2.0)) {
-    weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
-                        " times what noise explains; was it moved or bumped during the recording, or are its "
-                        "packets stamped by another clock than the others'?");
-  }
+  judge_hold_out(e, verdict);
   judge_halves(e, require, verdict);
   judge_used_halves(e, verdict);
   // A start may be a result: then both are the same but for noise.
