@@ -10,7 +10,6 @@
 #include "core/camera/camera_start.h"
 #include "core/camera/edge_search.h"
 #include "core/camera/information.h"
-#include "core/camera/joint_solve.h"
 #include "core/camera/other_lens.h"
 #include "core/camera/second_opinion.h"
 #include "core/camera/stop_checks.h"
@@ -349,21 +348,17 @@ class CameraCalibration {
       best_ = solve_edges(scene_, camera_.intrinsics, best_.state, priors_, levels, views_, context_);
       estimate_.iterations += best_.iterations;
     }
-    finish_jointly();
+    take_end();
   }
 
   [[nodiscard]] static bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }
 
-  void finish_jointly() {
-    const JointSolution joint =
-        solve_jointly(scene_, camera_.intrinsics, best_.state, priors_, levels_.back().match, views_);
-    estimate_.iterations += joint.iterations;
-    estimate_.converged = best_.converged && joint.converged;
-    best_.state = joint.state;
+  void take_end() {
+    estimate_.converged = best_.converged;
     estimate_.found = true;
     const CameraMatrix covariance = best_.information.inverse();
-    estimate_.pose = {joint.state.T_base_camera, covariance.topLeftCorner<6, 6>()};
-    if (options_.refine_intrinsics) estimate_.intrinsics = changed(camera_.intrinsics, joint.state);
+    estimate_.pose = {best_.state.T_base_camera, covariance.topLeftCorner<6, 6>()};
+    if (options_.refine_intrinsics) estimate_.intrinsics = changed(camera_.intrinsics, best_.state);
   }
 
   void set_fit(const EdgeFitQuality& quality) {

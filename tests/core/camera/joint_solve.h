@@ -6,8 +6,9 @@
 
 namespace rigcal {
 
-/// Pose, focal scale, k1 and the shift of every line together on the matches of all views at `start`, by Ceres with one
-/// thread: least squares with matches and weights frozen, in which the annealed solver ends, without its linearisation.
+/// The reference of the annealed solver: pose, focal scale, k1 and the shift of every line together on the matches of
+/// all views at `start`, by Ceres with one thread. Least squares with matches and weights frozen, in which the annealed
+/// solver ends, without its elimination of the shifts.
 struct JointSolution {
   CameraState state;
   bool converged = false;

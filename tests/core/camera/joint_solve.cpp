@@ -1,4 +1,4 @@
-#include "core/camera/joint_solve.h"
+#include "tests/core/camera/joint_solve.h"
 
 #include <ceres/ceres.h>
 
