@@ -149,6 +149,7 @@ bool CameraRecorder::prepare_camera() {
       const auto started = camera_->start();
       if (started) {
         exposure_us_ = setup->exposure_us;
+        host_stamp_ = setup->host_stamp;
         {
           const std::lock_guard lock(mutex_);
           status_.pixel_format = setup->pixel_format;
@@ -247,10 +248,12 @@ void CameraRecorder::queue(camera::Frame frame) {
   const std::int64_t came_ns = clock_.from_monotonic(facts.host_stamp_ns);
   record.exposure_us = facts.exposure_us ? facts.exposure_us : exposure_us_;
   record.device_stamp = facts.device_stamp_ns;
-  // A frame leaves the camera when its exposure has ended; the camera's own clock takes the network's delays out.
-  const std::int64_t left_ns =
+  // The camera's own clock takes the network's delays out.
+  const std::int64_t stamped_ns =
       facts.device_stamp_ns ? device_clock_.add(*facts.device_stamp_ns, came_ns).stamp_ns : came_ns;
-  record.stamp_ns = left_ns - std::llround(record.exposure_us.value_or(0.0) * 500.0);
+  // A frame leaves the camera when its exposure has ended; where its start is stamped, its middle is yet to come.
+  const std::int64_t half_ns = std::llround(record.exposure_us.value_or(0.0) * 500.0);
+  record.stamp_ns = host_stamp_ == camera::HostStamp::exposure_start ? stamped_ns + half_ns : stamped_ns - half_ns;
   const std::lock_guard lock(mutex_);
   if (!frame.is_whole() || has_ended_ || status_.failure) return;
   status_.state = "sends";

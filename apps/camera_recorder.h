@@ -114,6 +114,7 @@ class CameraRecorder {
   net::SessionClock clock_;
   DeviceClock device_clock_;
   std::optional<double> exposure_us_;
+  camera::HostStamp host_stamp_ = camera::HostStamp::arrival_start;
   std::atomic<bool> is_stopped_{false};
   std::atomic<bool> are_wanted_{false};
   std::int64_t image_due_ns_ = 0;  ///< CLOCK_MONOTONIC: when a camera that is told is told again.

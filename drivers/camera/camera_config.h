@@ -52,6 +52,13 @@ struct CameraConfig {
 constexpr std::size_t kFewestBuffers = 2;
 constexpr std::size_t kMostBuffers = 256;
 
+/// Which moment of a frame the host's stamp is of.
+enum class HostStamp : std::uint8_t {
+  arrival_start,   ///< The first of it was here; its exposure has ended by then.
+  arrival_end,     ///< The last of it was here.
+  exposure_start,  ///< Its exposure began.
+};
+
 /// How a camera was set up, as it says itself.
 struct CameraSetup {
   std::string pixel_format;
@@ -64,7 +71,7 @@ struct CameraSetup {
   std::optional<int> packet_bytes;
   FrameIdRule frame_ids;  ///< How its frames are numbered.
   bool has_device_stamps = false;
-  bool stamps_end = false;         ///< The host's stamp is of the frame's end on its way, not of its beginning.
+  HostStamp host_stamp = HostStamp::arrival_start;
   std::vector<std::string> notes;  ///< What is otherwise than wanted, or was mended; sentences.
 };
 

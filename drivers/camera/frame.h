@@ -28,8 +28,7 @@ struct FrameFacts {
   /// As the camera counts them; what it jumps is in `missing_before`. Wraps as the camera's counter does.
   std::uint64_t frame_id = 0;
   std::uint64_t missing_before = 0;             ///< Frames since the last one that never came, by their ids.
-  std::int64_t host_stamp_ns = 0;               ///< CLOCK_MONOTONIC, when its beginning was here (or its end, see
-                                                ///< CameraSetup::stamps_end).
+  std::int64_t host_stamp_ns = 0;               ///< CLOCK_MONOTONIC, of the moment that CameraSetup::host_stamp says.
   std::optional<std::int64_t> device_stamp_ns;  ///< On the camera's own clock, or a file's stamp.
   std::optional<double> exposure_us;            ///< As the frame itself says it.
   int width = 0;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -191,18 +192,105 @@ class LateStarter final : public camera::Camera {
   int starts_ = 0;
 };
 
-class LateStarters final : public camera::CameraBackend {
+/// A camera that brings what it is told to bring, and nothing after that.
+class ToldCamera final : public camera::Camera {
  public:
-  explicit LateStarters(std::function<void()> when_set_up) : when_set_up_(std::move(when_set_up)) {}
-  [[nodiscard]] std::string_view name() const override { return "late"; }
+  ToldCamera(camera::CameraSetup setup, std::vector<camera::Delivery> brings)
+      : setup_(std::move(setup)), brings_(std::move(brings)) {}
+  ~ToldCamera() override { close(); }
+  [[nodiscard]] camera::CameraCounters counters() const override { return {}; }
+
+ private:
+  Expected<camera::CameraIdentity> do_open(const std::string& name) override {
+    return camera::CameraIdentity{name, name, {}, {}, "told", "none"};
+  }
+  Expected<camera::CameraSetup> do_configure(const camera::CameraConfig& /*config*/) override { return setup_; }
+  Expected<void> do_start() override { return {}; }
+  Expected<camera::Delivery> do_next(std::int64_t timeout_ns) override {
+    if (next_ < brings_.size()) return std::move(brings_[next_++]);
+    std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
+    return camera::Delivery{};
+  }
+  Expected<void> do_trigger() override { return {}; }
+  Expected<void> do_stop() override { return {}; }
+  void do_close() override {}
+
+  camera::CameraSetup setup_;
+  std::vector<camera::Delivery> brings_;
+  std::size_t next_ = 0;
+};
+
+/// The driver "one", which has one camera to give.
+class OneCamera final : public camera::CameraBackend {
+ public:
+  explicit OneCamera(std::unique_ptr<camera::Camera> camera) : camera_(std::move(camera)) {}
+  [[nodiscard]] std::string_view name() const override { return "one"; }
   [[nodiscard]] Expected<std::vector<camera::CameraIdentity>> enumerate() override {
     return std::vector<camera::CameraIdentity>{};
   }
-  [[nodiscard]] std::unique_ptr<camera::Camera> make() override { return std::make_unique<LateStarter>(when_set_up_); }
+  [[nodiscard]] std::unique_ptr<camera::Camera> make() override { return std::move(camera_); }
 
  private:
-  std::function<void()> when_set_up_;
+  std::unique_ptr<camera::Camera> camera_;
 };
+
+CameraDrivers driver_of(std::unique_ptr<camera::Camera> camera) {
+  std::vector<std::unique_ptr<camera::CameraBackend>> backends;
+  backends.push_back(std::make_unique<OneCamera>(std::move(camera)));
+  return CameraDrivers(std::move(backends));
+}
+
+RigCamera left_camera() {
+  RigCamera wanted;
+  wanted.sensor = "left";
+  wanted.driver = "one";
+  wanted.device = "it";
+  return wanted;
+}
+
+/// Frames of 2 x 2 pixels; nobody wants their memory back.
+camera::Delivery small_frame(std::int64_t host_stamp_ns) {
+  struct NoStore final : camera::FrameStore {
+    void give_back(std::size_t /*buffer*/) noexcept override {}
+  };
+  static const std::array<std::uint8_t, 4> pixels{};
+  camera::FrameFacts facts;
+  facts.host_stamp_ns = host_stamp_ns;
+  facts.width = 2;
+  facts.height = 2;
+  facts.row_bytes = 2;
+  facts.pixel_format = "Mono8";
+  camera::Delivery delivery;
+  delivery.kind = camera::Delivery::Kind::frame;
+  delivery.frame = camera::Frame(facts, pixels, std::make_shared<NoStore>(), 0);
+  return delivery;
+}
+
+TEST(CameraRecorderStamps, AreOfTheMiddleOfTheExposureWhateverTheHostStamps) {
+  using camera::HostStamp;
+  for (const HostStamp moment : {HostStamp::exposure_start, HostStamp::arrival_start, HostStamp::arrival_end}) {
+    const fs::path session = scratch_folder("camera_stamps");
+    const net::ClockReading start = net::read_clocks();
+    camera::CameraSetup setup;
+    setup.pixel_format = "Mono8";
+    setup.exposure_us = 40'000.0;
+    setup.host_stamp = moment;
+    std::vector<camera::Delivery> frames;
+    frames.push_back(small_frame(start.monotonic_ns + 1'000'000));
+    CameraDrivers drivers = driver_of(std::make_unique<ToldCamera>(setup, std::move(frames)));
+    auto recorder = CameraRecorder::start(left_camera(), drivers, session.string(), start);
+    ASSERT_TRUE(recorder.has_value());
+    for (int i = 0; i < 400 && (*recorder)->status().written == 0; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    (*recorder)->finish();
+    const auto listed = read_frames((session / "images" / "left" / "frames.csv").string());
+    ASSERT_TRUE(listed.has_value()) << listed.error().message();
+    ASSERT_EQ(listed->size(), 1U);
+    const std::int64_t half_ns = moment == HostStamp::exposure_start ? 20'000'000 : -20'000'000;
+    EXPECT_EQ((*listed)[0].stamp_ns, net::SessionClock(start).from_monotonic(start.monotonic_ns + 1'000'000) + half_ns);
+    fs::remove_all(session);
+  }
+}
 
 // Pulses come all the time, also while the camera is set up anew: none of them can have released an image.
 TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
@@ -214,13 +302,8 @@ TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
     const std::int64_t now_ns = net::SessionClock(start).from_monotonic(net::read_clocks().monotonic_ns);
     if (CameraRecorder* recorder = there) recorder->add_pulse({pulses++, now_ns});
   };
-  std::vector<std::unique_ptr<camera::CameraBackend>> backends;
-  backends.push_back(std::make_unique<LateStarters>(pulse));
-  CameraDrivers drivers(std::move(backends));
-  RigCamera wanted;
-  wanted.sensor = "left";
-  wanted.driver = "late";
-  wanted.device = "it";
+  CameraDrivers drivers = driver_of(std::make_unique<LateStarter>(pulse));
+  RigCamera wanted = left_camera();
   wanted.config.trigger = camera::TriggerConfig{"Line0", false, 0.0};
   wanted.has_pulses = true;
   auto recorder = CameraRecorder::start(wanted, drivers, session.string(), start);

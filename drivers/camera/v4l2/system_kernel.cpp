@@ -16,6 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string first_line(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  line.resize(std::min<std::size_t>(line.size(), 128));
+  return line;
+}
+
 class SystemKernel final : public VideoKernel {
  public:
   std::vector<std::string> devices() override {
@@ -35,11 +43,10 @@ class SystemKernel final : public VideoKernel {
     const fs::path node = fs::canonical(path, error).filename();
     const fs::path device = fs::canonical(fs::path("/sys/class/video4linux") / node / "device", error);
     if (error) return {};
-    std::ifstream file(device.parent_path() / "serial");
-    std::string line;
-    std::getline(file, line);
-    line.resize(std::min<std::size_t>(line.size(), 128));
-    return line;
+    return first_line(device.parent_path() / "serial");
+  }
+  std::string parameter(const std::string& driver, const std::string& name) override {
+    return first_line(fs::path("/sys/module") / driver / "parameters" / name);
   }
   int open(const std::string& path) override {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);

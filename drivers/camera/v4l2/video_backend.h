@@ -14,9 +14,9 @@ namespace rigcal::camera {
 /// RGB of 8. They run free, at the rate that is set; the size of an image is set as the driver does it, which may be a
 /// part of the sensor or its whole made smaller. A camera may also be opened by any path of its device file.
 ///
-/// Host stamps are the kernel's, mostly of a frame's end, which a driver may foretell by up to a period; there are no
-/// stamps of the camera's own. A camera that is unplugged is noticed at once, a stream that breaks off or changes, too:
-/// both are `lost`, and looked for.
+/// Host stamps are the kernel's: of a frame's end, which a driver may foretell by up to a period, of its first packet,
+/// or of the start of its exposure, see CameraSetup::host_stamp; there are no stamps of the camera's own. A camera that
+/// is unplugged is noticed at once, a stream that breaks off or changes, too: both are `lost`, and looked for.
 class VideoBackend final : public CameraBackend {
  public:
   explicit VideoBackend(std::shared_ptr<VideoKernel> kernel = system_video_kernel()) : kernel_(std::move(kernel)) {}

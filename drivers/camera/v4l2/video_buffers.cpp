@@ -20,6 +20,10 @@ v4l2_buffer description(std::size_t index) {
   return buffer;
 }
 
+bool is_monotonic(const v4l2_buffer& buffer) {
+  return (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+}
+
 }  // namespace
 
 Expected<std::shared_ptr<VideoBuffers>> VideoBuffers::make(std::shared_ptr<const VideoDevice> device, std::size_t count,
@@ -45,7 +49,8 @@ Expected<std::shared_ptr<VideoBuffers>> VideoBuffers::make(std::shared_ptr<const
     if (memory == nullptr)
       return system_error("a buffer of the camera cannot be mapped", where, "use a machine with more memory");
     made->places_.push_back({memory, buffer.length, false});
-    made->stamps_begin_ = (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    made->stamps_exposure_ =
+        is_monotonic(buffer) && (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
   }
   return made;
 }
@@ -107,10 +112,9 @@ int VideoBuffers::take(Filled& filled) {
   filled.bytes = std::min<std::size_t>(buffer.bytesused, place.bytes);
   filled.sequence = buffer.sequence;
   filled.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
-  const bool is_monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  filled.stamp_ns = is_monotonic ? std::int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 +
-                                       std::int64_t{buffer.timestamp.tv_usec} * 1000
-                                 : 0;
+  filled.stamp_ns = is_monotonic(buffer) ? std::int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 +
+                                               std::int64_t{buffer.timestamp.tv_usec} * 1000
+                                         : 0;
   return 0;
 }
 

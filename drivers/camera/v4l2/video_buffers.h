@@ -41,8 +41,8 @@ class VideoBuffers final : public FrameStore {
   [[nodiscard]] ByteView bytes(std::size_t buffer, std::size_t size) const;
   /// Whether all are lent, so that the kernel has none to fill.
   [[nodiscard]] bool is_dry() const;
-  /// Whether stamps are of the beginning of a frame, as the kernel says.
-  [[nodiscard]] bool stamps_begin() const { return stamps_begin_; }
+  /// Whether stamps are of the start of a frame's exposure, as the kernel says.
+  [[nodiscard]] bool stamps_exposure() const { return stamps_exposure_; }
   [[nodiscard]] std::size_t smallest() const;
   [[nodiscard]] const std::string& pixel_format() const { return pixel_format_; }
 
@@ -58,7 +58,7 @@ class VideoBuffers final : public FrameStore {
 
   std::shared_ptr<const VideoDevice> device_;
   std::string pixel_format_;
-  bool stamps_begin_ = false;
+  bool stamps_exposure_ = false;
   mutable std::mutex mutex_;  ///< Of what follows.
   std::vector<Place> places_;
   std::size_t lent_ = 0;

@@ -57,6 +57,7 @@ class VideoCamera final : public Camera {
   /// Opened where it is now, which may be another device file than before.
   Expected<void> reopen();
   Expected<CameraSetup> set_up(const CameraConfig& config);
+  [[nodiscard]] HostStamp host_stamp() const;
   void stop_stream();
   /// A frame, an event, or nothing where it was not what it looked like.
   std::optional<Delivery> look(const VideoKernel::Ready& ready);
@@ -149,9 +150,18 @@ Expected<CameraSetup> VideoCamera::set_up(const CameraConfig& config) {
                         wanted_.id, "choose another pixel format");
   }
   buffers_ = *std::move(buffers);
-  setup->stamps_end = !buffers_->stamps_begin();
+  setup->host_stamp = host_stamp();
   row_bytes_ = setter_->row_bytes();
   return setup;
+}
+
+/// What the driver for webcams calls the start of the exposure is when the first packet came, unless it is told to use
+/// the cameras' own stamps.
+HostStamp VideoCamera::host_stamp() const {
+  if (!buffers_->stamps_exposure()) return HostStamp::arrival_end;
+  if (wanted_.vendor != "uvcvideo") return HostStamp::exposure_start;
+  const std::string uses_own = kernel_->parameter("uvcvideo", "hwtimestamps");
+  return uses_own.empty() || uses_own == "0" ? HostStamp::arrival_start : HostStamp::exposure_start;
 }
 
 Expected<void> VideoCamera::do_start() {

@@ -17,6 +17,8 @@ class VideoKernel {
   [[nodiscard]] virtual std::vector<std::string> devices() = 0;
   /// The serial number of the USB device behind a device file; empty where there is none.
   [[nodiscard]] virtual std::string serial(const std::string& path) = 0;
+  /// What a parameter of a driver is set to; empty where it has no such thing.
+  [[nodiscard]] virtual std::string parameter(const std::string& driver, const std::string& name) = 0;
   /// A descriptor, or an errno below zero.
   [[nodiscard]] virtual int open(const std::string& path) = 0;
   virtual void close(int descriptor) = 0;

@@ -209,7 +209,7 @@ TEST_P(CameraContract, FramesComeInOrderAndAsTheyWereSetUp) {
     EXPECT_EQ(facts.row_bytes * static_cast<std::size_t>(facts.height), lent.pixels().size());
     EXPECT_EQ(facts.device_stamp_ns.has_value(), setup.has_device_stamps);
     // The kernel may foretell a frame's end.
-    EXPECT_LE(facts.host_stamp_ns, monotonic_ns() + (setup.stamps_end ? 200 * ms : 0));
+    EXPECT_LE(facts.host_stamp_ns, monotonic_ns() + (setup.host_stamp == HostStamp::arrival_end ? 200 * ms : 0));
     EXPECT_GT(facts.host_stamp_ns, monotonic_ns() - 2 * patience);
     if (before) {
       EXPECT_EQ(facts.frame_id, before->frame_id + 1 + facts.missing_before);

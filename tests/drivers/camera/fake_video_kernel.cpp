@@ -27,6 +27,7 @@ std::uint32_t pixel_bytes(std::uint32_t fourcc) {
 
 FakeVideoKernel::FakeVideoKernel()
     : fourccs{V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_SRGGB8, V4L2_PIX_FMT_SRGGB12, V4L2_PIX_FMT_YUYV},
+      stamp_flags{V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF},
       controls{{V4L2_CID_EXPOSURE_AUTO, {0, 3, V4L2_EXPOSURE_APERTURE_PRIORITY}},
                {V4L2_CID_EXPOSURE_ABSOLUTE, {1, 5000, 150}},
                {V4L2_CID_AUTOGAIN, {0, 1, 1}},
@@ -78,7 +79,7 @@ int FakeVideoKernel::answer(unsigned long request, void* argument) {
     case VIDIOC_QUERYCAP: {
       auto& what = *static_cast<v4l2_capability*>(argument);
       std::memcpy(what.card, card.data(), std::min(card.size(), sizeof what.card - 1));
-      std::memcpy(what.driver, "test", 5);
+      std::memcpy(what.driver, driver.data(), std::min(driver.size(), sizeof what.driver - 1));
       std::memcpy(what.bus_info, "usb-1.2", 8);
       what.capabilities = V4L2_CAP_DEVICE_CAPS;
       what.device_caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
@@ -210,7 +211,7 @@ int FakeVideoKernel::describe(v4l2_buffer& buffer) {
   if (buffer.index >= buffers_.size()) return -EINVAL;
   buffer.length = static_cast<std::uint32_t>(buffers_[buffer.index]->bytes.size());
   buffer.m.offset = buffer.index * 4096;
-  buffer.flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
+  buffer.flags = stamp_flags;
   return 0;
 }
 
@@ -231,7 +232,7 @@ int FakeVideoKernel::take(v4l2_buffer& buffer) {
   taken.is_queued = false;
   buffer.bytesused = taken.used;
   buffer.sequence = taken.sequence;
-  buffer.flags = taken.flags | V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
+  buffer.flags = taken.flags | stamp_flags;
   buffer.timestamp.tv_sec = taken.stamp_ns / 1'000'000'000;
   buffer.timestamp.tv_usec = taken.stamp_ns % 1'000'000'000 / 1000;
   return 0;

@@ -34,6 +34,10 @@ class FakeVideoKernel final : public VideoKernel {
   std::uint32_t most_height = 480;
   std::uint32_t padding = 0;  ///< Bytes behind each row.
   std::uint32_t most_buffers = 32;
+  std::string driver = "test";
+  std::map<std::string, std::string> parameters;  ///< Of the driver.
+  /// Of which clock its stamps are, and of which moment of a frame, as the kernel says.
+  std::uint32_t stamp_flags;
   bool can_cut = true;
   bool can_set_rate = true;
   std::map<std::uint32_t, Limits> controls;
@@ -58,6 +62,10 @@ class FakeVideoKernel final : public VideoKernel {
 
   std::vector<std::string> devices() override { return is_there_ ? std::vector{path} : std::vector<std::string>(); }
   std::string serial(const std::string&) override { return serial_number; }
+  std::string parameter(const std::string& of, const std::string& name) override {
+    const auto it = parameters.find(name);
+    return of == driver && it != parameters.end() ? it->second : std::string();
+  }
   int open(const std::string& which) override;
   void close(int descriptor) override;
   int control(int descriptor, unsigned long request, void* argument) override;

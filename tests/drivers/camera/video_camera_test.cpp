@@ -66,7 +66,7 @@ TEST_F(VideoCamera, SetsUpWhatIsAskedAndPutsItBack) {
   EXPECT_EQ(setup.image_bytes, 100U * 50 * 2);
   EXPECT_EQ(setup.frame_rate, 25.0);
   EXPECT_EQ(setup.exposure_us, 2500.0);
-  EXPECT_TRUE(setup.stamps_end);
+  EXPECT_EQ(setup.host_stamp, HostStamp::arrival_end);
   EXPECT_EQ(setup.frame_ids.bits, 32);
   EXPECT_EQ(control(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL);
   EXPECT_EQ(control(V4L2_CID_EXPOSURE_ABSOLUTE), 25);
@@ -82,6 +82,27 @@ TEST_F(VideoCamera, SetsUpWhatIsAskedAndPutsItBack) {
   EXPECT_EQ(setup.pixel_format, "Mono8");
   EXPECT_EQ(setup.width, 320);
   EXPECT_EQ(setup.frame_rate, 50.0);
+}
+
+TEST_F(VideoCamera, OfWhichMomentItsStampsAreIsWhatTheDriverDoes) {
+  const auto stamp_with = [&](const std::string& driver, std::uint32_t flags) {
+    kernel->driver = driver;
+    kernel->stamp_flags = flags;
+    open();
+    const HostStamp stamp = configure({}).host_stamp;
+    camera->close();
+    return stamp;
+  };
+  constexpr std::uint32_t exposure = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  EXPECT_EQ(stamp_with("vivid", exposure), HostStamp::exposure_start);
+  // Stamps of another clock are not used, but the time at which the frame was taken.
+  EXPECT_EQ(stamp_with("vivid", V4L2_BUF_FLAG_TIMESTAMP_COPY | V4L2_BUF_FLAG_TSTAMP_SRC_SOE), HostStamp::arrival_end);
+  // Webcams: it is called so, but is when the first packet came.
+  EXPECT_EQ(stamp_with("uvcvideo", exposure), HostStamp::arrival_start);
+  kernel->parameters["hwtimestamps"] = "0";
+  EXPECT_EQ(stamp_with("uvcvideo", exposure), HostStamp::arrival_start);
+  kernel->parameters["hwtimestamps"] = "1";
+  EXPECT_EQ(stamp_with("uvcvideo", exposure), HostStamp::exposure_start);
 }
 
 TEST_F(VideoCamera, RowsMayHaveGaps) {
