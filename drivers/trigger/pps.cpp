@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <linux/pps.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,6 +32,14 @@ Error pps_error(const std::string& device, int refusal) {
   }
   return system_error(std::string("the PPS device cannot be used: ") + std::strerror(refusal), device,
                       "see whether it gives pulses: sudo ppstest " + device);
+}
+
+/// What the device saw last, waited for at most that long: 0, or an errno.
+int fetch(int descriptor, std::int64_t timeout_ns, pps_fdata& fetched) {
+  fetched = {};
+  fetched.timeout.sec = timeout_ns / 1'000'000'000;
+  fetched.timeout.nsec = static_cast<std::int32_t>(timeout_ns % 1'000'000'000);
+  return ioctl(descriptor, PPS_FETCH, &fetched) == 0 ? 0 : errno;
 }
 
 }  // namespace
@@ -64,6 +73,9 @@ Expected<PpsDevice> PpsDevice::open(const std::string& device) {
     parameters.mode |= PPS_CAPTUREASSERT | PPS_TSFMT_TSPEC;
     if (ioctl(descriptor, PPS_SETPARAMS, &parameters) != 0) return pps_error(path, errno);
   }
+  pps_fdata before{};
+  if (const int refusal = fetch(descriptor, 0, before); refusal != 0) return pps_error(path, refusal);
+  opened.count_ = PpsCount(before.info.assert_sequence);
   return opened;
 }
 
@@ -72,24 +84,37 @@ PpsDevice::~PpsDevice() {
 }
 
 PpsDevice::PpsDevice(PpsDevice&& other) noexcept
-    : device_(std::move(other.device_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : device_(std::move(other.device_)), descriptor_(std::exchange(other.descriptor_, -1)), count_(other.count_) {}
 
 PpsDevice& PpsDevice::operator=(PpsDevice&& other) noexcept {
   std::swap(device_, other.device_);
   std::swap(descriptor_, other.descriptor_);
+  std::swap(count_, other.count_);
   return *this;
 }
 
 Expected<std::optional<PpsPulse>> PpsDevice::next(std::int64_t timeout_ns) {
   pps_fdata fetched{};
-  fetched.timeout.sec = timeout_ns / 1'000'000'000;
-  fetched.timeout.nsec = static_cast<std::int32_t>(timeout_ns % 1'000'000'000);
-  if (ioctl(descriptor_, PPS_FETCH, &fetched) != 0) {
-    if (errno == ETIMEDOUT || errno == EINTR) return std::optional<PpsPulse>();
-    return pps_error(device_, errno);
+  const int refusal = fetch(descriptor_, timeout_ns, fetched);
+  if (refusal == ETIMEDOUT) {
+    // The kernel lets a device that was taken away time out for ever.
+    if (!is_still_there(descriptor_, device_)) return pps_error(device_, ENODEV);
+    return std::optional<PpsPulse>();
   }
-  return std::optional<PpsPulse>(
-      PpsPulse{fetched.info.assert_sequence, fetched.info.assert_tu.sec * 1'000'000'000 + fetched.info.assert_tu.nsec});
+  if (refusal == EINTR) return std::optional<PpsPulse>();
+  if (refusal != 0) return pps_error(device_, refusal);
+  const std::uint32_t sequence = fetched.info.assert_sequence;
+  const std::optional<std::uint32_t> missed = count_.missed_before(sequence);
+  if (!missed) return std::optional<PpsPulse>();
+  const pps_ktime& rose = fetched.info.assert_tu;
+  return std::optional<PpsPulse>(PpsPulse{sequence, *missed, rose.sec * 1'000'000'000 + rose.nsec});
+}
+
+bool is_still_there(int descriptor, const std::string& path) {
+  struct stat held {};
+  struct stat named {};
+  return fstat(descriptor, &held) == 0 && stat(path.c_str(), &named) == 0 && held.st_dev == named.st_dev &&
+         held.st_ino == named.st_ino && held.st_rdev == named.st_rdev;
 }
 
 }  // namespace rigcal::trigger

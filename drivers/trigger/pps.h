@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "drivers/trigger/pps_count.h"
 
 namespace rigcal::trigger {
 
 /// A pulse a second (PPS) as the kernel saw its edge.
 struct PpsPulse {
   std::uint32_t sequence = 0;  ///< Counts from 1, and starts again after 2^32.
+  std::uint32_t missed = 0;    ///< Before it, and since the last one that was seen.
   std::int64_t realtime_ns = 0;
 };
 
@@ -27,13 +29,18 @@ class PpsDevice {
   PpsDevice(PpsDevice&& other) noexcept;
   PpsDevice& operator=(PpsDevice&& other) noexcept;
 
-  /// The next edge, for which it waits at most that long; nothing where none came. Errors: the device is gone.
+  /// The next edge, for which it waits at most that long; nothing where none came. Errors: the device is gone, also
+  /// where another one is there by its name.
   [[nodiscard]] Expected<std::optional<PpsPulse>> next(std::int64_t timeout_ns);
 
  private:
   PpsDevice(std::string device, int descriptor) : device_(std::move(device)), descriptor_(descriptor) {}
   std::string device_;
   int descriptor_ = -1;
+  PpsCount count_{0};
 };
+
+/// Whether an open file is still the one of this name, which may have been removed, or made anew.
+[[nodiscard]] bool is_still_there(int descriptor, const std::string& path);
 
 }  // namespace rigcal::trigger

@@ -247,33 +247,26 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
   report_.notes.push_back("the strobe line is not read any more: " + waiter.error().message());
 }
 
-void Trigger::run_pps(PpsDevice device) {
+void Trigger::run_pps(std::optional<PpsDevice> device) {
   net::name_thread("trigger-pps");
-  std::uint32_t last = 0;
-  bool has_last = false;
   while (is_running_.load()) {
     beat_of(TriggerSource::pps).beat();
-    const auto pulse = device.next(longest_wait_ns);
+    const auto pulse = device->next(longest_wait_ns);
     if (!pulse) {
-      auto regained = regain<PpsDevice>(TriggerSource::pps, [this] { return PpsDevice::open(options_.pps); });
-      if (!regained) break;
-      device = *std::move(regained);
-      has_last = false;
+      device.reset();  // While it is held, the input comes back under another name.
+      device = regain<PpsDevice>(TriggerSource::pps, [this] { return PpsDevice::open(options_.pps); });
+      if (!device) break;
       continue;
     }
     if (!*pulse) continue;
-    const std::uint32_t sequence = (*pulse)->sequence;
-    const std::uint32_t missed = has_last ? sequence - last - 1 : 0;
-    last = sequence;
-    has_last = true;
     net::SessionClock clock = clock_;
     clock.update(net::read_clocks());
     {
       const std::lock_guard lock(mutex_);
       ++report_.pps_pulses;
-      report_.pps_lost += missed;
+      report_.pps_lost += (*pulse)->missed;
     }
-    tell(TriggerSource::pps, TriggerEventKind::pulse, sequence, clock.from_realtime((*pulse)->realtime_ns));
+    tell(TriggerSource::pps, TriggerEventKind::pulse, (*pulse)->sequence, clock.from_realtime((*pulse)->realtime_ns));
   }
   beat_of(TriggerSource::pps).rest();
 }

@@ -81,7 +81,7 @@ class Trigger {
   void start_threads();
   void run_output(std::optional<OutputLine> line);
   void run_strobe(std::optional<InputLine> line);
-  void run_pps(PpsDevice device);
+  void run_pps(std::optional<PpsDevice> device);
   void read_strobe(std::span<const Edge> edges);
   void tell(TriggerSource source, TriggerEventKind kind, std::int64_t number, std::int64_t stamp_ns);
   void tell_now(TriggerSource source, TriggerEventKind kind);
