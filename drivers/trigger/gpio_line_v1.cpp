@@ -1,4 +1,4 @@
-// libgpiod 1.4 and later, before 2.0.
+// libgpiod 1.5 and later, before 2.0.
 #include <gpiod.h>
 
 #include <algorithm>
