@@ -213,6 +213,9 @@ void CameraRecorder::take_frames() {
         tell(delivery->text, true);
         set_state("lost");
         break;
+      case Kind::refused:
+        tell(delivery->text, true);
+        break;
       case Kind::back:
         tell(delivery->text, false);
         set_state("sends");

@@ -7,6 +7,8 @@
 namespace rigcal::camera {
 namespace {
 
+constexpr std::size_t kMostRefusals = 20;  ///< That are told of one loss.
+
 /// What no back end can do.
 Expected<void> check_config(const CameraConfig& config) {
   const auto wrong = [](std::string what, std::string mend) {
@@ -121,10 +123,25 @@ void Camera::close() {
   state_ = CameraState::closed;
 }
 
-Delivery Camera::lost(const std::string& how) const {
+Delivery Camera::lost(const std::string& how) {
+  refusals_.clear();
   Delivery delivery;
   delivery.kind = Delivery::Kind::lost;
-  delivery.text = identity_.id + ": the camera is gone: " + how;
+  delivery.text = identity_.id + ": " + camera_is_gone + ": " + how;
+  return delivery;
+}
+
+std::optional<Delivery> Camera::refused(const Error& why) {
+  if (why.what == no_such_camera || why.what == camera_is_gone) return std::nullopt;
+  Error reason = why;
+  if (reason.where == identity_.id) reason.where.clear();
+  Delivery delivery;
+  delivery.kind = Delivery::Kind::refused;
+  delivery.text = identity_.id + ": the camera cannot be had again yet: " + reason.message();
+  const bool was_told = std::find(refusals_.begin(), refusals_.end(), delivery.text) != refusals_.end();
+  // A text that is another one each time is not told for ever.
+  if (was_told || refusals_.size() == kMostRefusals) return std::nullopt;
+  refusals_.push_back(delivery.text);
   return delivery;
 }
 
@@ -149,7 +166,7 @@ Expected<CameraIdentity> find_camera(const std::vector<CameraIdentity>& there, c
     for (const CameraIdentity& camera : found) ids.push_back(described(camera));
     return system_error("more than one camera has this name: " + list_text(ids), name, "name it by its address");
   }
-  return system_error("there is no such camera", name,
+  return system_error(no_such_camera, name,
                       all.empty() ? "no other is there either: look at its cable, its power and its address"
                                   : "there " + std::string(all.size() == 1 ? "is " : "are ") + list_text(all));
 }

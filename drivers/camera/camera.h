@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,7 @@ struct Delivery {
     frame,    ///< Whole or not: see its status.
     nothing,  ///< In the time given.
     lost,     ///< The camera is gone, `text` says how it was noticed; `next` looks for it from now on.
+    refused,  ///< It is there again, but cannot be had: `text` says why, each reason once until it is back.
     back,     ///< It is there again, set up as before, and sends.
     ended,    ///< A folder has no more images.
   };
@@ -84,8 +86,11 @@ class Camera {
  protected:
   Camera() = default;
   /// What `next` brings when a camera is noticed to be gone, and when it is there again.
-  [[nodiscard]] Delivery lost(const std::string& how) const;
+  [[nodiscard]] Delivery lost(const std::string& how);
   [[nodiscard]] Delivery back() const;
+  /// What `next` brings where a lost camera was looked for and not had; nothing where it just is not there, or where
+  /// that was said since it was lost.
+  [[nodiscard]] std::optional<Delivery> refused(const Error& why);
   void note(std::string text) { notes_.push_back(std::move(text)); }
 
   virtual Expected<CameraIdentity> do_open(const std::string& name) = 0;
@@ -102,6 +107,7 @@ class Camera {
   CameraIdentity identity_;
   CameraConfig config_;
   std::vector<std::string> notes_;
+  std::vector<std::string> refusals_;  ///< Told since it was lost.
 };
 
 /// A way to reach cameras.
@@ -115,6 +121,10 @@ class CameraBackend {
   /// A closed camera; may outlive this.
   [[nodiscard]] virtual std::unique_ptr<Camera> make() = 0;
 };
+
+/// What errors say of a camera that is not there: that was asked for, or that was used.
+inline constexpr const char* no_such_camera = "there is no such camera";
+inline constexpr const char* camera_is_gone = "the camera is gone";
 
 /// The one that has this id, serial number or address. Errors: none (says which there are), more than one.
 [[nodiscard]] Expected<CameraIdentity> find_camera(const std::vector<CameraIdentity>& there, const std::string& name);

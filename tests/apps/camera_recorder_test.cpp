@@ -292,6 +292,29 @@ TEST(CameraRecorderStamps, AreOfTheMiddleOfTheExposureWhateverTheHostStamps) {
   }
 }
 
+TEST(CameraRecorderEvents, TellWhyALostCameraIsNotTakenAgain) {
+  const fs::path session = scratch_folder("camera_events");
+  std::vector<camera::Delivery> news(2);
+  news[0].kind = camera::Delivery::Kind::lost;
+  news[0].text = "it is gone";
+  news[1].kind = camera::Delivery::Kind::refused;
+  news[1].text = "another program has it";
+  CameraDrivers drivers = driver_of(std::make_unique<ToldCamera>(camera::CameraSetup{}, std::move(news)));
+  auto recorder = CameraRecorder::start(left_camera(), drivers, session.string(), net::read_clocks());
+  ASSERT_TRUE(recorder.has_value());
+  std::vector<CaptureEvent> events;
+  for (int i = 0; i < 400 && (events.empty() || events.back().text != "another program has it"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (CaptureEvent& event : (*recorder)->take_events()) events.push_back(std::move(event));
+  }
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back().text, "another program has it");
+  EXPECT_TRUE(events.back().is_gap);
+  EXPECT_EQ((*recorder)->status().state, "lost");
+  (*recorder)->finish();
+  fs::remove_all(session);
+}
+
 // Pulses come all the time, also while the camera is set up anew: none of them can have released an image.
 TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
   const fs::path session = scratch_folder("camera_pulses");

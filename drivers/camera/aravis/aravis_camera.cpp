@@ -181,12 +181,14 @@ Delivery AravisCamera::search(std::int64_t deadline_ns) {
   end_stream();
   while (true) {
     if (now_ns() >= search_ns_) {
-      if (do_start().has_value()) {
+      const auto started = do_start();
+      if (started) {
         ++counters_.returns;
         return back();
       }
       device_.reset();
       search_ns_ = now_ns() + kSearchPauseNs;
+      if (auto delivery = refused(started.error())) return *std::move(delivery);
     }
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (left_ns <= 0) return {};
@@ -204,6 +206,7 @@ Expected<void> AravisCamera::reopen() {
     const auto found = there ? find_camera(*there, wanted_.serial) : Expected<CameraIdentity>(there.error());
     if (!found) {
       searches_by_name_ = false;
+      if (const auto forbidden = forbidden_usb_camera(wanted_.id)) return *forbidden;
       return found.error();
     }
     way = found->address;
@@ -232,7 +235,7 @@ Expected<void> AravisCamera::set_up_again() {
 
 Expected<void> AravisCamera::do_trigger() {
   if (is_gone_) {
-    return system_error("the camera is gone", wanted_.id, "wait until it is back");
+    return system_error(camera_is_gone, wanted_.id, "wait until it is back");
   }
   return device_->execute("TriggerSoftware");
 }

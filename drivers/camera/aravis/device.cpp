@@ -65,7 +65,7 @@ Expected<std::unique_ptr<Device>> Device::open(const std::string& name) {
   if (camera == nullptr) {
     if (problem.is_held()) return held(name, {});
     return problem.is_absent() || problem.is_none()
-               ? system_error("there is no such camera", name, "look at its cable, its power and its address")
+               ? system_error(no_such_camera, name, "look at its cable, its power and its address")
                : problem.result("the camera cannot be opened", name, "take its power away for a moment").error();
   }
   std::unique_ptr<Device> device(new Device(camera));

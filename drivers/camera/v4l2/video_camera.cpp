@@ -57,6 +57,10 @@ class VideoCamera final : public Camera {
   /// Opened where it is now, which may be another device file than before.
   Expected<void> reopen();
   Expected<CameraSetup> set_up(const CameraConfig& config);
+  /// Set up as before, after it was opened anew.
+  Expected<void> set_up_again();
+  /// Closed, with the settings that it had when it was opened.
+  void let_go();
   [[nodiscard]] HostStamp host_stamp() const;
   void stop_stream();
   /// A frame, an event, or nothing where it was not what it looked like.
@@ -121,7 +125,7 @@ Expected<void> VideoCamera::reopen() {
     setter_ = std::make_unique<VideoSetter>(device_);
     return {};
   }
-  return system_error("the camera is gone", wanted_.id, "plug it in");
+  return explain_absence(system_error(no_such_camera, wanted_.id, "plug it in"));
 }
 
 Expected<CameraSetup> VideoCamera::do_configure(const CameraConfig& config) {
@@ -167,10 +171,10 @@ HostStamp VideoCamera::host_stamp() const {
 Expected<void> VideoCamera::do_start() {
   if (!device_) {
     if (auto there = reopen(); !there) return there;
-    const auto setup = set_up(config_);
-    if (!setup) return setup.error();
-    if (setup->width != setup_.width || setup->height != setup_.height || setup->image_bytes != setup_.image_bytes)
-      return system_error("the camera came back with another image size", wanted_.id, "set its size");
+    if (auto done = set_up_again(); !done) {
+      let_go();
+      return done;
+    }
   }
   v4l2_event_subscription change{};
   change.type = V4L2_EVENT_SOURCE_CHANGE;
@@ -178,6 +182,14 @@ Expected<void> VideoCamera::do_start() {
   if (auto started = buffers_->start(); !started) return started;
   counter_ = FrameCounter(v4l2_sequence_numbers);
   is_gone_ = false;
+  return {};
+}
+
+Expected<void> VideoCamera::set_up_again() {
+  const auto setup = set_up(config_);
+  if (!setup) return setup.error();
+  if (setup->width != setup_.width || setup->height != setup_.height || setup->image_bytes != setup_.image_bytes)
+    return system_error("the camera came back with another image size", wanted_.id, "set its size");
   return {};
 }
 
@@ -243,11 +255,7 @@ bool VideoCamera::has_source_changed() const {
 
 Delivery VideoCamera::lose(const std::string& how) {
   stop_stream();
-  // Opened anew in any case: what was set may be gone with what happened.
-  buffers_.reset();
-  if (setter_) setter_->restore();
-  setter_.reset();
-  device_.reset();
+  let_go();  // Opened anew in any case: what was set may be gone with what happened.
   is_gone_ = true;
   search_ns_ = now_ns();
   ++counters_.losses;
@@ -257,13 +265,14 @@ Delivery VideoCamera::lose(const std::string& how) {
 Delivery VideoCamera::search(std::int64_t deadline_ns) {
   while (true) {
     if (now_ns() >= search_ns_) {
-      if (do_start().has_value()) {
+      const auto started = do_start();
+      if (started) {
         ++counters_.returns;
         return back();
       }
-      buffers_.reset();
-      device_.reset();
+      let_go();
       search_ns_ = now_ns() + kSearchPauseNs;
+      if (auto delivery = refused(started.error())) return *std::move(delivery);
     }
     const std::int64_t left_ns = deadline_ns - now_ns();
     if (left_ns <= 0) return {};
@@ -280,7 +289,9 @@ Expected<void> VideoCamera::do_stop() {
   return {};
 }
 
-void VideoCamera::do_close() {
+void VideoCamera::do_close() { let_go(); }
+
+void VideoCamera::let_go() {
   buffers_.reset();
   if (setter_) setter_->restore();
   setter_.reset();

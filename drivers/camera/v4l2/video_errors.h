@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "drivers/camera/camera.h"
 
 namespace rigcal::camera {
 
@@ -22,7 +23,7 @@ namespace rigcal::camera {
     case ENODEV:
     case ENOENT:
     case ENXIO:
-      return system_error("the camera is gone", where, "plug it in");
+      return system_error(camera_is_gone, where, "plug it in");
     case ENOSPC:
       return system_error(what + ": the USB has not enough room for it", where,
                           "plug it into another USB controller, or choose smaller images or a lower rate");

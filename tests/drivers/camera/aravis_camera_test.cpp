@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include "drivers/camera/aravis/aravis_backend.h"
 #include "tests/drivers/camera/image_folder_fixture.h"
@@ -344,6 +345,10 @@ TEST_F(AravisCamera, ACameraThatVanishesIsSaidAndComesBackAsItWasSetUp) {
   EXPECT_EQ(camera->state(), CameraState::streaming);
   EXPECT_FALSE(lost.frame.is_whole());
   EXPECT_EQ(next(10 * ms).kind, Kind::nothing);
+  const int width = std::exchange(device.device.width, 128);
+  serve();  // A smaller sensor.
+  EXPECT_THAT(wait_for(Kind::refused, 20).text, HasSubstr("to 128 pixels"));
+  device.device.width = width;
   serve();  // Another camera of the same name, with its own settings.
   EXPECT_THAT(wait_for(Kind::back, 20).text, HasSubstr("back"));
   const Delivery delivery = next();

@@ -226,6 +226,60 @@ TEST_F(VideoCamera, ACameraThatIsUnpluggedComesBackElsewhere) {
   EXPECT_EQ(camera->counters().returns, 1U);
 }
 
+TEST_F(VideoCamera, WhyACameraThatIsBackCannotBeHadIsSaidOnceAndItKeepsItsOwnSettings) {
+  CameraConfig config;
+  config.exposure_us = 2500.0;
+  stream(config);
+  next();
+  kernel->unplug();
+  ASSERT_EQ(next().kind, Kind::lost);
+  // It comes with the settings that it is switched on with, and cannot do what it could before.
+  kernel->controls.at(V4L2_CID_EXPOSURE_AUTO).value = V4L2_EXPOSURE_APERTURE_PRIORITY;
+  kernel->controls.at(V4L2_CID_EXPOSURE_ABSOLUTE).value = 150;
+  kernel->most_width = 160;
+  kernel->plug_in("/dev/video9");
+  const Delivery size = next();
+  ASSERT_EQ(size.kind, Kind::refused);
+  EXPECT_THAT(size.text,
+              HasSubstr("Test-Camera-V4L2-0815: the camera cannot be had again yet: the camera came back with "
+                        "another image size; set its size"));
+  EXPECT_EQ(next(300 * ms).kind, Kind::nothing) << "it was said";
+  EXPECT_EQ(control(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_APERTURE_PRIORITY);
+  EXPECT_EQ(control(V4L2_CID_EXPOSURE_ABSOLUTE), 150);
+  kernel->is_held = true;
+  EXPECT_THAT(next().text, HasSubstr("another program uses it"));
+  kernel->is_held = false;
+  kernel->open_answer = -EACCES;
+  EXPECT_THAT(next().text, HasSubstr("/dev/video9 left out"));
+  kernel->open_answer = 0;
+  kernel->most_width = 640;
+  kernel->plug_in("/dev/video9");
+  ASSERT_EQ(next().kind, Kind::back);
+  EXPECT_EQ(control(V4L2_CID_EXPOSURE_ABSOLUTE), 25);
+  camera->close();
+  EXPECT_EQ(control(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_APERTURE_PRIORITY);
+  EXPECT_EQ(control(V4L2_CID_EXPOSURE_ABSOLUTE), 150);
+}
+
+TEST_F(VideoCamera, ACameraThatCannotBeSetUpAgainCanBeAskedToStartAgain) {
+  stream();
+  next();
+  kernel->unplug();
+  ASSERT_EQ(next().kind, Kind::lost);
+  ASSERT_TRUE(camera->stop().has_value());
+  kernel->most_width = 160;
+  kernel->plug_in("/dev/video7");
+  for (int i = 0; i < 2; ++i) {
+    const auto started = camera->start();
+    ASSERT_FALSE(started.has_value());
+    EXPECT_THAT(started.error().message(), HasSubstr("another image size"));
+  }
+  kernel->most_width = 640;
+  kernel->plug_in("/dev/video7");
+  ASSERT_TRUE(camera->start().has_value());
+  EXPECT_TRUE(next().frame.is_whole());
+}
+
 TEST_F(VideoCamera, AStreamThatBreaksOffOrChangesIsBegunAgain) {
   stream();
   next();
