@@ -62,6 +62,8 @@ std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const Capt
   if (link.interruptions > link.losses) all.push_back("it was interrupted " + times_text(link.interruptions));
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
     all.push_back("nothing came from it in the last " + std::to_string(silence_ns / 1'000'000'000) + " s");
+  for (const livox::MissingSetting& missing : device.report.link.missing_settings)
+    all.push_back(livox::missing_text(missing.setting, missing.outcome));
   return all;
 }
 

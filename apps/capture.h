@@ -36,8 +36,8 @@ struct CaptureSummary {
   double closing_s = 0.0;              ///< From its end until all was recorded, the devices free and the stops read.
   std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
 
-  /// Every LiDAR and every camera has sent, without interruption and to the end, nothing got lost in this machine, and
-  /// all stops that were asked for are in.
+  /// Every LiDAR and every camera has sent, without interruption and to the end, and as it was set up to, nothing got
+  /// lost in this machine, and all stops that were asked for are in.
   [[nodiscard]] bool is_complete() const { return shortfalls().empty(); }
   /// What keeps it from being complete, one clause each.
   [[nodiscard]] std::vector<std::string> shortfalls() const;

@@ -14,14 +14,16 @@ constexpr std::size_t utc_text_size = 23;  // "2026-11-21 21:10:03.512"
 bool is_gap(const livox::EventContent& content) {
   if (std::holds_alternative<livox::Lost>(content) || std::holds_alternative<livox::AddressConflict>(content))
     return true;
+  const auto* ended = std::get_if<livox::RequestEnded>(&content);
+  if (ended != nullptr) return !ended->setting.empty() && ended->outcome != livox::Outcome::done;
   const auto* sampling = std::get_if<livox::SamplingChanged>(&content);
   return sampling != nullptr && !sampling->on;
 }
 
-// Settings that were taken are no news.
+// Settings that were taken at once are no news.
 bool is_news(const livox::EventContent& content) {
   const auto* ended = std::get_if<livox::RequestEnded>(&content);
-  return ended == nullptr || ended->outcome != livox::Outcome::done;
+  return ended == nullptr || ended->outcome != livox::Outcome::done || !ended->setting.empty();
 }
 
 std::string sentence(const livox::EventContent& content) {

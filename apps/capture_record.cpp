@@ -84,6 +84,7 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
   for (const CaptureDevice& device : status.devices) {
     all[device.sensor]["connection_losses"] = device.report.link.counters.losses;
     all[device.sensor]["interruptions"] = device.report.link.counters.interruptions;
+    all[device.sensor]["missing_settings"] = device.report.link.missing_settings.size();
   }
   for (const CaptureCamera& camera : status.cameras) {
     const camera::CameraCounters& counters = camera.counters;

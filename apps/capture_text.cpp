@@ -132,6 +132,8 @@ nlohmann::ordered_json camera_json(const CaptureCamera& camera) {
 
 nlohmann::ordered_json device_json(const CaptureDevice& device) {
   const livox::LinkInfo& link = device.report.link;
+  std::vector<std::string> missing_settings;
+  for (const livox::MissingSetting& missing : link.missing_settings) missing_settings.push_back(missing.setting);
   return {{"sensor", device.sensor},
           {"broadcast_code", link.broadcast.broadcast_code},
           {"ip", to_string(link.ip)},
@@ -142,6 +144,7 @@ nlohmann::ordered_json device_json(const CaptureDevice& device) {
           {"drift_ppm", device.drift_ppm},
           {"connection_losses", link.counters.losses},
           {"interruptions", link.counters.interruptions},
+          {"missing_settings", missing_settings},
           {"status", link.status},
           {"says", status_words(link.status)}};
 }
@@ -167,6 +170,8 @@ std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& de
     text += ", interrupted " + std::to_string(times) + (times == 1 ? " time" : " times");
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
     text += ", nothing in the last " + std::to_string(silence_ns / 1'000'000'000) + " s";
+  for (const livox::MissingSetting& missing : device.report.link.missing_settings)
+    text += ", `" + missing.setting + "` not in force";
   return text;
 }
 

@@ -172,6 +172,19 @@ TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
   EXPECT_FALSE(summary.is_complete());
 }
 
+TEST(CaptureSummary, IsNotCompleteWhereALidarDoesNotWorkAsTheRigFileSays) {
+  CaptureSummary summary = two_lidars();
+  summary.status.devices[0].report.link.missing_settings = {{"return_mode: dual", livox::Outcome::unsupported}};
+  EXPECT_THAT(summary.shortfalls(),
+              ElementsAre("avia: `return_mode: dual` is not in force (not known to the model or its firmware): update "
+                          "its firmware, or change that in the rig file"));
+  EXPECT_THAT(capture_text(summary), HasSubstr("avia: 30000 packets, 303 lost, `return_mode: dual` not in force\n"));
+  const auto json = nlohmann::json::parse(capture_json(summary));
+  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
+  EXPECT_EQ(json["sensors"][0]["missing_settings"], nlohmann::json({"return_mode: dual"}));
+  EXPECT_EQ(capture_counters({}, {}, summary.status, {})["avia"]["missing_settings"], 1U);
+}
+
 TEST(CaptureSummary, IsAsItsSchemaSays) {
   CaptureSummary summary = two_lidars();
   summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
@@ -198,6 +211,17 @@ TEST_F(Log, SaysWhatHappenedAndWhen) {
                           "2026-09-21 14:13:20.000 left: status word 0x40006840 (was 0x00000000), window dirty or "
                           "blocked, fan warning"));
   EXPECT_THAT(log.gaps(), SizeIs(1));
+}
+
+TEST_F(Log, SaysWhichSettingIsNotInForceAndThatItIsAfterAll) {
+  using livox::Outcome;
+  tell(livox::RequestEnded{livox::Command::set_return_mode, Outcome::unsupported, livox::RawControl{}, ""});
+  EXPECT_THAT(log.gaps(), IsEmpty());  // It is met all the same.
+  tell(livox::RequestEnded{livox::Command::set_imu_rate, Outcome::unanswered, livox::RawControl{}, "imu: true"});
+  tell(livox::RequestEnded{livox::Command::set_imu_rate, Outcome::done, livox::RawControl{}, "imu: true"});
+  EXPECT_THAT(log.gaps(), ElementsAre(HasSubstr("avia: `imu: true` is not in force (not answered): ")));
+  EXPECT_THAT(log.events(), SizeIs(3));
+  EXPECT_EQ(log.events().back(), "2026-09-21 14:13:20.000 avia: `imu: true` is in force now");
 }
 
 TEST_F(Log, DoesNotSayTheSameAgainAndAgain) {

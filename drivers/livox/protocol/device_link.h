@@ -36,6 +36,8 @@ constexpr std::int64_t kAnswerNs = 500'000'000;
 constexpr int kAttempts = 3;
 constexpr std::int64_t kPowerRetryNs = 5'000'000'000;
 constexpr std::int64_t kSamplingRetryNs = 1'000'000'000;
+/// Until a setting that was not answered is asked for again; what the user asks comes first.
+constexpr std::int64_t kSettingRetryNs = 1'000'000'000;
 /// A broadcast of a connected device counts when no heartbeat was answered for this long; before, it is a late one.
 constexpr std::int64_t kLetGoNs = 1'200'000'000;
 /// Leaving takes no longer.
@@ -72,6 +74,12 @@ struct LinkCounters {
   std::uint64_t utc_refused = 0;  ///< and that it did not.
 };
 
+/// A wanted setting that is not in force.
+struct MissingSetting {
+  std::string setting;  ///< See `setting_text`.
+  Outcome outcome = Outcome::refused;
+};
+
 /// What is known of a device.
 struct LinkInfo {
   LinkState state = LinkState::waiting;
@@ -82,6 +90,8 @@ struct LinkInfo {
   std::uint32_t progress_percent = 0;  ///< While initialising.
   std::uint8_t features = 0;
   std::uint32_t status = 0;
+  /// As far as they were asked for; without those that a device meets which does not know them.
+  std::vector<MissingSetting> missing_settings;
   LinkCounters counters;
 };
 
@@ -123,6 +133,11 @@ class DeviceLink {
     int attempts_left = 0;
     std::int64_t due_ns = 0;
     std::vector<std::uint8_t> bytes;
+    std::size_t step = 0;  ///< Of `setup_`, where that is the purpose.
+  };
+  struct SetupStep {
+    ControlPayload request;
+    Outcome outcome = Outcome::done;  ///< The last one.
   };
 
   [[nodiscard]] std::uint16_t next_seq();
@@ -138,6 +153,11 @@ class DeviceLink {
   void finish(std::int64_t now_ns, Outcome outcome, ControlPayload answer, ProtocolOutput& out);
   void finish_request(std::int64_t now_ns, const Exchange& exchange, Outcome outcome, ProtocolOutput& out);
   void identify(std::int64_t now_ns, const DeviceInformationAck& ack, ProtocolOutput& out);
+  void start_setting(std::int64_t now_ns, std::size_t step, ProtocolOutput& out);
+  bool retry_setting(std::int64_t now_ns, ProtocolOutput& out);
+  void finish_setting(std::int64_t now_ns, const Exchange& exchange, Outcome outcome, ControlPayload answer,
+                      ProtocolOutput& out);
+  void list_missing_settings();
   void advance(std::int64_t now_ns, ProtocolOutput& out);
   bool advance_once(std::int64_t now_ns, ProtocolOutput& out);
   void prepare(std::int64_t now_ns, bool is_wanted, ProtocolOutput& out);
@@ -165,8 +185,10 @@ class DeviceLink {
 
   std::optional<std::uint16_t> utc_seq_;  ///< Of the last time of day, until it is answered.
   std::optional<Exchange> exchange_;
-  std::vector<ControlPayload> setup_;
+  std::vector<SetupStep> setup_;
   std::size_t setup_step_ = 0;
+  std::size_t retry_step_ = 0;  ///< Where the next setting that was not answered is looked for.
+  std::int64_t setting_due_ns_ = 0;
   std::deque<ControlPayload> requests_;
   bool sampling_asked_ = false;
   std::int64_t sampling_due_ns_ = 0;

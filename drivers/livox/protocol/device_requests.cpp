@@ -46,19 +46,64 @@ void DeviceLink::identify(std::int64_t now_ns, const DeviceInformationAck& ack, 
   setup_.clear();
   for (ControlPayload& request : setup_requests(wanted_.settings)) {
     if (can_do(info_.broadcast.type, info_.firmware, request)) {
-      setup_.push_back(std::move(request));
-    } else {
-      tell(now_ns, RequestEnded{command_of(request), Outcome::unsupported, RawControl{}}, out);
+      setup_.push_back({std::move(request), Outcome::done});
+      continue;
     }
+    const bool is_met = is_met_unknown(request);
+    tell(now_ns,
+         RequestEnded{command_of(request), Outcome::unsupported, RawControl{},
+                      is_met ? std::string() : setting_text(request)},
+         out);
+    if (!is_met) setup_.push_back({std::move(request), Outcome::unsupported});
   }
+  list_missing_settings();
   info_.state = LinkState::preparing;
   advance(now_ns, out);
+}
+
+void DeviceLink::start_setting(std::int64_t now_ns, std::size_t step, ProtocolOutput& out) {
+  start(now_ns, setup_[step].request, Purpose::setup, out);
+  exchange_->step = step;
+}
+
+// One after the other, so that one which is never answered keeps no other from it.
+bool DeviceLink::retry_setting(std::int64_t now_ns, ProtocolOutput& out) {
+  const bool is_set_up = info_.state == LinkState::idle || info_.state == LinkState::sampling;
+  if (!is_set_up || now_ns < setting_due_ns_) return false;
+  for (std::size_t i = 0; i < setup_.size(); ++i) {
+    const std::size_t step = (retry_step_ + i) % setup_.size();
+    if (setup_[step].outcome != Outcome::unanswered) continue;
+    retry_step_ = step + 1;
+    start_setting(now_ns, step, out);
+    return true;
+  }
+  return false;
+}
+
+void DeviceLink::finish_setting(std::int64_t now_ns, const Exchange& exchange, Outcome outcome, ControlPayload answer,
+                                ProtocolOutput& out) {
+  SetupStep& step = setup_[exchange.step];
+  const Outcome before = std::exchange(step.outcome, outcome);
+  if (outcome == Outcome::unanswered) setting_due_ns_ = now_ns + kSettingRetryNs;
+  list_missing_settings();
+  const bool is_changed = outcome != before;
+  if (!is_changed && outcome != Outcome::done) return;  // Told already.
+  std::string setting = is_changed ? setting_text(step.request) : std::string();
+  tell(now_ns, RequestEnded{exchange.command, outcome, std::move(answer), std::move(setting)}, out);
+}
+
+void DeviceLink::list_missing_settings() {
+  info_.missing_settings.clear();
+  for (const SetupStep& step : setup_)
+    if (step.outcome != Outcome::done) info_.missing_settings.push_back({setting_text(step.request), step.outcome});
 }
 
 void DeviceLink::finish(std::int64_t now_ns, Outcome outcome, ControlPayload answer, ProtocolOutput& out) {
   const Exchange exchange = std::move(*exchange_);
   exchange_.reset();
-  if (exchange.purpose != Purpose::leave) {
+  if (exchange.purpose == Purpose::setup) {
+    finish_setting(now_ns, exchange, outcome, std::move(answer), out);
+  } else if (exchange.purpose != Purpose::leave) {
     tell(now_ns, RequestEnded{exchange.command, outcome, std::move(answer)}, out);
   }
   finish_request(now_ns, exchange, outcome, out);
@@ -107,8 +152,9 @@ bool DeviceLink::advance_once(std::int64_t now_ns, ProtocolOutput& out) {
       return true;
     }
     case LinkState::configuring:
+      while (setup_step_ < setup_.size() && setup_[setup_step_].outcome == Outcome::unsupported) ++setup_step_;
       if (setup_step_ < setup_.size()) {
-        start(now_ns, setup_[setup_step_++], Purpose::setup, out);
+        start_setting(now_ns, setup_step_++, out);
       } else {
         info_.state = LinkState::idle;
       }
@@ -132,7 +178,7 @@ bool DeviceLink::advance_once(std::int64_t now_ns, ProtocolOutput& out) {
     default:
       break;
   }
-  if (!wants_user) return false;
+  if (!wants_user) return retry_setting(now_ns, out);
   const ControlPayload request = std::move(requests_.front());
   requests_.pop_front();
   start(now_ns, request, Purpose::user, out);

@@ -66,6 +66,8 @@ struct RequestEnded {
   Command command = Command::heartbeat;
   Outcome outcome = Outcome::done;
   ControlPayload answer;  ///< A RawControl without payload where there is none.
+  /// The setting that is not in force because of this, or (`done`) is after all; empty where nothing changed in that.
+  std::string setting{};
 };
 
 enum class LossCause : std::uint8_t {
@@ -113,6 +115,10 @@ struct ProtocolOutput {
 [[nodiscard]] const char* to_string(Outcome outcome);
 [[nodiscard]] const char* to_string(LossCause cause);
 [[nodiscard]] const char* to_string(WorkState state);
+
+/// A clause with the mend: that a setting (see `setting_text`) is not in force, for which it was asked with this
+/// outcome.
+[[nodiscard]] std::string missing_text(const std::string& setting, Outcome outcome);
 
 /// A sentence for a log, without the device's name.
 [[nodiscard]] std::string event_text(const EventContent& content);

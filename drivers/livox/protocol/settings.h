@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "drivers/livox_codec/control_payload.h"
@@ -21,5 +22,12 @@ struct DeviceSettings {
 
 /// The requests for this, in the order in which devices want them.
 [[nodiscard]] std::vector<ControlPayload> setup_requests(const DeviceSettings& settings);
+
+/// What one of these sets, in the words of a rig file where that has some: "return_mode: dual".
+[[nodiscard]] std::string setting_text(const ControlPayload& request);
+
+/// Whether devices that do not know the setting work as it wants them to all the same: they give one echo, have no IMU,
+/// scan without a pattern.
+[[nodiscard]] bool is_met_unknown(const ControlPayload& request);
 
 }  // namespace rigcal::livox

@@ -9,6 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::SizeIs;
 
 std::vector<Command> commands_of(const Desk& desk) {
@@ -18,6 +19,12 @@ std::vector<Command> commands_of(const Desk& desk) {
     if (command != Command::heartbeat) commands.push_back(command);
   }
   return commands;
+}
+
+std::vector<std::string> missing(const Desk& desk) {
+  std::vector<std::string> settings;
+  for (const MissingSetting& setting : desk.info().missing_settings) settings.push_back(setting.setting);
+  return settings;
 }
 
 void answer_with_success(Desk& desk) {
@@ -64,6 +71,7 @@ TEST(Setup, DoesNotAskForWhatTheModelOrItsFirmwareCannotDo) {
     unsupported.push_back(ended.command);
   }
   EXPECT_THAT(unsupported, ElementsAre(Command::set_return_mode, Command::set_imu_rate, Command::set_fan));
+  EXPECT_THAT(missing(desk), ElementsAre("return_mode: dual", "imu: true", "fan: on"));
   desk.beat();
   answer_with_success(desk);
   answer_with_success(desk);
@@ -78,6 +86,7 @@ TEST(Setup, ARefusedOrUnansweredSettingIsToldAndTheRestGoesOn) {
   desk.beat();
   desk.answer(CoordinatesAck{ReturnCode::failure});
   EXPECT_EQ(desk.outcome(Command::coordinates), Outcome::refused);
+  EXPECT_THAT(missing(desk), ElementsAre("coordinates: cartesian"));
   for (int i = 0; i < 16; ++i) {
     desk.pass(100);
     desk.beat();
@@ -85,8 +94,86 @@ TEST(Setup, ARefusedOrUnansweredSettingIsToldAndTheRestGoesOn) {
   EXPECT_EQ(desk.outcome(Command::set_return_mode), Outcome::unanswered);
   EXPECT_EQ(desk.count_sent(Command::set_return_mode), 3U);
   EXPECT_EQ(desk.info().counters.repeated, 2U);
+  EXPECT_THAT(missing(desk), ElementsAre("coordinates: cartesian", "return_mode: triple"));
   desk.answer(SamplingAck{});
   EXPECT_EQ(desk.state(), LinkState::sampling);
+}
+
+TEST(Setup, WhatADeviceMeetsThatDoesNotKnowItIsNotMissing) {
+  WantedDevice wanted{"0TFDG3B00600551", {}, {}, true, PowerMode::normal};
+  wanted.settings.return_mode = Echoes::strongest;
+  wanted.settings.imu_rate = ImuRate::off;
+  wanted.settings.repetitive_scan = Switch::off;
+  Desk desk(wanted, {"0TFDG3B00600551", DeviceType::mid40, 0});
+  desk.identify({3, 6, 0, 0});
+  EXPECT_THAT(desk.told<RequestEnded>(), SizeIs(3));
+  for (const RequestEnded& ended : desk.told<RequestEnded>()) EXPECT_EQ(ended.setting, "");
+  EXPECT_THAT(missing(desk), IsEmpty());
+}
+
+TEST(Setup, AnUnansweredSettingIsAskedForAgainEachSecondUntilItIsTaken) {
+  WantedDevice wanted = wanted_avia();
+  wanted.settings.imu_rate = ImuRate::hz_200;
+  Desk desk(wanted);
+  desk.identify();
+  desk.beat();
+  desk.pass_alive(1600);  // Neither coordinates
+  desk.pass_alive(1600);  // nor IMU.
+  desk.answer(SamplingAck{});
+  ASSERT_EQ(desk.state(), LinkState::sampling);
+  EXPECT_THAT(missing(desk), ElementsAre("coordinates: cartesian", "imu: true"));
+  desk.pass_alive(20'000);
+  EXPECT_EQ(desk.state(), LinkState::sampling);
+  EXPECT_GT(desk.count_sent(Command::coordinates), 12U);
+  EXPECT_GT(desk.count_sent(Command::set_imu_rate), 12U);  // The first one keeps it from nothing.
+  EXPECT_THAT(desk.told<RequestEnded>(), SizeIs(3));       // And it is told once of each.
+  desk.out.clear();
+  while (!desk.sent(Command::set_imu_rate)) desk.pass_alive(100);
+  desk.answer(SetImuRateAck{});
+  ASSERT_EQ(desk.outcome(Command::set_imu_rate), Outcome::done);
+  EXPECT_EQ(event_text(desk.told<RequestEnded>().back()), "`imu: true` is in force now");
+  EXPECT_THAT(missing(desk), ElementsAre("coordinates: cartesian"));
+  while (!desk.sent(Command::coordinates)) desk.pass_alive(100);
+  desk.answer(CoordinatesAck{});
+  EXPECT_THAT(missing(desk), IsEmpty());
+  desk.out.clear();
+  desk.pass_alive(5000);
+  EXPECT_EQ(desk.count_sent(Command::coordinates) + desk.count_sent(Command::set_imu_rate), 0U);
+}
+
+TEST(Setup, ARefusedSettingIsNotAskedForAgainBeforeTheDeviceComesBack) {
+  Desk desk;
+  desk.identify();
+  desk.beat();
+  desk.answer(CoordinatesAck{ReturnCode::failure});
+  desk.answer(SamplingAck{});
+  desk.pass_alive(5000);
+  EXPECT_EQ(desk.count_sent(Command::coordinates), 1U);
+  EXPECT_THAT(missing(desk), ElementsAre("coordinates: cartesian"));
+  desk.pass(3100);
+  desk.out.clear();
+  desk.sample();
+  EXPECT_THAT(missing(desk), IsEmpty());
+}
+
+TEST(Setup, ASettingThatIsNotInForceIsNamedWithAMend) {
+  const auto text = [](const ControlPayload& request, Outcome outcome) {
+    return missing_text(setting_text(request), outcome);
+  };
+  DeviceSettings all{
+      Coordinates::spherical, Echoes::first, ImuRate::off, Switch::on, Switch::off, Switch::on, Switch::off,
+      StoredExtrinsics{}};
+  std::vector<std::string> names;
+  for (const ControlPayload& request : setup_requests(all)) names.push_back(setting_text(request));
+  EXPECT_THAT(names,
+              ElementsAre("coordinates: spherical", "return_mode: first", "imu: false", "high_sensitivity: on",
+                          "scan_pattern: non_repetitive", "fan: on", "rain_suppression: off", "stored extrinsics"));
+  EXPECT_EQ(text(SetReturnModeRequest{Echoes::dual}, Outcome::unsupported),
+            "`return_mode: dual` is not in force (not known to the model or its firmware): update its firmware, or "
+            "change that in the rig file");
+  EXPECT_THAT(text(SetImuRateRequest{ImuRate::hz_200}, Outcome::unanswered),
+              HasSubstr("`imu: true` is not in force (not answered): it is asked again each second"));
+  EXPECT_THAT(text(SetReturnModeRequest{Echoes::triple}, Outcome::refused), HasSubstr("restart the device"));
 }
 
 TEST(Setup, ParameterErrorsComeWithTheAnswer) {
