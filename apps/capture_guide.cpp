@@ -81,7 +81,8 @@ void CaptureGuide::look_at_sensors(const std::vector<livox::DeviceReport>& lidar
   for (std::size_t i = 0; i < names_.size(); ++i) {
     bool is_there = false;
     if (i < lidars_) {
-      is_there = i < lidars.size() && lidars[i].link.state == livox::LinkState::sampling;
+      // One whose packets are kept out by a firewall answers, too.
+      is_there = i < lidars.size() && lidars[i].link.state == livox::LinkState::sampling && lidars[i].packets > 0;
     } else if (i - lidars_ < cameras.size()) {
       const std::string& state = cameras[i - lidars_].state;
       is_there = state == "sends" || state == "waits";

@@ -11,6 +11,11 @@ namespace {
 
 constexpr std::size_t utc_text_size = 23;  // "2026-11-21 21:10:03.512"
 
+// Firewalls let answers through, and points are none.
+constexpr const char* never_came =
+    "it answers and was told to send, but no packet has come in 2 s: let UDP through the firewall of this machine "
+    "(rigcal doctor tells how)";
+
 bool is_gap(const livox::EventContent& content) {
   if (std::holds_alternative<livox::Lost>(content) || std::holds_alternative<livox::AddressConflict>(content))
     return true;
@@ -70,12 +75,15 @@ void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::Interface
 void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::DeviceReport>& devices) {
   for (std::size_t i = 0; i < devices.size() && i < sensors_.size(); ++i) {
     const livox::DeviceReport& device = devices[i];
-    const bool is_sampling = device.link.state == livox::LinkState::sampling && device.packets > 0;
-    const bool is_silent = is_sampling && now_ns - device.last_packet_ns > kLongestSilenceNs;
+    std::optional<std::int64_t>& since_ns = sampling_since_ns_[i];
+    const bool is_sampling = device.link.state == livox::LinkState::sampling;
+    if (!is_sampling) since_ns.reset();
+    if (is_sampling && !since_ns) since_ns = now_ns;
+    const bool is_silent = is_sampling && now_ns - std::max(*since_ns, device.last_packet_ns) > kLongestSilenceNs;
     if (is_silent == is_silent_[i]) continue;
     is_silent_[i] = is_silent;
     // Whether it still answers is known a second later: then it is lost, or it is not.
-    if (is_silent) add(now_ns, sensors_[i], "no packet has come for 2 s", true);
+    if (is_silent) add(now_ns, sensors_[i], device.packets == 0 ? never_came : "no packet has come for 2 s", true);
     if (!is_silent && is_sampling) add(now_ns, sensors_[i], "packets come again", false);
   }
 }

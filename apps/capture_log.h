@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,14 +20,14 @@ class CaptureLog {
 
   /// `sensors`: names by device of the driver.
   explicit CaptureLog(std::vector<std::string> sensors)
-      : sensors_(std::move(sensors)), is_silent_(sensors_.size(), false) {}
+      : sensors_(std::move(sensors)), sampling_since_ns_(sensors_.size()), is_silent_(sensors_.size(), false) {}
 
   void add(const livox::Event& event);
   /// From now on it is meant that LiDARs stop.
   void end() { is_over_ = true; }
   /// Counts of losses that have grown since the last call.
   void compare(std::int64_t now_ns, const std::vector<livox::InterfaceReport>& interfaces);
-  /// LiDARs that have fallen silent, or send again, since the last call.
+  /// LiDARs of which nothing comes though they were told to sample, or comes (again), since the last call.
   void compare(std::int64_t now_ns, const std::vector<livox::DeviceReport>& devices);
   /// `is_gap`: also a reason for something that is missing.
   void add(std::int64_t stamp_ns, const std::string& about, const std::string& what, bool is_gap);
@@ -42,7 +43,8 @@ class CaptureLog {
   [[nodiscard]] static std::vector<std::string> closed(std::vector<std::string> sentences, std::uint64_t left_out);
 
   std::vector<std::string> sensors_;
-  std::vector<bool> is_silent_;  ///< By device.
+  std::vector<std::optional<std::int64_t>> sampling_since_ns_;  ///< By device, as far as it samples.
+  std::vector<bool> is_silent_;                                 ///< By device.
   std::vector<std::string> events_;
   std::vector<std::string> gaps_;
   std::deque<std::string> newest_;  ///< Also those that are left out.

@@ -25,6 +25,12 @@ void list_gaps(const std::string& sensor, const char* what, const StreamBook& bo
                    std::to_string(book.lost - listed) + " more " + what);
 }
 
+const char* reason_of_nothing(const livox::LinkInfo& link) {
+  if (link.firmware != livox::FirmwareVersion{})
+    return ", though it answered: let UDP through the firewall of this machine (rigcal doctor tells how)";
+  return link.counters.handshakes > 0 ? ", though its broadcasts were heard" : ": no broadcast of it was heard";
+}
+
 void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t>& counters) {
   counters.insert({{"matched", ledger.matched},
                    {"doubled", ledger.doubled},
@@ -62,9 +68,8 @@ std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_
   std::vector<std::string> gaps;
   for (const CaptureDevice& device : summary.status.devices) {
     if (device.report.packets == 0) {
-      const bool was_heard = device.report.link.counters.handshakes > 0;
       gaps.push_back(utc_text(start_ns) + " " + device.sensor + ": it never sent anything" +
-                     (was_heard ? ", though its broadcasts were heard" : ": no broadcast of it was heard"));
+                     reason_of_nothing(device.report.link));
     } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs) {
       gaps.push_back(utc_text(device.report.last_packet_ns) + " " + device.sensor +
                      ": nothing came any more until the end, " + fixed_text(1e-9 * static_cast<double>(silence_ns), 1) +

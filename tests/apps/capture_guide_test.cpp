@@ -39,7 +39,10 @@ class CaptureGuideTest : public testing::Test {
     recorder.emplace(*PacketRecorder::create(live.string(), 0));
     stops.emplace(std::move(source), recorder->progress(), no_points);
     devices.resize(2);
-    for (livox::DeviceReport& device : devices) device.link.state = livox::LinkState::sampling;
+    for (livox::DeviceReport& device : devices) {
+      device.link.state = livox::LinkState::sampling;
+      device.packets = 1;
+    }
     goal.stops = 3;
     goal.dwell_s = 0.6;
   }
@@ -123,6 +126,17 @@ TEST_F(CaptureGuideTest, ASensorThatGoesAndComesIsNoted) {
   }));
   EXPECT_TRUE(was_absent);
   EXPECT_EQ(guide.progress().stops, 3);
+}
+
+TEST_F(CaptureGuideTest, ALidarThatAnswersButWhosePacketsDoNotComeIsNotThere) {
+  CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
+  devices[1].packets = 0;
+  guide.look(1'000'000'000, devices, cameras);
+  EXPECT_EQ(guide.progress().state, CaptureState::checking);
+  EXPECT_EQ(guide.progress().absent, std::vector<std::string>{"mid40"});
+  devices[1].packets = 1;
+  guide.look(1'100'000'000, devices, cameras);
+  EXPECT_TRUE(guide.progress().absent.empty());
 }
 
 TEST_F(CaptureGuideTest, AnImageOfAnotherStopDoesNotFillThisOne) {

@@ -164,6 +164,8 @@ TEST(CaptureGaps, TellOfLidarsThatNeverSentAndOfThoseThatFellSilent) {
                           "2026-09-21 14:13:20.000 mid100_left: it never sent anything: no broadcast of it was heard"));
   left.report.link.counters.handshakes = 1;
   EXPECT_THAT(silence_gaps(summary, noon_ns).back(), HasSubstr("though its broadcasts were heard"));
+  left.report.link.firmware = {3, 8, 0, 0};
+  EXPECT_THAT(silence_gaps(summary, noon_ns).back(), HasSubstr("though it answered: let UDP through the firewall"));
 }
 
 TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
@@ -276,6 +278,37 @@ TEST_F(Log, TellsOnceOfALidarThatSendsNothingWithoutSayingThatItAnswers) {
   devices[1].link.state = livox::LinkState::preparing;  // Then it is known why.
   log.compare(noon_ns + 60'000'000'000, {devices[1], devices[1]});
   EXPECT_THAT(log.events(), SizeIs(2));
+}
+
+TEST_F(Log, TellsOfALidarThatSamplesAndOfWhichNothingEverCame) {
+  std::vector<livox::DeviceReport> devices(2);
+  devices[0].link.state = livox::LinkState::sampling;
+  log.compare(noon_ns, devices);
+  log.compare(noon_ns + 1'900'000'000, devices);
+  EXPECT_THAT(log.events(), IsEmpty());
+  for (int i = 0; i < 3; ++i) log.compare(noon_ns + 2'100'000'000, devices);
+  EXPECT_THAT(log.gaps(),
+              ElementsAre("2026-09-21 14:13:22.100 avia: it answers and was told to send, but no packet has "
+                          "come in 2 s: let UDP through the firewall of this machine (rigcal doctor tells "
+                          "how)"));
+  devices[0].packets = 1;
+  devices[0].last_packet_ns = noon_ns + 9'000'000'000;
+  log.compare(noon_ns + 9'100'000'000, devices);
+  EXPECT_EQ(log.events().back(), "2026-09-21 14:13:29.100 avia: packets come again");
+}
+
+TEST_F(Log, GivesALidarThatWasLostTimeToSendAgain) {
+  std::vector<livox::DeviceReport> devices(2);
+  devices[0].packets = 9;
+  devices[0].last_packet_ns = noon_ns;
+  devices[0].link.state = livox::LinkState::waiting;
+  log.compare(noon_ns + 20'000'000'000, devices);
+  devices[0].link.state = livox::LinkState::sampling;
+  log.compare(noon_ns + 21'000'000'000, devices);
+  log.compare(noon_ns + 22'900'000'000, devices);
+  EXPECT_THAT(log.events(), IsEmpty());
+  log.compare(noon_ns + 23'100'000'000, devices);
+  EXPECT_THAT(log.gaps(), ElementsAre("2026-09-21 14:13:43.100 avia: no packet has come for 2 s"));
 }
 
 TEST_F(Log, TellsOfLossesInThisMachineAsTheyGrow) {
