@@ -190,6 +190,7 @@ class Capture {
     summary.control_datagrams = parts_.driver.control_datagrams();
     summary.recorded = figures.recorded;
     summary.dropped_control = parts_.driver.dropped_control();
+    summary.control = parts_.driver.control().counters();
     summary.forgotten_until_ns = figures.forgotten_until_ns;
     summary.end_ns = end_ns_;
     if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
@@ -220,8 +221,10 @@ class Capture {
     record.counters = capture_counters(rig_, parts_.recording.figures(), status, parts_.driver.interfaces());
     threads_.count(record.counters);
     const livox::DatagramRing& control = parts_.driver.control().ring();
-    record.counters["control"] = {
-        {"most_waiting", control.high_water()}, {"queue", control.capacity()}, {"dropped_by_queue", control.dropped()}};
+    record.counters["control"] = control_counters(parts_.driver.control().counters());
+    record.counters["control"].merge(NamedCounters{{"most_waiting", control.high_water()},
+                                                   {"queue", control.capacity()},
+                                                   {"dropped_by_queue", control.dropped()}});
     record.counters["stops"] = {{"worst_behind_us", static_cast<std::uint64_t>(worst_behind_ns_ / 1000)}};
     if (parts_.table != nullptr) record.counters["turntable"] = {{"most_waiting", parts_.table->most_waiting()}};
     record.counters["recording"]["secured"] = parts_.keeper.secured();

@@ -29,6 +29,7 @@ struct CaptureSummary {
   std::uint64_t control_datagrams = 0;  ///< Recorded, both directions.
   std::uint64_t recorded = 0;           ///< All datagrams, also those that --keep has thrown away since.
   std::uint64_t dropped_control = 0;
+  livox::ControlCounters control;
   std::optional<std::int64_t> forgotten_until_ns;
   std::int64_t end_ns = 0;  ///< Session time at which it was ended; closing comes after that.
   std::vector<std::string> gaps;

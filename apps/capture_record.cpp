@@ -31,15 +31,6 @@ const char* reason_of_nothing(const livox::LinkInfo& link) {
   return link.counters.handshakes > 0 ? ", though its broadcasts were heard" : ": no broadcast of it was heard";
 }
 
-void add_matching(const MatchLedger& ledger, std::map<std::string, std::uint64_t>& counters) {
-  counters.insert({{"matched", ledger.matched},
-                   {"doubled", ledger.doubled},
-                   {"without_pulse", ledger.without_pulse},
-                   {"doubtful", ledger.doubtful + ledger.strays},
-                   {"pulses_without_frame", ledger.pulses_without_frame},
-                   {"pulses_too_soon", ledger.pulses_too_soon}});
-}
-
 std::uint64_t microseconds(double seconds) { return static_cast<std::uint64_t>(1e6 * seconds); }
 
 }  // namespace
@@ -79,6 +70,48 @@ std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_
   return gaps;
 }
 
+NamedCounters link_counters(const livox::LinkCounters& counters) {
+  return {{"handshakes", counters.handshakes},
+          {"repeated_requests", counters.repeated},
+          {"stray_acks", counters.stray_acks},
+          {"unreadable_acks", counters.unreadable},
+          {"refused_heartbeats", counters.refused_heartbeats},
+          {"utc_taken", counters.utc_taken},
+          {"utc_refused", counters.utc_refused}};
+}
+
+NamedCounters control_counters(const livox::ControlCounters& counters) {
+  return {{"malformed", counters.protocol.malformed},  {"strangers", counters.protocol.strangers},
+          {"receive_errors", counters.receive_errors}, {"dropped_by_kernel", counters.dropped_by_kernel},
+          {"send_errors", counters.send_errors},       {"unsent", counters.unsent},
+          {"lost_events", counters.lost_events}};
+}
+
+NamedCounters matching_counters(const MatchLedger& ledger) {
+  return {{"matched", ledger.matched},
+          {"doubled", ledger.doubled},
+          {"without_pulse", ledger.without_pulse},
+          {"doubtful", ledger.doubtful + ledger.strays},
+          {"pulses_without_frame", ledger.pulses_without_frame},
+          {"pulses_too_soon", ledger.pulses_too_soon},
+          {"pulses_out_of_order", ledger.pulses_out_of_order},
+          {"frames_lost", ledger.frames_lost},
+          {"id_jumps", ledger.id_jumps}};
+}
+
+NamedCounters trigger_counters(const trigger::TriggerReport& report) {
+  return {{"pulses", report.pulses},
+          {"skipped", report.skipped},
+          {"held", report.held},
+          {"strobe_pulses", report.strobe_pulses},
+          {"strobe_lost", report.strobe_lost},
+          {"strobe_mended", report.strobe_mended},
+          {"pps_pulses", report.pps_pulses},
+          {"pps_lost", report.pps_lost},
+          {"dropped_events", report.dropped_events},
+          {"connection_losses", report.losses}};
+}
+
 SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures, const CaptureStatus& status,
                                  const std::vector<livox::InterfaceReport>& interfaces) {
   SessionCounters all = session_counters(rig, figures.ingest);
@@ -90,6 +123,7 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
     all[device.sensor]["connection_losses"] = device.report.link.counters.losses;
     all[device.sensor]["interruptions"] = device.report.link.counters.interruptions;
     all[device.sensor]["missing_settings"] = device.report.link.missing_settings.size();
+    all[device.sensor].merge(link_counters(device.report.link.counters));
   }
   for (const CaptureCamera& camera : status.cameras) {
     const camera::CameraCounters& counters = camera.counters;
@@ -104,20 +138,14 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
                           {"worst_wait_us", static_cast<std::uint64_t>(camera.worst_wait_ns / 1000)},
                           {"resent_packets", counters.resent_packets},
                           {"connection_losses", counters.losses}};
-    if (camera.matching) add_matching(*camera.matching, all[camera.sensor]);
+    if (camera.matching) all[camera.sensor].merge(matching_counters(*camera.matching));
   }
   if (const auto& trigger = status.trigger) {
-    all["trigger"] = {
-        {"pulses", trigger->pulses},
-        {"skipped", trigger->skipped},
-        {"held", trigger->held},
-        {"strobe_pulses", trigger->strobe_pulses},
-        {"pps_pulses", trigger->pps_pulses},
-        {"dropped_events", trigger->dropped_events},
-        {"most_waiting", trigger->most_waiting},
-        {"queue", trigger->queue},
-        {"worst_late_us", static_cast<std::uint64_t>(std::max<std::int64_t>(0, trigger->lateness.most_ns()) / 1000)},
-        {"connection_losses", trigger->losses}};
+    NamedCounters& counters = all["trigger"] = trigger_counters(*trigger);
+    counters["most_waiting"] = trigger->most_waiting;
+    counters["queue"] = trigger->queue;
+    counters["worst_late_us"] =
+        static_cast<std::uint64_t>(std::max<std::int64_t>(0, trigger->lateness.most_ns()) / 1000);
   }
   for (const livox::InterfaceReport& report : interfaces) {
     all["interface " + report.interface.name + " " + to_string(report.interface.ip)] = {

@@ -29,6 +29,14 @@ class ClockPairs {
 /// of the session.
 [[nodiscard]] std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_t start_ns);
 
+using NamedCounters = SessionCounters::mapped_type;
+/// What came of the talk with one LiDAR, and what of that with all of them got lost in this machine.
+[[nodiscard]] NamedCounters link_counters(const livox::LinkCounters& counters);
+[[nodiscard]] NamedCounters control_counters(const livox::ControlCounters& counters);
+/// The ledger of a camera's frames and pulses, and the pulses of the rig's own lines.
+[[nodiscard]] NamedCounters matching_counters(const MatchLedger& ledger);
+[[nodiscard]] NamedCounters trigger_counters(const trigger::TriggerReport& report);
+
 /// What session.json counts of a capture: by sensor, by interface, of the trigger, and of the recording itself.
 [[nodiscard]] SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& figures,
                                                const CaptureStatus& status,

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/capture_record.h"
 #include "apps/doctor.h"
 #include "apps/estimate_text.h"
 #include "apps/json_text.h"
@@ -73,13 +74,7 @@ std::string camera_line(const CaptureCamera& camera) {
 }
 
 nlohmann::ordered_json matching_json(const CaptureCamera& camera) {
-  const MatchLedger& ledger = *camera.matching;
-  nlohmann::ordered_json json{{"matched", ledger.matched},
-                              {"doubled", ledger.doubled},
-                              {"without_pulse", ledger.without_pulse},
-                              {"doubtful", ledger.doubtful + ledger.strays},
-                              {"pulses_without_frame", ledger.pulses_without_frame},
-                              {"pulses_too_soon", ledger.pulses_too_soon}};
+  nlohmann::ordered_json json = matching_counters(*camera.matching);
   if (camera.clock) {
     json["clock_drift_ppm"] = camera.clock->drift_ppm;
     json["clock_error_us"] = 1e-3 * camera.clock->error_ns;
@@ -99,13 +94,7 @@ std::string trigger_line(const trigger::TriggerReport& report) {
 }
 
 nlohmann::ordered_json trigger_json(const trigger::TriggerReport& report) {
-  nlohmann::ordered_json json{{"pulses", report.pulses},
-                              {"skipped", report.skipped},
-                              {"held", report.held},
-                              {"strobe_pulses", report.strobe_pulses},
-                              {"pps_pulses", report.pps_pulses},
-                              {"dropped_events", report.dropped_events},
-                              {"connection_losses", report.losses}};
+  nlohmann::ordered_json json = trigger_counters(report);
   for (const auto& [name, times] :
        {std::pair{"lateness_us", &report.lateness}, {"strobe_delay_us", &report.strobe_delay}})
     json[name] = {{"mean", 1e-3 * times->mean_ns()},
@@ -145,6 +134,7 @@ nlohmann::ordered_json device_json(const CaptureDevice& device) {
           {"connection_losses", link.counters.losses},
           {"interruptions", link.counters.interruptions},
           {"missing_settings", missing_settings},
+          {"control", link_counters(link.counters)},
           {"status", link.status},
           {"says", status_words(link.status)}};
 }
@@ -244,6 +234,7 @@ std::string capture_json(const CaptureSummary& summary, const LiveResult* calibr
                               {"datagrams", summary.recorded},
                               {"control_datagrams", summary.control_datagrams},
                               {"dropped_control", summary.dropped_control},
+                              {"control", control_counters(summary.control)},
                               {"bytes", summary.status.bytes}};
   const CaptureProgress& progress = summary.status.progress;
   json["state"] = to_string(progress.state);

@@ -240,6 +240,8 @@ void Trigger::run_strobe(std::optional<InputLine> line) {
     const std::span<Edge> read(edges.data(), *count);
     levels.mend(read);
     read_strobe(read);
+    const std::lock_guard lock(mutex_);
+    report_.strobe_mended = levels.mended();
   }
   beat_of(TriggerSource::strobe).rest();
   if (waiter) return;

@@ -39,7 +39,8 @@ struct TriggerReport {
   std::uint64_t skipped = 0;  ///< Places of the pattern that were left out, as the machine was busy or the chip gone.
   std::uint64_t held = 0;     ///< Places at which no pulse was wanted.
   std::uint64_t strobe_pulses = 0;
-  std::uint64_t strobe_lost = 0;  ///< Edges, where the library tells (libgpiod 2).
+  std::uint64_t strobe_lost = 0;    ///< Edges, where the library tells (libgpiod 2).
+  std::uint64_t strobe_mended = 0;  ///< Edges that the kernel reported the wrong way round, see EdgeLevels.
   std::uint64_t pps_pulses = 0;
   std::uint64_t pps_lost = 0;
   std::uint64_t losses = 0;          ///< Times a chip or device was gone.

@@ -77,13 +77,32 @@ TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
   camera.matching.emplace();
   camera.matching->matched = 117;
   camera.matching->pulses_without_frame = 4;
+  camera.matching->pulses_out_of_order = 1;
+  camera.matching->frames_lost = 2;
+  camera.matching->id_jumps = 3;
   camera.clock = CameraClockFigures{12.5, 2e3, 3e3, 117};
   summary.status.trigger.emplace();
   summary.status.trigger->pulses = 121;
+  summary.status.trigger->strobe_lost = 5;
+  summary.status.trigger->strobe_mended = 6;
+  summary.status.trigger->pps_lost = 7;
   summary.status.trigger->lateness.add(40'000);
   EXPECT_EQ(capture_lines(summary.status).back(), "trigger: 121 pulses, 0 left out, set 40 us late (40 at most)");
   EXPECT_THAT(capture_text(summary), HasSubstr("117 of them with their pulse, 4 pulses without an image"));
-  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  const auto json = nlohmann::json::parse(capture_json(summary));
+  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
+  for (const auto& counters :
+       {json["cameras"][0]["matching"], nlohmann::json(capture_counters({}, {}, summary.status, {})["camera_left"])}) {
+    EXPECT_EQ(counters["pulses_out_of_order"], 1);
+    EXPECT_EQ(counters["frames_lost"], 2);
+    EXPECT_EQ(counters["id_jumps"], 3);
+  }
+  for (const auto& counters :
+       {json["trigger"], nlohmann::json(capture_counters({}, {}, summary.status, {})["trigger"])}) {
+    EXPECT_EQ(counters["strobe_lost"], 5);
+    EXPECT_EQ(counters["strobe_mended"], 6);
+    EXPECT_EQ(counters["pps_lost"], 7);
+  }
   camera.dropped_by_queue = 1;
   EXPECT_FALSE(summary.is_complete());
   camera.dropped_by_queue = 0;
@@ -185,6 +204,28 @@ TEST(CaptureSummary, IsNotCompleteWhereALidarDoesNotWorkAsTheRigFileSays) {
   EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
   EXPECT_EQ(json["sensors"][0]["missing_settings"], nlohmann::json({"return_mode: dual"}));
   EXPECT_EQ(capture_counters({}, {}, summary.status, {})["avia"]["missing_settings"], 1U);
+}
+
+TEST(CaptureSummary, CountsWhatWentWrongInTheTalkWithTheLidars) {
+  CaptureSummary summary = two_lidars();
+  livox::LinkCounters& link = summary.status.devices[0].report.link.counters;
+  link.handshakes = 1;
+  link.repeated = 2;
+  link.stray_acks = 3;
+  link.unreadable = 4;
+  link.refused_heartbeats = 5;
+  link.utc_taken = 6;
+  link.utc_refused = 7;
+  summary.control = {{8, 9}, 10, 11, 12, 13, 14};
+  const auto json = nlohmann::json::parse(capture_json(summary));
+  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
+  const auto of_avia = nlohmann::json::parse(R"({"handshakes": 1, "repeated_requests": 2, "stray_acks": 3,
+      "unreadable_acks": 4, "refused_heartbeats": 5, "utc_taken": 6, "utc_refused": 7})");
+  EXPECT_EQ(json["sensors"][0]["control"], of_avia);
+  const auto kept = nlohmann::json(capture_counters({}, {}, summary.status, {})["avia"]);
+  for (const auto& [name, count] : of_avia.items()) EXPECT_EQ(kept[name], count) << name;
+  EXPECT_EQ(json["control"], nlohmann::json::parse(R"({"malformed": 8, "strangers": 9, "receive_errors": 10,
+      "dropped_by_kernel": 11, "send_errors": 12, "unsent": 13, "lost_events": 14})"));
 }
 
 TEST(CaptureSummary, IsAsItsSchemaSays) {

@@ -101,7 +101,10 @@ void ControlLoop::tell_utc(const net::ClockReading& now) {
 
 void ControlLoop::hear(net::UdpSocket& socket, std::optional<std::size_t> host) {
   const auto count = socket.receive(batch_);
-  if (!count) return;  // The interface is down; heartbeats tell what comes of it.
+  if (!count) {  // The interface is down; heartbeats tell what comes of it.
+    ++counted_.receive_errors;
+    return;
+  }
   for (std::size_t i = 0; i < *count; ++i) {
     const net::Received& received = batch_[i];
     const std::size_t at = host ? *host : host_of(wiring_.hosts, received);
@@ -122,14 +125,17 @@ void ControlLoop::hand_out() {
     const net::UdpSocket& socket = commands_[frame.host];
     const auto sent = socket.send(frame.to, frame.bytes);
     // One that could not be sent is like one that got lost: it is repeated.
-    if (sent && *sent)
-      ring_.push({clock_.from_monotonic(clock_.latest().monotonic_ns), socket.local(), frame.to, frame.bytes});
+    if (!sent || !*sent) {
+      ++(sent ? counted_.unsent : counted_.send_errors);
+      continue;
+    }
+    ring_.push({clock_.from_monotonic(clock_.latest().monotonic_ns), socket.local(), frame.to, frame.bytes});
   }
   for (Event& event : output_.events) {
     event.stamp_ns = clock_.from_monotonic(event.stamp_ns);
     if (events_.size() >= kMostEvents) {
       events_.pop_front();
-      ++lost_events_;
+      ++counted_.lost_events;
     }
     events_.push_back(std::move(event));
   }
@@ -198,14 +204,13 @@ std::vector<Sighting> ControlLoop::sightings() const {
   return protocol_.sightings();
 }
 
-ProtocolCounters ControlLoop::counters() const {
+ControlCounters ControlLoop::counters() const {
   const std::lock_guard lock(mutex_);
-  return protocol_.counters();
-}
-
-std::uint64_t ControlLoop::lost_events() const {
-  const std::lock_guard lock(mutex_);
-  return lost_events_;
+  ControlCounters counters = counted_;
+  counters.protocol = protocol_.counters();
+  counters.dropped_by_kernel = discovery_.dropped();
+  for (const net::UdpSocket& socket : commands_) counters.dropped_by_kernel += socket.dropped();
+  return counters;
 }
 
 }  // namespace rigcal::livox

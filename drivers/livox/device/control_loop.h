@@ -16,6 +16,16 @@
 
 namespace rigcal::livox {
 
+/// What of the talk with the devices got lost here or was of no use, by reason.
+struct ControlCounters {
+  ProtocolCounters protocol;
+  std::uint64_t receive_errors = 0;     ///< The system refused to receive, for example while the interface was down.
+  std::uint64_t dropped_by_kernel = 0;  ///< The buffer of a socket was full.
+  std::uint64_t send_errors = 0;        ///< The system refused to send: no way there, or a firewall.
+  std::uint64_t unsent = 0;             ///< It had no room for a frame, or nobody listened at its end.
+  std::uint64_t lost_events = 0;        ///< Nobody took them in time.
+};
+
 /// The protocol on real sockets: one for discovery, one for the commands of each host address. One thread calls `run`;
 /// everything else may be called from any thread.
 class ControlLoop {
@@ -45,8 +55,7 @@ class ControlLoop {
   [[nodiscard]] std::vector<Event> take_events();
   [[nodiscard]] std::vector<LinkInfo> links() const;
   [[nodiscard]] std::vector<Sighting> sightings() const;
-  [[nodiscard]] ProtocolCounters counters() const;
-  [[nodiscard]] std::uint64_t lost_events() const;
+  [[nodiscard]] ControlCounters counters() const;
   [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
   /// All control datagrams, in both directions.
   [[nodiscard]] DatagramRing& ring() { return ring_; }
@@ -78,7 +87,7 @@ class ControlLoop {
   std::int64_t followed_ns_ = 0;  ///< When the interfaces were looked at last.
   std::int64_t utc_told_s_ = 0;   ///< The second of the last time of day that was sent.
   std::deque<Event> events_;
-  std::uint64_t lost_events_ = 0;
+  ControlCounters counted_;  ///< But what the protocol and the sockets count.
 };
 
 }  // namespace rigcal::livox

@@ -44,7 +44,8 @@ struct InterfaceReport {
 
 /// Live Livox LiDARs: finds, takes and sets up the devices that are wanted, keeps them, and hands out every datagram,
 /// of both directions. One thread talks to the devices; one for each interface takes their packets, and asks for no
-/// memory after the start. All queues are bounded, and each datagram that is lost here is counted where it is lost.
+/// memory after the start. All queues are bounded, and each datagram that is lost here is counted where it is lost
+/// (`interfaces`, `ControlLoop::counters`).
 class Driver {
  public:
   /// Starts at once. Errors (kind system): no interface, a port that is taken.
