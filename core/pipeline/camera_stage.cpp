@@ -10,7 +10,6 @@
 #include "core/edges/grey_image.h"
 #include "core/edges/outlines.h"
 #include "core/pipeline/camera_mixups.h"
-#include "core/pipeline/map_colours.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
 #include "core/quality/verdict_text.h"
@@ -186,12 +185,7 @@ class CameraStage {
   void keep_colours(const std::vector<StillImage>& images) {
     const CameraEstimate& estimate = result_.cameras.back().estimate;
     const CameraModel model(estimate.intrinsics);
-    std::vector<ColourPicture> pictures(images.size());
-    parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        pictures[k] = colour_picture(images[k].image, value_bits(images[k].image));
-      }
-    });
+    std::vector<ColourPicture> pictures = colour_pictures(images);
     for (std::size_t k = 0; k < images.size(); ++k) {
       const SE3 T_G_C = scene_.T_G_base[static_cast<std::size_t>(images[k].stop)] * estimate.pose.T_base_camera;
       colours_.push_back({model, T_G_C.inverse(), std::move(pictures[k]), result_.cameras.size() - 1});
@@ -278,6 +272,20 @@ class CameraStage {
   StageClock clock_;
 };
 
+// The scale of each image of a camera: of those of 16 bits that which holds the largest value of them all, or what is
+// darker at one stop would be as bright there as elsewhere.
+std::vector<int> bits_of(const std::vector<StillImage>& images) {
+  std::vector<int> bits(images.size());
+  parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) bits[k] = value_bits(images[k].image);
+  });
+  const int most = bits.empty() ? 0 : *std::max_element(bits.begin(), bits.end());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    if (images[k].image.bits != 8) bits[k] = most;
+  }
+  return bits;
+}
+
 // Of fewer stops much is seen by one patch alone, and little of a room by two of them.
 constexpr std::size_t least_stops_seen_twice = 4;
 
@@ -353,18 +361,16 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
 
 std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
                                      const RunContext& context) {
-  int bits = 8;
-  for (const StillImage& still : images) bits = std::max(bits, value_bits(still.image));
+  const std::vector<int> bits = bits_of(images);
   std::vector<CameraView> views(images.size());
   std::vector<char> blank(images.size(), 0);
   parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const int own = images[k].image.bits == 8 ? 8 : bits;
       const ImageFeatures* known = images[k].features.get();
-      if (known != nullptr && own == value_bits(images[k].image)) {
+      if (known != nullptr && bits[k] == value_bits(images[k].image)) {
         views[k] = {images[k].stop, images[k].file, known->grey, known->edges};
       } else {
-        views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, own), nullptr};
+        views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, bits[k]), nullptr};
       }
       blank[k] = grey_spread(views[k].grey) < min_spread;
     }
@@ -379,6 +385,15 @@ std::vector<CameraView> camera_views(const std::vector<StillImage>& images, cons
     }
   }
   return kept;
+}
+
+std::vector<ColourPicture> colour_pictures(const std::vector<StillImage>& images) {
+  const std::vector<int> bits = bits_of(images);
+  std::vector<ColourPicture> pictures(images.size());
+  parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) pictures[k] = colour_picture(images[k].image, bits[k]);
+  });
+  return pictures;
 }
 
 Expected<void> add_cameras(const Rig& rig, const std::vector<CameraRecording>& cameras, const LidarRecording& recording,

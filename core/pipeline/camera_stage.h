@@ -10,6 +10,7 @@
 #include "core/base/run_context.h"
 #include "core/camera/camera_calibration.h"
 #include "core/pipeline/lidar_result.h"
+#include "core/pipeline/map_colours.h"
 #include "core/quality/result.h"
 #include "core/records/image.h"
 
@@ -56,6 +57,9 @@ struct CameraRecording {
 /// of by name).
 [[nodiscard]] std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
                                                    const RunContext& context);
+
+/// The same images for the colours of the map, on the same scale.
+[[nodiscard]] std::vector<ColourPicture> colour_pictures(const std::vector<StillImage>& images);
 
 /// Finds the cameras one after the other, each on all threads, and adds to `result` their sensors (in the order of the
 /// rig), evidence, edges and stages; its status becomes the worst. What keeps a camera from being found is a reason of

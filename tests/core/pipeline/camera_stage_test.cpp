@@ -38,13 +38,26 @@ TEST(CameraViews, LeaveOutWhatShowsNothingByName) {
   EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr("b.png: the image of left is black")));
 }
 
+// At the first stop the lamps were off.
+std::vector<StillImage> dark_and_bright() { return {{0, "a.png", stripes(16, 500)}, {1, "b.png", stripes(16, 4000)}}; }
+
 TEST(CameraViews, OfOneCameraAreOnOneScale) {
   NotingReporter reporter;
-  const std::vector<StillImage> images{{0, "a.png", stripes(16, 500)}, {1, "b.png", stripes(16, 4000)}};
+  const std::vector<StillImage> images = dark_and_bright();
   const std::vector<CameraView> views = camera_views(images, "left", {reporter});
   ASSERT_EQ(views.size(), 2U);
   EXPECT_NEAR(views[0].grey.at(4, 0), 500.0 / 4095.0 * 255.0, 0.01);
   EXPECT_NEAR(views[1].grey.at(4, 0), 4000.0 / 4095.0 * 255.0, 0.01);
+}
+
+TEST(ColourPictures, OfOneCameraAreOnTheScaleOfItsViews) {
+  std::vector<StillImage> images = dark_and_bright();
+  images.push_back({2, "c.png", stripes(8, 200)});
+  const std::vector<ColourPicture> pictures = colour_pictures(images);
+  ASSERT_EQ(pictures.size(), 3U);
+  EXPECT_EQ(pictures[0].rgb.at(4, 0, 0), 31) << "500 of 4095";
+  EXPECT_EQ(pictures[1].rgb.at(4, 0, 0), 249);
+  EXPECT_EQ(pictures[2].rgb.at(4, 0, 0), 200) << "8 bits have their own";
 }
 
 Sensor camera(const std::string& name) {
