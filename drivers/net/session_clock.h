@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 
 namespace rigcal::net {
 
@@ -22,19 +23,29 @@ constexpr std::int64_t kRecentNs = 10'000'000'000;
 /// Kernel stamps are CLOCK_REALTIME, which may be set at any time: they are mapped by the latest pair of readings.
 class SessionClock {
  public:
-  explicit SessionClock(const ClockReading& start) : start_(start), latest_(start) {}
+  explicit SessionClock(const ClockReading& start) : start_(start), latest_(start), before_step_(start) {}
 
-  /// A pair to map the stamps that follow; to be given about every 100 ms.
-  void update(const ClockReading& reading) { latest_ = reading; }
+  /// A pair to map the stamps that follow; to be given about every 100 ms, and when CLOCK_REALTIME was set.
+  void update(const ClockReading& reading) {
+    if (has_stepped(reading)) before_step_ = latest_;
+    latest_ = reading;
+  }
   [[nodiscard]] std::int64_t from_realtime(std::int64_t stamp_ns) const {
     return from_monotonic(stamp_ns - latest_.realtime_ns + latest_.monotonic_ns);
   }
-  /// The same for a stamp of which it is known that it was taken within the last seconds before `now`: one from the
-  /// other side of a step of CLOCK_REALTIME, which no pair maps, is `now`.
+  /// The same for a stamp of which it is known that it was taken between `since_ns` (CLOCK_MONOTONIC) and `now`: one
+  /// from before a step of CLOCK_REALTIME is mapped by the pair before it; what no pair brings there is `now`.
+  [[nodiscard]] std::int64_t from_recent_realtime(std::int64_t stamp_ns, const ClockReading& now,
+                                                  std::int64_t since_ns) const {
+    for (const ClockReading& pair : {latest_, before_step_}) {
+      const std::int64_t monotonic_ns = stamp_ns - pair.realtime_ns + pair.monotonic_ns;
+      if (monotonic_ns > since_ns - kStepNs && monotonic_ns < now.monotonic_ns + kStepNs)
+        return from_monotonic(monotonic_ns);
+    }
+    return from_monotonic(now.monotonic_ns);
+  }
   [[nodiscard]] std::int64_t from_recent_realtime(std::int64_t stamp_ns, const ClockReading& now) const {
-    const std::int64_t mapped_ns = from_realtime(stamp_ns);
-    const std::int64_t now_ns = from_monotonic(now.monotonic_ns);
-    return mapped_ns > now_ns - kRecentNs && mapped_ns < now_ns + kRecentNs ? mapped_ns : now_ns;
+    return from_recent_realtime(stamp_ns, now, now.monotonic_ns - kRecentNs);
   }
   /// Whether CLOCK_REALTIME was set between the latest pair and this one.
   [[nodiscard]] bool has_stepped(const ClockReading& now) const {
@@ -51,6 +62,7 @@ class SessionClock {
   static constexpr std::int64_t kStepNs = 1'000'000;
   ClockReading start_;
   ClockReading latest_;
+  ClockReading before_step_;
 };
 
 }  // namespace rigcal::net

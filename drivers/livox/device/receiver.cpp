@@ -45,6 +45,7 @@ Receiver::Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& sen
       waiter_(std::move(waiter)),
       senders_(senders),
       clock_(session_start),
+      empty_since_ns_(session_start.monotonic_ns),
       batch_(batch_datagrams),
       ring_(queue_datagrams),
       // The kernel gives twice what it says.
@@ -57,15 +58,16 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
   if (timeout_ns > 0) {
     if (is_flowing_ && pause_ns_ > 0) {
       pause_for(std::min(pause_ns_, timeout_ns));
-    } else if (!waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) {
+    } else if (const net::ClockReading before = read_clocks(); !waiter_.wait(timeout_ns) || !waiter_.is_ready(0)) {
+      empty_since_ns_ = before.monotonic_ns;
       socket_.follow_interface();
       return false;
     }
   }
-  const net::ClockReading now = net::read_clocks();
-  if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns || clock_.has_stepped(now)) clock_.update(now);
+  net::ClockReading now = read_clocks();
   std::size_t total = 0;
   for (int i = 0; i < most_batches; ++i) {
+    const std::int64_t asked_ns = now.monotonic_ns;
     const auto count = socket_.receive(batch_);
     if (!count) {
       // The interface may come back; without a pause this thread would do nothing but fail.
@@ -73,14 +75,24 @@ bool Receiver::receive_some(std::int64_t timeout_ns) {
       pause_for(pause_after_error_ns);
       return total > 0;
     }
+    now = read_clocks();
     queue(*count, now);
     total += *count;
-    if (*count < batch_.capacity()) break;
+    if (*count < batch_.capacity()) {
+      empty_since_ns_ = asked_ns;
+      break;
+    }
   }
   kernel_drops_.store(socket_.dropped(), std::memory_order_relaxed);
   is_flowing_ = total > 0;
   if (is_flowing_) pause_ns_ = gathering_pause_ns(pause_ns_, total, room_);
   return is_flowing_;
+}
+
+net::ClockReading Receiver::read_clocks() {
+  const net::ClockReading now = net::read_clocks();
+  if (now.monotonic_ns - clock_.latest().monotonic_ns >= clock_period_ns || clock_.has_stepped(now)) clock_.update(now);
+  return now;
 }
 
 void Receiver::queue(std::size_t count, const net::ClockReading& now) {
@@ -91,7 +103,7 @@ void Receiver::queue(std::size_t count, const net::ClockReading& now) {
       strangers_.fetch_add(1, std::memory_order_relaxed);
       continue;
     }
-    const std::int64_t stamp_ns = clock_.from_recent_realtime(received.realtime_ns, now);
+    const std::int64_t stamp_ns = clock_.from_recent_realtime(received.realtime_ns, now, empty_since_ns_);
     if (!ring_.push({stamp_ns, received.from, received.to, received.bytes})) continue;
     received_.fetch_add(1, std::memory_order_relaxed);
     DeviceTraffic& traffic = traffic_[device];

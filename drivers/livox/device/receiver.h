@@ -89,12 +89,14 @@ class Receiver {
  private:
   Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& senders, const net::ClockReading& session_start,
            std::size_t queue_datagrams);
+  [[nodiscard]] net::ClockReading read_clocks();  ///< What is stamped since is mapped by it.
   void queue(std::size_t count, const net::ClockReading& now);
 
   net::UdpSocket socket_;
   net::Waiter waiter_;
   const Senders& senders_;
   net::SessionClock clock_;
+  std::int64_t empty_since_ns_;  ///< CLOCK_MONOTONIC: what is in the socket came later.
   net::ReceiveBatch batch_;
   DatagramRing ring_;
   std::size_t room_;  ///< Packets that may wait in the socket and in the ring.

@@ -28,7 +28,7 @@ TEST(SessionClock, StampsOnTheOtherSideOfAStepAreNotAnHourOff) {
   clock.update(set);
   EXPECT_FALSE(clock.has_stepped({set.realtime_ns + second, set.monotonic_ns + second}));
   // What it stamped before is taken out of the socket after.
-  EXPECT_EQ(clock.from_recent_realtime(start.realtime_ns + second - 1000, set), 1'700'000'001 * second);
+  EXPECT_EQ(clock.from_recent_realtime(start.realtime_ns + second - 1000, set), 1'700'000'001 * second - 1000);
   EXPECT_EQ(clock.from_recent_realtime(set.realtime_ns - 1000, set), 1'700'000'001 * second - 1000);
   // Back again.
   const ClockReading back{start.realtime_ns + 2 * second, start.monotonic_ns + 2 * second};
@@ -36,6 +36,21 @@ TEST(SessionClock, StampsOnTheOtherSideOfAStepAreNotAnHourOff) {
   EXPECT_EQ(clock.from_recent_realtime(back.realtime_ns, back), 1'700'000'002 * second);
   // Slewing is no step.
   EXPECT_FALSE(clock.has_stepped({set.realtime_ns + second + 500'000, set.monotonic_ns + second}));
+}
+
+TEST(SessionClock, AStepOfHalfASecondDoesNotMoveWhatWasStampedBeforeIt) {
+  const ClockReading start{1'700'000'000 * second, 50 * second};
+  for (const std::int64_t step_ns : {second / 2, -second / 2, second / 20, -second / 20}) {
+    SessionClock clock(start);
+    // Packets gather for 10 ms; in their midst the wall clock is set.
+    const std::int64_t since_ns = start.monotonic_ns + second;
+    const std::int64_t stamped_ns = start.realtime_ns + second + 3'000'000;
+    const ClockReading now{start.realtime_ns + second + 10'000'000 + step_ns, since_ns + 10'000'000};
+    ASSERT_TRUE(clock.has_stepped(now));
+    clock.update(now);
+    EXPECT_EQ(clock.from_recent_realtime(stamped_ns, now, since_ns), stamped_ns) << step_ns;
+    EXPECT_EQ(clock.from_recent_realtime(stamped_ns + 3'000'000 + step_ns, now, since_ns), stamped_ns + 3'000'000);
+  }
 }
 
 TEST(SessionClock, WhatWasJustStampedIsNeverInTheFutureNorLongAgo) {
