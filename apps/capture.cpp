@@ -30,6 +30,7 @@ constexpr std::chrono::milliseconds look_period{100};
 constexpr std::chrono::milliseconds show_period{500};
 constexpr std::chrono::seconds disk_period{1};
 constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
+constexpr std::chrono::seconds longest_last_sync{20};
 constexpr std::size_t shown_events = 20;
 
 // Of cameras that were left at a format which the rig file does not name, by their number in the rig.
@@ -287,6 +288,10 @@ class Capture {
       end_unwritten(reporter, failure->message());
       return;
     }
+    if (const auto loss = parts_.keeper.loss(); loss && !std::exchange(is_loss_told_, true)) {
+      log_.add(now_ns(), "recording", loss->message(), true);
+      reporter.warn(loss->message());
+    }
     const auto free = free_bytes(options_.out);
     if (!free) {  // The folder may be gone: whether it is shows when it is written to.
       secure();
@@ -326,7 +331,7 @@ class Capture {
     parts_.driver.stop();
     parts_.recording.finish();
     for (const auto& camera : parts_.cameras) camera->finish();
-    parts_.keeper.finish();
+    parts_.keeper.stop_writing();
     // Not to be cut short: that it was told to stop is a normal end.
     Expected<StopReading> reading = parts_.stops.finish({context.reporter, {}});
     if (reading) {
@@ -353,6 +358,7 @@ class Capture {
   Clock::time_point disk_looked_;  ///< Long ago at first.
   DiskWatch disk_;
   bool is_unwritten_ = false;  ///< And so it was told.
+  bool is_loss_told_ = false;
   ThreadWatch threads_;
   std::int64_t end_ns_ = 0;
   double closing_s_ = 0.0;
@@ -453,9 +459,13 @@ Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& dri
   CaptureSummary summary = running.summary();
   const Expected<void> recorded = write_session_record(options.out, running.last_record(summary));
   const Expected<void> named = name_formats(options.out, rig, misread_formats(rig, cameras), context.reporter);
+  const bool is_on_disk = keeper.finish(longest_last_sync);
   if (const auto& failure = running.disk_failure()) return *failure;
   if (const auto failure = recording.figures().error) return *failure;
   if (const auto failure = keeper.failure()) return *failure;
+  if (const auto loss = keeper.loss()) return *loss;
+  if (!is_on_disk)
+    context.reporter.warn("the disk still writes what was recorded: leave it connected until it rests (sync)");
   if (table && table->failure()) return *table->failure();
   if (trigger) {
     if (const auto failure = trigger->failure()) return *failure;

@@ -13,6 +13,7 @@
 #include "apps/calibration_text.h"
 #include "apps/capture.h"
 #include "apps/capture_dashboard.h"
+#include "apps/capture_screen.h"
 #include "apps/capture_text.h"
 #include "apps/command.h"
 #include "apps/estimate_text.h"
@@ -139,10 +140,11 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     error.where = command.rig + ": " + error.where;
     return error;
   }
-  command.driver.devices = devices->devices;
-  command.driver.interface = devices->interface;
-  command.driver.host_ip = devices->host_ip;
-  command.driver.receive_bytes = static_cast<std::size_t>(command.receive_buffer_mib) << 20U;
+  livox::DriverOptions driver = *devices;  // What the rig says; the rest is the command line's.
+  driver.bind_to_interface = command.driver.bind_to_interface;
+  driver.realtime = command.driver.realtime;
+  driver.lock_memory = command.driver.lock_memory;
+  driver.receive_bytes = static_cast<std::size_t>(command.receive_buffer_mib) << 20U;
   const Expected<Requirement> goal = goal_of(command);
   if (!goal) return goal.error();
   std::optional<LiveCalibration> calibration;
@@ -163,10 +165,7 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   ServiceNotify service;
   std::uint64_t told = 0;
   EstimateTeller teller(context.reporter);
-  const auto show = [&](const CaptureStatus& status) {
-    service.alive(to_string(status.progress.state) + std::string(", ") + std::to_string(status.progress.stops) +
-                  " stops");
-    if (page) page->show(status);
+  CaptureScreen screen(context.reporter, [&](const CaptureStatus& status) {
     if (calibration) teller.tell(calibration->estimates());
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
@@ -179,9 +178,17 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
       }
     }
     context.reporter.block(lines);
+  });
+  const auto show = [&](const CaptureStatus& status) {
+    service.alive(to_string(status.progress.state) + std::string(", ") + std::to_string(status.progress.stops) +
+                  " stops");
+    if (page) page->show(status);
+    screen.show(status);
   };
-  const Expected<CaptureSummary> summary = capture(*rig, command.driver, command.capture, context.run_context(), show);
+  const Expected<CaptureSummary> summary =
+      capture(*rig, driver, command.capture, {screen, context.run_context().stop}, show);
   service.stopping();
+  screen.finish();
   context.reporter.clear();
   if (!summary) return summary.error();
   std::optional<LiveResult> result;

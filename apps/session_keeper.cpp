@@ -3,82 +3,141 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
 #include <utility>
 
 namespace rigcal {
-namespace {
 
-// Everything that was handed to the system, of all files of the session: their number is not bounded.
-void sync_files(const std::string& session) {
+// The number of a session's files is not bounded: the whole file system is asked for at once.
+Expected<void> sync_session(const std::string& session) {
   const int folder = ::open(session.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;
-  static_cast<void>(::syncfs(folder));
-  ::close(folder);
+  const int code = folder < 0 || ::syncfs(folder) != 0 ? errno : 0;
+  if (folder >= 0) ::close(folder);
+  if (code == 0) return {};
+  return system_error(std::string("the disk lost some of what was recorded: ") + std::strerror(code), session,
+                      "look after the disk and its cable (dmesg), see what is left with rigcal inspect, record anew");
 }
 
-}  // namespace
+struct SessionKeeper::State {
+  State(std::string folder, Sync how) : session(std::move(folder)), sync(std::move(how)) {}
 
-SessionKeeper::SessionKeeper(std::string session) : session_(std::move(session)) {
-  thread_ = std::thread([this] { run(); });
-}
+  const std::string session;
+  const Sync sync;
+  Heartbeat heartbeat{"securing"};
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::optional<SessionRecord> next;
+  bool may_write = true;
+  bool is_writing = false;
+  bool is_over = false;
+  bool is_synced = false;  ///< To the end.
+  bool has_ended = false;
+  std::uint64_t secured = 0;
+  std::optional<Error> failure;
+  std::optional<Error> loss;
+  double worst_s = 0.0;
 
-SessionKeeper::~SessionKeeper() { finish(); }
-
-void SessionKeeper::finish() {
-  {
-    const std::lock_guard lock(mutex_);
-    is_over_ = true;
-    wanted_.notify_all();
+  void run() {
+    while (true) {
+      std::optional<SessionRecord> record;
+      bool is_last = false;
+      {
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [this] { return next || is_over; });
+        is_last = is_over;
+        if (may_write) record = std::exchange(next, std::nullopt);
+        next.reset();
+        is_writing = record.has_value();
+      }
+      heartbeat.beat();
+      const auto begun = std::chrono::steady_clock::now();
+      Expected<void> written;
+      if (record) written = write_session_record(session, *record);
+      {
+        const std::lock_guard lock(mutex);
+        is_writing = false;
+        if (!written && !failure) failure = written.error();
+        changed.notify_all();
+      }
+      Expected<void> synced;
+      if (written && (record || is_last)) synced = sync(session);
+      heartbeat.beat();
+      heartbeat.rest();
+      const std::lock_guard lock(mutex);
+      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+      worst_s = std::max(worst_s, took);
+      if (!synced && !loss) loss = synced.error();
+      if (record && written && synced) ++secured;
+      if (!is_last && written) continue;
+      is_synced = is_last && written && synced;
+      has_ended = true;
+      changed.notify_all();
+      return;
+    }
   }
-  if (thread_.joinable()) thread_.join();
+};
+
+SessionKeeper::SessionKeeper(std::string session, Sync sync)
+    : state_(std::make_shared<State>(std::move(session), std::move(sync))) {
+  thread_ = std::thread([state = state_] { state->run(); });
 }
+
+SessionKeeper::~SessionKeeper() { static_cast<void>(finish(std::chrono::seconds(2))); }
 
 void SessionKeeper::secure(SessionRecord record) {
-  const std::lock_guard lock(mutex_);
-  next_ = std::move(record);
-  wanted_.notify_all();
+  const std::lock_guard lock(state_->mutex);
+  state_->next = std::move(record);
+  state_->changed.notify_all();
+}
+
+void SessionKeeper::stop_writing() {
+  std::unique_lock lock(state_->mutex);
+  state_->may_write = false;
+  state_->changed.wait(lock, [this] { return !state_->is_writing; });
+}
+
+bool SessionKeeper::finish(std::chrono::nanoseconds longest) {
+  std::unique_lock lock(state_->mutex);
+  state_->may_write = false;
+  state_->is_over = true;
+  state_->changed.notify_all();
+  const bool has_ended = state_->changed.wait_for(lock, longest, [this] { return state_->has_ended; });
+  const bool is_synced = state_->is_synced;
+  lock.unlock();
+  if (thread_.joinable()) {
+    if (has_ended) {
+      thread_.join();
+    } else {
+      thread_.detach();
+    }
+  }
+  return is_synced;
 }
 
 std::uint64_t SessionKeeper::secured() const {
-  const std::lock_guard lock(mutex_);
-  return secured_;
+  const std::lock_guard lock(state_->mutex);
+  return state_->secured;
 }
 
 std::optional<Error> SessionKeeper::failure() const {
-  const std::lock_guard lock(mutex_);
-  return failure_;
+  const std::lock_guard lock(state_->mutex);
+  return state_->failure;
+}
+
+std::optional<Error> SessionKeeper::loss() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->loss;
 }
 
 double SessionKeeper::worst_s() const {
-  const std::lock_guard lock(mutex_);
-  return worst_s_;
+  const std::lock_guard lock(state_->mutex);
+  return state_->worst_s;
 }
 
-void SessionKeeper::run() {
-  while (true) {
-    SessionRecord record;
-    {
-      std::unique_lock lock(mutex_);
-      wanted_.wait(lock, [this] { return next_ || is_over_; });
-      if (is_over_) return;
-      record = *std::exchange(next_, std::nullopt);
-    }
-    heartbeat_.beat();
-    const auto begun = std::chrono::steady_clock::now();
-    const Expected<void> written = write_session_record(session_, record);
-    if (written) sync_files(session_);
-    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-    heartbeat_.beat();
-    heartbeat_.rest();
-    const std::lock_guard lock(mutex_);
-    if (!written) {
-      failure_ = written.error();
-      return;
-    }
-    ++secured_;
-    worst_s_ = std::max(worst_s_, took);
-  }
-}
+const Heartbeat& SessionKeeper::heartbeat() const { return state_->heartbeat; }
 
 }  // namespace rigcal

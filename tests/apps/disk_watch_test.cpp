@@ -3,14 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <filesystem>
-#include <thread>
-
-#include "apps/session_keeper.h"
-#include "core/io/session_folder.h"
-#include "tests/support/scratch_folder.h"
-
 namespace rigcal {
 namespace {
 
@@ -52,29 +44,6 @@ TEST(DiskWatch, WarnsOnceAndEndsOnce) {
   static_cast<void>(watch.look(5.0, 5 * mebibyte, reserve + 1000 * mebibyte));
   EXPECT_THAT(watch.full()->message(), HasSubstr("31 MiB"));
   EXPECT_EQ(watch.room()->free_bytes, reserve - mebibyte);
-}
-
-template <class Condition>
-bool comes_true(const Condition& condition) {
-  for (int i = 0; i < 1000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  return condition();
-}
-
-TEST(SessionKeeper, TellsAtOnceThatTheSessionIsGone) {
-  const std::filesystem::path folder = scratch_folder("session_keeper");
-  SessionKeeper keeper(folder.string());
-  keeper.secure({});
-  EXPECT_TRUE(comes_true([&] { return keeper.secured() == 1; }));
-  EXPECT_TRUE(std::filesystem::exists(folder / "session.json"));
-  EXPECT_FALSE(keeper.failure().has_value());
-  EXPECT_TRUE(free_bytes(folder.string()).has_value());
-  std::filesystem::remove_all(folder);
-  EXPECT_FALSE(free_bytes(folder.string()).has_value());
-  keeper.secure({});
-  ASSERT_TRUE(comes_true([&] { return keeper.failure().has_value(); }));
-  EXPECT_EQ(keeper.failure()->kind, ErrorKind::system);
-  EXPECT_THAT(keeper.failure()->message(), HasSubstr("session.json"));
-  EXPECT_EQ(keeper.secured(), 1U);
 }
 
 }  // namespace
