@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "core/base/median.h"

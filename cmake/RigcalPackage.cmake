@@ -57,6 +57,8 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 if(RIGCAL_OPENCV_ARUCO_LIBRARY MATCHES "opencv_aruco")
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopencv-contrib-dev")
+elseif(RIGCAL_OPENCV_ARUCO_LIBRARY MATCHES "opencv_objdetect")
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopencv-objdetect-dev")
 endif()
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "Headers and static libraries of rigcal, for find_package(rigcal): what the

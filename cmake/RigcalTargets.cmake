@@ -14,14 +14,26 @@ endif()
 include(GNUInstallDirs)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 
+# Another compiler may warn of what is right: it must not keep anybody from building.
+set(rigcal_tries_compiler OFF)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12
+   AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 15)
+  set(rigcal_tries_compiler ON)
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 15)
+  set(rigcal_tries_compiler ON)
+endif()
+option(RIGCAL_WERROR "Take warnings for errors; by default with compilers that are tried" ${rigcal_tries_compiler})
+
 add_library(rigcal_rules INTERFACE)
 target_compile_features(rigcal_rules INTERFACE cxx_std_20)
 target_include_directories(rigcal_rules INTERFACE "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>")
 target_compile_options(rigcal_rules INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Werror
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual
+  $<$<BOOL:${RIGCAL_WERROR}>:-Werror>
   # GCC 12 and 13 see overlaps in "text" + std::string that are not there (GCC bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-  # The same sums on every processor: no fusing of multiply and add behind our back.
+  # The same sums on every processor of a kind: no fusing of multiply and add behind our back (Eigen's own code for
+  # arm64 fuses them all the same).
   -ffp-contract=off
   # Nobody asks errno about a square root: without it loops with roots are done for many numbers at once.
   -fno-math-errno)

@@ -66,10 +66,11 @@ class Cloud {
     double square = 0.0;
     nanoflann::KNNResultSet<double, std::uint32_t> nearest(1);
     nearest.init(&index, &square);
-    // Nothing farther is looked at.
+    // Nothing farther is looked at: so says nanoflann up to 1.6; later ones begin without a bound.
     square = reach_m * reach_m;
     tree_->findNeighbors(nearest, p.data(), {});
-    if (nearest.size() == 0 || normals[index].dot(normal) < min_cosine) return std::nullopt;
+    if (nearest.size() == 0 || square >= reach_m * reach_m || normals[index].dot(normal) < min_cosine)
+      return std::nullopt;
     return index;
   }
 

@@ -89,8 +89,8 @@ class WebServer::Serving {
   Expected<void> start() {
     int port = address_.port;
     if (port == 0) {
-      port = server_.bind_to_any_port(address_.host);
-    } else if (!server_.bind_to_port(address_.host, port)) {
+      port = server_.bind_to_any_port(address_.host.c_str());  // No std::string before 0.11.
+    } else if (!server_.bind_to_port(address_.host.c_str(), port)) {
       port = -1;
     }
     if (port < 0) {

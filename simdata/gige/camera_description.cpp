@@ -1,6 +1,7 @@
 #include "simdata/gige/camera_description.h"
 
 #include <cstdio>
+#include <functional>
 #include <map>
 
 #include "core/base/error.h"

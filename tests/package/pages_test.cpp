@@ -43,7 +43,7 @@ class Pages : public testing::Test {
     std::istringstream lines(help(""));
     bool listed = false;
     for (std::string line; std::getline(lines, line);) {
-      if (line == "Subcommands:") {
+      if (line == "Subcommands:" || line == "SUBCOMMANDS:") {  // The latter since CLI11 2.5.
         listed = true;
       } else if (listed && line.rfind("  ", 0) == 0 && line[2] != ' ') {
         names.push_back(line.substr(2, line.find(' ', 2) - 2));

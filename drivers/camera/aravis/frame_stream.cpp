@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "drivers/camera/aravis/buffer_image.h"
 #include "drivers/camera/aravis/problem.h"
 #include "drivers/net/session_clock.h"
 
@@ -156,11 +157,8 @@ Frame FrameStream::read(void* popped) {
     const auto device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer));
     if (device_ns > 0) facts.device_stamp_ns = device_ns;
     std::size_t size = 0;
-    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
-    gint x_padding = 0;
-    gint y_padding = 0;
-    arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
-    if (data == nullptr || size < setup_.image_bytes || x_padding != 0 ||
+    const auto* data = image_data(buffer, &size);
+    if (data == nullptr || size < setup_.image_bytes || has_padded_rows(buffer) ||
         arv_buffer_get_image_width(buffer) != setup_.width || arv_buffer_get_image_height(buffer) != setup_.height) {
       facts.status = FrameStatus::wrong_size;
     } else {

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
+#include <stdexcept>
 
 #include "core/base/random.h"
 #include "core/report/result_texts.h"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/camera/aravis/buffer_image.h"
 #include "drivers/net/udp_socket.h"
 #include "simdata/gige/camera_server.h"
 #include "tests/support/served_camera.h"
@@ -132,7 +133,7 @@ class Stream {
     frame.width = arv_buffer_get_image_width(buffer);
     frame.height = arv_buffer_get_image_height(buffer);
     std::size_t size = 0;
-    const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
+    const auto* data = camera::image_data(buffer, &size);
     frame.bytes.assign(data, data + size);
     return frame;
   }

@@ -173,7 +173,7 @@ TEST_F(AravisStream, ChunksTellExposureNumberAndTime) {
       EXPECT_EQ(arv_chunk_parser_get_float_value(parser.get(), buffer, "ChunkGain", &wrong), 0.0);
       EXPECT_TRUE(wrong.is_none()) << wrong.text();
       std::size_t size = 0;
-      const auto* pixels = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
+      const auto* pixels = camera::image_data(buffer, &size);
       const auto expected = pattern_of(static_cast<std::uint64_t>(i), 1280, 1024);
       ASSERT_GE(size, expected.size());
       EXPECT_TRUE(std::equal(expected.begin(), expected.end(), pixels));
