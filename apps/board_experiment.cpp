@@ -99,7 +99,7 @@ Ways calibrate_pair(const BoardSet& set, const PairKind& kind, const std::vector
   sensors[1].T_base_sensor = placed->T_a_b;
   const std::vector<BoardPlace> places = board_places(sightings, sensors, board);
   const BoardAdjustment found = adjust_boards(sensors, places, board, {});
-  if (found.converged && found.observable) out[0].second = found.sensors[1].T_base_sensor;
+  if (found.converged && found.observable[1]) out[0].second = found.sensors[1].T_base_sensor;
   if (!cameras) {
     BoardAdjustOptions believed;
     believed.range_offset_sigma_m = 0.0;

@@ -99,7 +99,7 @@ Tried calibrate(const LivoxRig& rig, const std::vector<BoardSighting>& sightings
   if (!placed) return out;
   sensors[1].T_base_sensor = placed->T_a_b;
   const BoardAdjustment found = adjust_boards(sensors, board_places(sightings, sensors, board), board, {});
-  if (found.converged && found.observable) out.found = found.sensors[1].T_base_sensor;
+  if (found.converged && found.observable[1]) out.found = found.sensors[1].T_base_sensor;
   return out;
 }
 

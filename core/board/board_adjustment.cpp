@@ -25,6 +25,11 @@ constexpr double corner_loss_sigmas = 3.0;
 constexpr double outlier_ratio = 3.0;
 constexpr double least_sigma_px = 0.02;
 constexpr double least_sigma_m = 0.001;
+// Of the information, unknowns in their own units: directions that hold less are open.
+constexpr double least_information = 1e-10;
+// A sensor that open directions move by a larger share is open itself; by less it is rounding, and widens its variances
+// by a hundred of what they would be alone at most.
+constexpr double least_open_share = 1e-8;
 
 /// A residual that holds a parameter near zero.
 struct Prior {
@@ -32,6 +37,23 @@ struct Prior {
   template <class T>
   bool operator()(const T* x, T* residual) const {
     residual[0] = x[0] / sigma;
+    return true;
+  }
+};
+
+/// Residuals that hold a camera's intrinsics near what was given, by amply what these may be off by: one that saw
+/// the board once would slide along what it leaves open, and the adjustment of all come to no rest.
+struct IntrinsicsPrior {
+  std::array<double, intrinsics_count> given;
+  double focal_share = 0.3;
+  double middle_share = 0.1;  ///< Of the focal length, too.
+  double distortion = 1.0;
+  template <class T>
+  bool operator()(const T* x, T* residual) const {
+    for (std::size_t k = 0; k < given.size(); ++k) {
+      const double sigma = k < 2 ? focal_share * given[k] : k < 4 ? middle_share * given[k - 2] : distortion;
+      residual[k] = (x[k] - given[k]) / sigma;
+    }
     return true;
   }
 };
@@ -71,8 +93,9 @@ struct PlaceBlock {
 
 class Adjuster {
  public:
-  Adjuster(BoardAdjustment& work, const BoardModel& board, const BoardAdjustOptions& options)
-      : work_(work), board_(board), options_(options) {
+  Adjuster(BoardAdjustment& work, const std::vector<BoardSensor>& given, const BoardModel& board,
+           const BoardAdjustOptions& options)
+      : work_(work), given_(given), board_(board), options_(options) {
     for (const BoardPlace& place : work_.places) {
       auto& list = moments_.emplace_back();
       for (const BoardSighting& s : place.sightings) {
@@ -106,6 +129,9 @@ class Adjuster {
     work_.covariances.assign(work_.sensors.size(), Matrix6d::Zero());
     work_.range_offset_sigma_m.assign(work_.sensors.size(), 0.0);
     work_.growth_sigma_m.assign(work_.sensors.size(), Eigen::Vector2d::Zero());
+    // A sensor of which nothing takes part is held by nothing.
+    work_.observable.clear();
+    for (const BoardSensor& s : work_.sensors) work_.observable.push_back(s.fixed || options_.sensors_fixed ? 1 : 0);
     build();
     std::vector<double*> blocks;
     problem_->GetParameterBlocks(&blocks);
@@ -129,10 +155,7 @@ class Adjuster {
     ceres::CRSMatrix J;
     double cost = 0.0;
     std::vector<double> residuals;
-    if (!problem_->Evaluate(evaluate, &cost, &residuals, nullptr, &J)) {
-      work_.observable = false;
-      return;
-    }
+    if (!problem_->Evaluate(evaluate, &cost, &residuals, nullptr, &J)) return;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
     for (int row = 0; row < J.num_rows; ++row) {
       for (int i = J.rows[row]; i < J.rows[row + 1]; ++i) {
@@ -145,13 +168,15 @@ class Adjuster {
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    work_.observable = eigen.eigenvalues()[0] > 1e-10;
-    const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-10).cwiseInverse();
+    const Eigen::MatrixXd open =
+        eigen.eigenvectors().leftCols((eigen.eigenvalues().array() < least_information).count());
+    const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(least_information).cwiseInverse();
     Eigen::MatrixXd covariance = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
     covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
       if (const auto k = at.find(sensors_[s].x); k != at.end()) {
         work_.covariances[s] = covariance.block<6, 6>(k->second, k->second);
+        work_.observable[s] = open.middleRows<6>(k->second).squaredNorm() < least_open_share ? 1 : 0;
       }
       if (const auto k = at.find(&sensors_[s].range_offset); k != at.end()) {
         work_.range_offset_sigma_m[s] = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
@@ -240,7 +265,7 @@ class Adjuster {
     const BoardSensor& sensor = work_.sensors[s];
     const auto is_used = [&](double* b) { return problem_->HasParameterBlock(b); };
     if (is_used(block.x) && (sensor.fixed || options_.sensors_fixed)) problem_->SetParameterBlockConstant(block.x);
-    if (is_used(block.intrinsics.data())) hold_intrinsics(block, sensor);
+    if (is_used(block.intrinsics.data())) hold_intrinsics(block, *given_[s].camera);
     const bool ranges_known = options_.range_offset_sigma_m <= 0.0 || options_.sensors_fixed;
     hold_near(&block.range_offset, options_.range_offset_sigma_m, ranges_known);
     for (double& growth : block.growth) hold_near(&growth, options_.growth_sigma_m, options_.sensors_fixed);
@@ -256,14 +281,15 @@ class Adjuster {
     problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 1, 1>(new Prior{sigma}), nullptr, parameter);
   }
 
-  void hold_intrinsics(SensorBlock& block, const BoardSensor& sensor) {
+  void hold_intrinsics(SensorBlock& block, const CameraIntrinsics& given) {
     if (!options_.refine_intrinsics || options_.sensors_fixed) {
       problem_->SetParameterBlockConstant(block.intrinsics.data());
       return;
     }
-    if (distortion_count(sensor.camera->model) < 5) {
-      hold_element(*problem_, block.intrinsics.data(), intrinsics_count, 8);
-    }
+    if (distortion_count(given.model) < 5) hold_element(*problem_, block.intrinsics.data(), intrinsics_count, 8);
+    auto* prior = new ceres::AutoDiffCostFunction<IntrinsicsPrior, intrinsics_count, intrinsics_count>(
+        new IntrinsicsPrior{ChangingCamera::values_of(given)});
+    problem_->AddResidualBlock(prior, nullptr, block.intrinsics.data());
   }
 
   [[nodiscard]] ceres::ParameterBlockOrdering* ordering() {
@@ -296,6 +322,7 @@ class Adjuster {
   }
 
   BoardAdjustment& work_;
+  const std::vector<BoardSensor>& given_;
   const BoardModel& board_;
   const BoardAdjustOptions& options_;
   std::vector<std::vector<PlaneMoments7>> moments_;
@@ -387,20 +414,21 @@ bool drop_worst(const BoardModel& board, BoardAdjustment& work) {
 BoardAdjustment adjust_boards(std::vector<BoardSensor> sensors, std::vector<BoardPlace> places, const BoardModel& board,
                               const BoardAdjustOptions& options) {
   BoardAdjustment work;
+  const std::vector<BoardSensor> given = sensors;
   work.sensors = std::move(sensors);
   work.places = std::move(places);
   set_usual_ranges(work);
   for (int pass = 0; pass < std::max(1, options.noise_passes); ++pass) {
-    Adjuster(work, board, options).solve();
+    Adjuster(work, given, board, options).solve();
     if (options.noise_passes > 0 && !options.sensors_fixed) estimate_noise(board, work);
   }
   const int most = static_cast<int>(work.places.size()) / 3;
   for (int k = 0; options.drop_outliers && k < most && drop_worst(board, work); ++k) {
-    Adjuster(work, board, options).solve();
+    Adjuster(work, given, board, options).solve();
     estimate_noise(board, work);
-    Adjuster(work, board, options).solve();
+    Adjuster(work, given, board, options).solve();
   }
-  Adjuster(work, board, options).find_covariances();
+  Adjuster(work, given, board, options).find_covariances();
   return work;
 }
 

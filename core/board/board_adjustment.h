@@ -40,7 +40,7 @@ struct BoardPlace {
                                                    const std::vector<char>& is_placed = {});
 
 struct BoardAdjustOptions {
-  bool refine_intrinsics = false;
+  bool refine_intrinsics = false;  ///< Of what boards do not tell they stay near those of the sensors.
   /// How far a LiDAR's ranges may be off; 0: not at all. Where the boards do not tell, the offset stays near zero.
   double range_offset_sigma_m = 0.03;
   double growth_sigma_m = 0.02;
@@ -64,8 +64,8 @@ struct BoardAdjustment {
   double cost_after = 0.0;
   int iterations = 0;
   bool converged = false;
-  bool observable = true;
-  double chi2 = 0.0;  ///< Residuals over their expected variance, a degree of freedom: 1 is right.
+  std::vector<char> observable;  ///< One for each sensor: the boards hold its place, or it is fixed.
+  double chi2 = 0.0;             ///< Residuals over their expected variance, a degree of freedom: 1 is right.
 };
 
 /// Adjusts all sensors and all boards at once (Ceres): corners in pixels, points across the plate, the plate's border,

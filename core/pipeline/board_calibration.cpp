@@ -230,7 +230,7 @@ class BoardCalibration {
     e.runner_up = placed_[s].pair.runner_up;
     e.several_boards = saw_several(s) || saw_several(via);
     e.covariance = found_.covariances[s] * std::max(1.0, found_.chi2);
-    e.observable = found_.observable;
+    e.observable = found_.observable[s] != 0;
     e.converged = found_.converged;
     e.hold_out = hold_out_[s];
     if (placed_[s].via != rig_.base) {

@@ -48,7 +48,9 @@ std::pair<double, double> dark_farther(const BoardAdjustment& found, std::size_t
 
 Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, const std::string& advice) {
   Verdict verdict;
-  if (!e.observable) {
+  const double t = translation_bound(e.covariance);
+  const double r = rotation_bound(e.covariance);
+  if (!e.observable || !(t <= open_translation_m && r <= open_rotation_rad)) {
     fail(verdict, "the boards that it shares with " + e.via + " leave its place open; " + advice);
     return verdict;
   }
@@ -85,8 +87,6 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
     weaken(verdict, "it and " + e.via + " saw the board together at " + std::to_string(e.agreeing) +
                         (e.agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
   }
-  const double t = translation_bound(e.covariance);
-  const double r = rotation_bound(e.covariance);
   if (t > require.translation_m || r > require.rotation_rad) {
     weaken(verdict, "95 % bounds are " + mm(t) + " and " + deg(r) + ", wanted are " + mm(require.translation_m) +
                         " and " + deg(require.rotation_rad) + (advice.empty() ? "; add board poses" : "; " + advice));

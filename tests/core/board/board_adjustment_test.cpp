@@ -202,7 +202,7 @@ TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
     options.plane_floor_m = 0.0;
     options.border_floor_m = 0.0;
     const BoardAdjustment found = calibrate(world.sightings, options);
-    EXPECT_TRUE(found.converged && found.observable);
+    EXPECT_TRUE(found.converged && found.observable[1]);
     const SE3& T = found.sensors[1].T_base_sensor;
     EXPECT_LT(to_deg(rotation_distance(T.R, world.T_lidar_camera.R)), 0.15);
     EXPECT_LT((T.t - world.T_lidar_camera.t).norm(), 0.012);
@@ -213,6 +213,39 @@ TEST(BoardAdjustment, FindsTheCameraAndKnowsHowWell) {
   }
   EXPECT_GT(nees, 0.4);
   EXPECT_LT(nees, 2.0);
+}
+
+// Nine intrinsics and a place from one view are open: for that camera, and for no other sensor.
+TEST(BoardAdjustment, KnowsTheOthersAsWellWhereOneCameraIsOpen) {
+  Random random(7);
+  World world = make_world(10, 0.0, random);
+  BoardAdjustOptions options;
+  options.refine_intrinsics = true;
+  const BoardAdjustment alone = calibrate(world.sightings, options);
+  const auto placed = place_pair(world.sightings, 0, 1, test_board(), std::nullopt);
+  ASSERT_TRUE(placed);
+  std::vector<BoardSensor> sensors = make_sensors(placed->T_a_b);
+  sensors.push_back(sensors[1]);
+  sensors.push_back(sensors[1]);
+  sensors[2].name = "saw it once";
+  sensors[3].name = "saw nothing";
+  sensors[2].T_base_sensor = world.T_lidar_camera * SE3{exp_so3({0.0, 0.1, 0.0}), {0.1, 0.0, 0.0}};
+  const SE3 T_camera_board = sensors[2].T_base_sensor.inverse() * world.T_lidar_board[0];
+  world.sightings.push_back(see_by_camera(0, T_camera_board, 0.1, random));
+  world.sightings.back().sensor = 2;
+  const auto places = board_places(world.sightings, sensors, test_board());
+  const BoardAdjustment found = adjust_boards(sensors, places, test_board(), options);
+  EXPECT_TRUE(alone.converged);
+  EXPECT_TRUE(found.converged);
+  EXPECT_EQ(alone.observable, (std::vector<char>{1, 1}));
+  EXPECT_EQ(found.observable, (std::vector<char>{1, 1, 1, 0}));
+  // Nothing but what is usual of lenses holds it.
+  EXPECT_GT(found.covariances[2](5, 5), 0.2 * 0.2);
+  for (int k = 0; k < 6; ++k) {
+    const double usual = std::sqrt(alone.covariances[1](k, k));
+    EXPECT_NEAR(std::sqrt(found.covariances[1](k, k)), usual, 0.05 * usual);
+  }
+  EXPECT_NEAR(found.range_offset_sigma_m[0], alone.range_offset_sigma_m[0], 0.05 * alone.range_offset_sigma_m[0]);
 }
 
 TEST(BoardAdjustment, NoticesRangesThatAreTooShort) {

@@ -55,16 +55,21 @@ class BoardCalibrationTest : public testing::Test {
   }
 
   SensorResult side(std::uint64_t seed = 1) {
+    options_.seed = seed;
     std::vector<CameraRecording> cameras;
-    if (rig_.sensors[1].camera) {
-      cameras.push_back({1, std::nullopt, [this](const RunContext&) { return StillImages{images_, "no image"}; }});
+    for (std::size_t s = 1; s < rig_.sensors.size(); ++s) {
+      if (!rig_.sensors[s].camera) continue;
+      cameras.push_back({static_cast<int>(s), std::nullopt, [this](const RunContext&) {
+                           return StillImages{images_, "no image"};
+                         }});
     }
-    BoardCalibrationOptions options;
-    options.seed = seed;
-    auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, {SE3{}, std::nullopt}, options, {reporter_});
+    const std::vector<std::optional<SE3>> guess(rig_.sensors.size());
+    auto result = calibrate_by_boards(rig_, {stops_, patches_, cameras}, guess, options_, {reporter_});
     EXPECT_TRUE(result) << result.error().what;
-    if (result) front_ = result->sensors[0];
-    return result ? result->sensors[1] : SensorResult{};
+    if (!result) return {};
+    front_ = result->sensors.front();
+    last_ = result->sensors.back();
+    return result->sensors[1];
   }
 
   const Eigen::Vector2d size_{0.85, 0.61};
@@ -74,7 +79,9 @@ class BoardCalibrationTest : public testing::Test {
   std::vector<Stop> stops_;
   std::vector<Patch> patches_;
   std::vector<StillImage> images_;
+  BoardCalibrationOptions options_;
   SensorResult front_;
+  SensorResult last_;
   NotingReporter reporter_;
   Random random_{21};
 };
@@ -112,6 +119,33 @@ TEST_F(BoardCalibrationTest, IsTheSameWhateverIsDrawn) {
   EXPECT_EQ(usual.T_base_sensor->matrix(), again.T_base_sensor->matrix());
   // Other draws mostly end with the same points.
   EXPECT_LT((usual.T_base_sensor->t - other.T_base_sensor->t).norm(), 0.02);
+}
+
+TEST_F(BoardCalibrationTest, FailsNoOtherSensorForACameraThatSawTheBoardOnce) {
+  with_lidar();
+  const auto plate = [](int k) {
+    return plate_at(0.2 * k - 0.5, 2.0 + 0.1 * (k % 3), 0.6 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1));
+  };
+  for (int k = 0; k < 6; ++k) show({plate(k)}, size_);
+  const SensorResult alone = side();
+  ASSERT_TRUE(alone.T_base_sensor);
+  rig_.sensors.resize(3);
+  rig_.sensors[2].name = "once";
+  rig_.sensors[2].camera.emplace().intrinsics = test_camera();
+  SE3 T_front_once;
+  T_front_once.R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  T_front_once.t = {0.05, 0.1, -0.1};
+  images_.push_back({2, "",
+                     as_image(board_picture(CameraModel(test_camera()), {T_front_once.inverse() * plate(2)},
+                                            BoardModel(*rig_.board)))});
+  options_.refine_intrinsics = true;
+  const SensorResult lidar = side();
+  EXPECT_EQ(last_.status, Status::failed);
+  EXPECT_THAT(last_.reasons, Contains(HasSubstr("leave its place open")));
+  EXPECT_EQ(lidar.status, alone.status);
+  ASSERT_TRUE(lidar.T_base_sensor);
+  EXPECT_LT((lidar.T_base_sensor->t - alone.T_base_sensor->t).norm(), 0.005);
+  EXPECT_LT(lidar.covariance.trace(), 1.2 * alone.covariance.trace());
 }
 
 TEST_F(BoardCalibrationTest, SaysThatAnImageHasNoBoard) {
