@@ -10,6 +10,7 @@
 #include "core/edges/grey_image.h"
 #include "core/edges/outlines.h"
 #include "core/pipeline/camera_mixups.h"
+#include "core/pipeline/camera_trust.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
 #include "core/quality/verdict_text.h"
@@ -137,7 +138,7 @@ class CameraStage {
     if (scene_.T_G_base.empty()) make_scene();
     StageReport& stage = clock_.begin(sensor.name);
     stage.counts.emplace_back("images", static_cast<double>(task.views.size()));
-    Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options_, context_);
+    Expected<CameraEstimate> estimate = estimate_of(task);
     if (!estimate) return estimate.error();
     Verdict verdict = judge(task, *estimate);
     if (verdict.status == Status::failed) {
@@ -209,6 +210,12 @@ class CameraStage {
     stage.counts.emplace_back("segments", static_cast<double>(estimate.segments));
   }
 
+  [[nodiscard]] Expected<CameraEstimate> estimate_of(const CameraTask& task) const {
+    Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options_, context_);
+    if (estimate) widen_by_unevenness(task.views, solution_, estimate->pose);
+    return estimate;
+  }
+
   [[nodiscard]] Verdict judge(const CameraTask& task, const CameraEstimate& estimate) const {
     return judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
   }
@@ -218,7 +225,7 @@ class CameraStage {
   Expected<void> try_without_guess(CameraTask& task, CameraEstimate& estimate, Verdict& verdict) const {
     if (!task.guess_T_base_camera || estimate.views < least_views_without_guess) return {};
     const std::optional<SE3> guess = std::exchange(task.guess_T_base_camera, std::nullopt);
-    Expected<CameraEstimate> free = calibrate_camera(scene_, task, options_, context_);
+    Expected<CameraEstimate> free = estimate_of(task);
     task.guess_T_base_camera = guess;
     if (!free) return free.error();
     const Verdict found = judge(task, *free);
@@ -245,6 +252,8 @@ class CameraStage {
 
   SensorResult conclude(const CameraTask& task, CameraEstimate estimate, Verdict verdict) {
     if (verdict.status != Status::failed && solution_.start.has_assumed_steps) weaken(verdict, assumed_steps_words());
+    // Halves and grey values were compared by what edges alone tell.
+    rest_on_given_stops(task.views, recording_, solution_, estimate.pose, verdict);
     SensorResult sensor{task.name, verdict.status, verdict.reasons, std::nullopt, Matrix6d::Zero()};
     sensor.guess_T_base_sensor = task.guess_T_base_camera;
     sensor.hold_out = {estimate.hold_out, estimate.hold_out_px, estimate.hold_out_start_px, "px"};

@@ -4,23 +4,13 @@
 #include <set>
 
 #include "core/pipeline/place_findings.h"
+#include "core/pipeline/surface_trust.h"
 #include "core/pipeline/used_shares.h"
 #include "core/quality/open_directions.h"
 #include "core/quality/verdict.h"
 
 namespace rigcal {
 namespace {
-
-// Where surfaces are no planes, neighbouring leaves err alike (a crowned road, a range bias): many leaves of one place
-// say no more than one does. Only other stops are other places. Near surfaces, at some five metres, hold the rotation.
-Matrix6d with_unevenness(const Matrix6d& covariance, double unevenness_m, std::size_t stops) {
-  constexpr double lever_m = 5.0;
-  Matrix6d out = covariance;
-  const double variance = unevenness_m * unevenness_m / static_cast<double>(stops);
-  out.diagonal().head<3>().array() += variance / (lever_m * lever_m);
-  out.diagonal().tail<3>().array() += variance;
-  return out;
-}
 
 bool has_points(const LidarRecording& recording, int lidar) {
   return std::any_of(recording.patches.begin(), recording.patches.end(),

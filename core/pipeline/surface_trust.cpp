@@ -39,4 +39,13 @@ void SurfaceTrust::look_at_gates(const PlaneMap& map, const RigState& state, dou
 
 double SurfaceTrust::unevenness_m() const { return seen_m_ < uneven_m ? 0.0 : seen_m_; }
 
+Matrix6d with_unevenness(const Matrix6d& covariance, double unevenness_m, std::size_t stops) {
+  constexpr double lever_m = 5.0;
+  Matrix6d out = covariance;
+  const double variance = unevenness_m * unevenness_m / static_cast<double>(stops);
+  out.diagonal().head<3>().array() += variance / (lever_m * lever_m);
+  out.diagonal().tail<3>().array() += variance;
+  return out;
+}
+
 }  // namespace rigcal

@@ -32,4 +32,8 @@ class SurfaceTrust {
   bool trust_noise_ = true;
 };
 
+/// Where surfaces are no planes, neighbouring leaves err alike (a crowned road, a range bias): many leaves of one place
+/// say no more than one does. Only other stops are other places. Near surfaces, at some five metres, hold the rotation.
+[[nodiscard]] Matrix6d with_unevenness(const Matrix6d& covariance, double unevenness_m, std::size_t stops);
+
 }  // namespace rigcal
