@@ -1,14 +1,14 @@
-#include "core/camera/camera_calibration.h"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
+#include "core/camera/camera_calibration.h"
 #include "core/camera/camera_checks.h"
 #include "core/camera/camera_minima.h"
 #include "core/camera/camera_start.h"
 #include "core/camera/edge_search.h"
+#include "core/camera/end_solve.h"
 #include "core/camera/information.h"
 #include "core/camera/other_lens.h"
 #include "core/camera/second_opinion.h"
@@ -19,16 +19,6 @@ namespace {
 
 // Fewer segments in all images together would fit anything.
 constexpr std::size_t least_segments = 12;
-
-// In the end each edge counts, but half of the samples hide as much as all.
-constexpr std::size_t fine_stride = 2;
-
-// Sigmas of intrinsics that are to be found: no calibration is off by more.
-constexpr double free_focal_scale = 0.02;
-constexpr double free_k1 = 0.1;
-
-// From fewer stops the rig file is believed rather than the images: nothing could be held out to tell who is right.
-constexpr std::size_t least_stops_for_intrinsics = 4;
 
 // Where few stops have images few edges hold a start while matches are still sought far away: it must be nearer then.
 constexpr std::size_t least_stops_for_closeness = 4;
@@ -91,21 +81,23 @@ class CameraCalibration {
 
   void find_end() {
     finish();
-    if (context_.cancelled() || agree_with_second_opinion()) return;
+    if (context_.cancelled() || follow_second_opinion()) return;
     for (const bool everywhere : {false, true}) {
       if (context_.cancelled() || !is_doubtful()) return;
       if (!start_anew(everywhere)) continue;
       finish();
-      if (context_.cancelled() || agree_with_second_opinion()) return;
+      if (context_.cancelled() || follow_second_opinion()) return;
     }
   }
 
   void finish() {
-    solve();
+    const CameraEnd end =
+        solve_end(scene_, camera_, options_.refine_intrinsics, priors_, best_.state, views_, context_);
+    take_end(end);
     if (context_.cancelled()) return;
     const MatchOptions& match = levels_.back().match;
     set_fit(fit_quality(scene_, camera_.intrinsics, best_.state, match, views_));
-    check_by_stops({scene_, camera_, priors_, levels_.back(), views_}, best_, context_, estimate_);
+    check_by_stops({scene_, camera_, end.priors, levels_.back(), views_}, best_, context_, estimate_);
     ask_second_opinion(scene_, camera_, best_.state, context_, estimate_);
   }
 
@@ -123,12 +115,10 @@ class CameraCalibration {
   }
 
   void ask_other_lens() {
-    EdgePriors free = priors_;
+    EdgePriors free = with_free_intrinsics(priors_);
     free.T_base_camera = camera_.guess_T_base_camera.value_or(best_.state.T_base_camera);
     free.rotation_rad = options_.guess_sigma_rad;
     free.translation_m = options_.guess_sigma_m;
-    free.focal_scale = std::max(free.focal_scale, free_focal_scale);
-    free.k1 = std::max(free.k1, free_k1);
     estimate_.other_lens_gain = other_lens_gain(scene_, camera_.intrinsics, best_.state, free, views_, context_);
   }
 
@@ -141,8 +131,9 @@ class CameraCalibration {
   }
 
   // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
-  // another place, and edges end there with them, two agree against one. What was found before is then the runner-up.
-  bool agree_with_second_opinion() {
+  // another place, and edges end there with them, two agree against one, and that is the end. What was found before is
+  // then the runner-up. Says whether they were followed.
+  bool follow_second_opinion() {
     if (!estimate_.information) return false;
     const bool is_sure = estimate_.disagreement_chi2 > differing_chi2;
     if (!is_sure && !is_elsewhere(*estimate_.information)) return false;
@@ -320,40 +311,12 @@ class CameraCalibration {
     estimate_.runner_up_ratio = minima.runner_up_ratio;
   }
 
-  // Once with the intrinsics nearly as the rig file has them, once free: what they should be shows only where nothing
-  // pulls them back. Where they are clearly others, the pose with these is the right one.
-  void solve() {
-    VisibleOptions visible;
-    visible.stride = fine_stride;
-    find_visible(scene_, camera_.intrinsics, best_.state, visible, views_);
-    EdgePriors free = priors_;
-    free.focal_scale = std::max(free.focal_scale, free_focal_scale);
-    free.k1 = std::max(free.k1, free_k1);
-    const std::span<const SolveLevel> levels = std::span(levels_).last(3);
-    const EdgeSolution freed = solve_edges(scene_, camera_.intrinsics, best_.state, free, levels, views_, context_);
-    const CameraMatrix covariance = freed.information.inverse();
-    estimate_.iterations += freed.iterations;
-    estimate_.focal_scale = {freed.state.focal_scale, std::sqrt(covariance(6, 6))};
-    estimate_.k1_change = {freed.state.k1_change, std::sqrt(covariance(7, 7))};
-    estimate_.radial_trend = corner_shift(camera_.intrinsics, freed.state, covariance.bottomRightCorner<2, 2>());
-    // A few images can be explained by many intrinsics, and those that never came to rest say nothing: only who asks
-    // for them gets to see what they would be.
-    const bool are_known = freed.converged && stops_of(views_) >= least_stops_for_intrinsics;
-    if (!are_known && !options_.refine_intrinsics)
-      estimate_.focal_scale = estimate_.k1_change = estimate_.radial_trend = {};
-    if (options_.refine_intrinsics || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change)) {
-      priors_ = free;
-      best_ = freed;
-    } else {
-      best_ = solve_edges(scene_, camera_.intrinsics, best_.state, priors_, levels, views_, context_);
-      estimate_.iterations += best_.iterations;
-    }
-    take_end();
-  }
-
-  [[nodiscard]] static bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }
-
-  void take_end() {
+  void take_end(const CameraEnd& end) {
+    best_ = end.solution;
+    estimate_.iterations += end.iterations;
+    estimate_.focal_scale = end.focal_scale;
+    estimate_.k1_change = end.k1_change;
+    estimate_.radial_trend = end.radial_trend;
     estimate_.converged = best_.converged;
     estimate_.found = true;
     const CameraMatrix covariance = best_.information.inverse();
@@ -373,7 +336,7 @@ class CameraCalibration {
   const CameraCalibrationOptions& options_;
   const RunContext& context_;
   std::vector<SolveLevel> levels_;
-  EdgePriors priors_;
+  EdgePriors priors_;  // with the intrinsics as the rig file has them
   std::vector<EdgeView> views_;
   EdgeSolution best_;
   CameraEstimate estimate_;

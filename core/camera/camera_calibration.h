@@ -92,8 +92,8 @@ struct CameraEstimate {
   std::optional<PoseEstimate> information;
   double disagreement_chi2 = 0.0;  ///< Between the two, 6 degrees of freedom; 0 where there is no second opinion.
 
-  /// Poses from either half of the stops: how far they lie apart, and that over what the covariance lets halves differ
-  /// by, 6 degrees of freedom; 0 where a half has fewer than six stops.
+  /// Poses from either half of the stops: how far they lie apart, 0 of a single stop; and that over what the covariance
+  /// lets halves differ by, 6 degrees of freedom, 0 where a half has fewer than six stops.
   double halves_m = 0.0;
   double halves_rad = 0.0;
   double halves_chi2 = 0.0;
