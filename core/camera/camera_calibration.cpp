@@ -1,9 +1,10 @@
+#include "core/camera/camera_calibration.h"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include "core/camera/camera_calibration.h"
 #include "core/camera/camera_checks.h"
 #include "core/camera/camera_minima.h"
 #include "core/camera/camera_start.h"
@@ -43,10 +44,8 @@ constexpr double less_firm_m = 0.01;
 constexpr double unlike_halves_m = 0.01;
 constexpr double unlike_halves_rad = to_rad(0.1);
 
-// A place that the images alone tell is no other guess than was given up to here,
+// A place that the images alone tell is no other guess than was given up to here.
 constexpr double farthest_sigmas = 4.0;
-// and better where it explains so many times more.
-constexpr double clearly_better = 1.1;
 
 class CameraCalibration {
  public:
@@ -182,10 +181,10 @@ class CameraCalibration {
 
   // The best of what is found around the guess, or around each place where a camera without one may be.
   void choose_start() {
-    std::vector<EdgeSolution> solutions;
+    std::vector<Minimum> minima;
     if (camera_.guess_T_base_camera) {
-      choose_around_guess(*camera_.guess_T_base_camera, solutions);
-      if (solutions.empty()) {
+      choose_around_guess(*camera_.guess_T_base_camera, minima);
+      if (minima.empty()) {
         estimate_.why_not =
             "its images show too few edges of the map: where walls, floors and corners meet, within view "
             "of the LiDARs too, there must be some in most images, and the guess within " +
@@ -194,10 +193,10 @@ class CameraCalibration {
       return;
     }
     const CameraStarts starts = find_camera_starts(scene_, camera_, context_);
-    for (const SE3& start : starts.T_base_camera) solve_apart(start, solutions);
+    for (const SE3& start : starts.T_base_camera) solve_apart(start, minima);
     if (context_.cancelled()) return;
-    if (!solutions.empty()) compare(solutions);
-    if (solutions.empty()) {
+    if (!minima.empty()) take(compare_minima(minima));
+    if (minima.empty()) {
       estimate_.why_not = "it cannot be found without a rough pose (" +
                           (starts.why_none.empty() ? "its images show too few edges of the map" : starts.why_none) +
                           "); give one under initial_extrinsics in the rig file, or by --initial (10 degrees, 0.2 m)";
@@ -216,52 +215,46 @@ class CameraCalibration {
   }
 
   // Where its guess led to a doubtful end: whether another place explains clearly more, which becomes the start of
-  // another end. It is looked for around the end, or where the images alone lead to, not far from the guess.
+  // another end. It is looked for around the end, or where the images alone lead to, not far from the guess. One that
+  // explains as much as the end speaks against it, unless another one was known that speaks louder.
   bool start_anew(bool everywhere) {
     if (!camera_.guess_T_base_camera) return false;
     find_visible(scene_, camera_.intrinsics, best_.state, sparse_view, views_);
-    EdgeSolution end = best_;
-    const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, end.state, levels_.back().match, views_);
-    end.score = sums.score() * std::sqrt(static_cast<double>(segments()));
-    const double score = end.score;
-    std::vector<EdgeSolution> solutions{end};
+    const EdgeSums sums = sum_segments(scene_, camera_.intrinsics, best_.state, levels_.back().match, views_);
+    const Minimum end{best_, sums.score() * root_of_segments()};
+    std::vector<Minimum> found{end};
     if (everywhere) {
-      for (const SE3& start : find_camera_starts(scene_, camera_, context_).T_base_camera)
-        solve_apart(start, solutions);
+      for (const SE3& start : find_camera_starts(scene_, camera_, context_).T_base_camera) solve_apart(start, found);
     } else {
-      solve_apart(end.state.T_base_camera, solutions);
+      solve_apart(end.end.state.T_base_camera, found);
     }
-    const bool found = take_better(score, solutions);
     set_priors(*camera_.guess_T_base_camera);
-    return found && !context_.cancelled();
-  }
-
-  // Of solutions near the guess, where the best is another one than the end so far, which has this score.
-  bool take_better(double score, std::vector<EdgeSolution>& solutions) {
-    std::erase_if(solutions, [&](const EdgeSolution& solution) {
-      return !is_within(*camera_.guess_T_base_camera, solution.state.T_base_camera,
+    if (context_.cancelled()) return false;
+    std::erase_if(found, [&](const Minimum& minimum) {
+      return !is_within(*camera_.guess_T_base_camera, minimum.end.state.T_base_camera,
                         farthest_sigmas * options_.guess_sigma_rad, farthest_sigmas * options_.guess_sigma_m);
     });
-    const bool is_better = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& solution) {
-      return solution.score > clearly_better * score && !is_same_minimum(solution.state, best_.state, 0.5);
-    });
-    if (is_better) compare(solutions);
-    return is_better;
+    if (estimate_.runner_up)
+      found.push_back({{CameraState{*estimate_.runner_up}}, estimate_.runner_up_ratio * end.worth});
+    const bool is_elsewhere = is_beaten(end, found);
+    take(is_elsewhere ? compare_minima(found) : compare_with(end, found));
+    return is_elsewhere;
   }
 
-  // Around a start that competes with others elsewhere. Of few segments many are explained anywhere: where views of
-  // other things compete, their number counts as well.
-  void solve_apart(const SE3& start, std::vector<EdgeSolution>& solutions) {
+  // Around a start that competes with others elsewhere, where views show other things.
+  void solve_apart(const SE3& start, std::vector<Minimum>& minima) {
     if (context_.cancelled()) return;
-    std::vector<EdgeSolution> own;
+    std::vector<Minimum> own;
     look_around(start, own);
-    for (EdgeSolution& each : own) each.score *= std::sqrt(static_cast<double>(segments()));
-    solutions.insert(solutions.end(), own.begin(), own.end());
+    for (Minimum& each : own) each.worth *= root_of_segments();
+    minima.insert(minima.end(), own.begin(), own.end());
   }
+
+  [[nodiscard]] double root_of_segments() const { return std::sqrt(static_cast<double>(segments())); }
 
   // Solves from every start that the search around a guess finds, with few samples. Adds nothing where too little is
   // seen from there.
-  void look_around(const SE3& guess, std::vector<EdgeSolution>& solutions) {
+  void look_around(const SE3& guess, std::vector<Minimum>& minima) {
     set_priors(guess);
     find_visible(scene_, camera_.intrinsics, CameraState{guess}, sparse_view, views_);
     if (segments() < least_segments) return;
@@ -269,25 +262,25 @@ class CameraCalibration {
     if (stops_of(views_) < least_stops_for_closeness) search.finest_px = finest_px;
     std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, search);
     starts.push_back(guess);
-    for (const SE3& start : starts) solve_quickly(start, solutions);
+    for (const SE3& start : starts) solve_quickly(start, minima);
   }
 
   // The best of those around the guess becomes the start of the end.
-  void choose_around_guess(const SE3& guess, std::vector<EdgeSolution>& solutions) {
-    look_around(guess, solutions);
-    if (solutions.empty()) return;
-    compare(solutions);
+  void choose_around_guess(const SE3& guess, std::vector<Minimum>& minima) {
+    look_around(guess, minima);
+    if (minima.empty()) return;
+    take(compare_minima(minima));
     if (estimate_.runner_up_ratio < unclear_ratio) return;
     // Edges alone do not tell the minima apart; reflectivity may know a better start.
     const auto search = search_information(scene_, camera_, guess, options_, context_);
     if (!search) return;
-    solve_quickly(search->best.T_base_camera, solutions);
-    if (search->runner_up) solve_quickly(search->runner_up->T_base_camera, solutions);
-    compare(solutions);
+    solve_quickly(search->best.T_base_camera, minima);
+    if (search->runner_up) solve_quickly(search->runner_up->T_base_camera, minima);
+    take(compare_minima(minima));
   }
 
   // Once the first levels have drawn a start to where another one ended, nothing new comes of it.
-  void solve_quickly(const SE3& start, std::vector<EdgeSolution>& solutions) {
+  void solve_quickly(const SE3& start, std::vector<Minimum>& minima) {
     const std::vector<SolveLevel> levels = quick_levels();
     constexpr std::size_t first = 2;
     const auto solved = [&](const CameraState& from, std::span<const SolveLevel> some) {
@@ -296,17 +289,17 @@ class CameraCalibration {
       return solution;
     };
     const EdgeSolution drawn = solved(CameraState{start}, std::span(levels).first(first));
-    const bool known = std::any_of(solutions.begin(), solutions.end(), [&](const EdgeSolution& other) {
-      return is_same_minimum(drawn.state, other.state, 0.5);
+    const bool known = std::any_of(minima.begin(), minima.end(), [&](const Minimum& other) {
+      return is_same_minimum(drawn.state, other.end.state, 0.5);
     });
-    if (!known) solutions.push_back(solved(drawn.state, std::span(levels).subspan(first)));
+    if (known) return;
+    const EdgeSolution end = solved(drawn.state, std::span(levels).subspan(first));
+    minima.push_back({end, end.score});
   }
 
-  // The best, and the best other one.
-  void compare(std::vector<EdgeSolution>& solutions) {
-    const Minima minima = compare_minima(solutions);
-    best_ = minima.best;
-    if (!minima.runner_up) return;
+  // The best, and the best other one; no other one is left of those that were met before.
+  void take(const Minima& minima) {
+    best_ = minima.best.end;
     estimate_.runner_up = minima.runner_up;
     estimate_.runner_up_ratio = minima.runner_up_ratio;
   }

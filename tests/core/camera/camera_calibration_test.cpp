@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "core/camera/camera_minima.h"
 #include "tests/core/camera/box_room.h"
 
 namespace rigcal {
@@ -68,6 +69,8 @@ TEST(CameraCalibration, LooksElsewhereWhereTheEndIsDoubtful) {
   EXPECT_LT(offset_m(estimate.pose.T_base_camera), 0.004);
   EXPECT_LT(offset_rad(estimate.pose.T_base_camera), to_rad(0.05));
   EXPECT_LT(estimate.runner_up_ratio, 0.8);
+  ASSERT_TRUE(estimate.runner_up);
+  EXPECT_FALSE(is_within(*estimate.runner_up, estimate.pose.T_base_camera, to_rad(0.2), 0.03)) << "it is another pose";
 }
 
 TEST(CameraCalibration, ChecksByTheStopsThatHaveImages) {
