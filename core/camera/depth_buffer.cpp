@@ -206,16 +206,4 @@ bool DepthBuffer::near_silhouette(const Eigen::Vector2d& pixel, double range_m, 
   return false;
 }
 
-double DepthBuffer::range_at(const Eigen::Vector2d& pixel) const {
-  const int c = column(pixel.x());
-  const int r = row(pixel.y());
-  if (c < 0 || r < 0 || c >= columns_ || r >= rows_ || entries_[index(c, r)] == nothing) return 0.0;
-  return static_cast<double>(range_of(entries_[index(c, r)]));
-}
-
-double DepthBuffer::filled_share() const {
-  const auto empty = std::count(entries_.begin(), entries_.end(), nothing);
-  return entries_.empty() ? 0.0 : 1.0 - static_cast<double>(empty) / static_cast<double>(entries_.size());
-}
-
 }  // namespace rigcal

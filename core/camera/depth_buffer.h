@@ -38,10 +38,6 @@ class DepthBuffer {
   /// `range_m` and not along the sample's own plane: a silhouette is near.
   [[nodiscard]] bool near_silhouette(const Eigen::Vector2d& pixel, double range_m, const MapSample& own,
                                      int cells) const;
-  /// Range of the nearest surface in the pixel's cell, metres; 0 where there is none or the pixel is outside.
-  [[nodiscard]] double range_at(const Eigen::Vector2d& pixel) const;
-  /// Share of the cells with a surface.
-  [[nodiscard]] double filled_share() const;
 
  private:
   /// Range and index of a sample in one number, so that the nearer is the smaller.

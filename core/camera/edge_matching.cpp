@@ -8,9 +8,6 @@ namespace {
 // Neighbouring pixels of a chain are at most a diagonal apart, so one of them lies so near to any line across it.
 constexpr float half_step_px = 0.75F;
 
-// At the border an image has no edges that a fit holds.
-constexpr double border_px = 4.0;
-
 class ViewMatcher {
  public:
   ViewMatcher(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera, const MatchOptions& options)
@@ -50,12 +47,11 @@ class ViewMatcher {
         offsets += candidate.weight * candidate.offset;
         explained += candidate.weight;
         if (matches != nullptr) {
-          matches->push_back({sample, candidate.position, candidate.normal, candidate.weight, candidate.offset});
+          matches->push_back({sample, candidate.position, candidate.normal, candidate.weight});
         }
       }
       if (count_ > 0) add_sums(*projection, normal, gradient, fit);
       fit.weight += explained;
-      fit.matches += count_;
       if (explained > 0.5) ++fit.matched;
     }
     if (fit.samples == 0) return fit;

@@ -25,8 +25,7 @@ struct EdgeMatch {
   std::uint32_t sample = 0;  ///< In CameraScene::edges.
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
-  double weight = 0.0;     ///< All candidates of a sample and "none of them" have 1 together.
-  double offset_px = 0.0;  ///< normal . (projection - position)
+  double weight = 0.0;  ///< All candidates of a sample and "none of them" have 1 together.
 };
 
 /// What one segment says: sums over its samples' matches.
@@ -34,7 +33,6 @@ struct SegmentFit {
   int line = 0;
   int samples = 0;
   int matched = 0;                               ///< Samples with a partner more likely than none.
-  int matches = 0;                               ///< Partners of all samples.
   double weight = 0.0;                           ///< Sum of the matches' weights; `samples` if all are explained.
   double offset_px = 0.0;                        ///< Weighted mean; to the brighter side.
   double sigma_px = 0.0;                         ///< Expected of that mean, if the line were where it is said to be,

@@ -22,9 +22,6 @@ CameraIntrinsics widened(CameraIntrinsics intrinsics, double margin_px) {
   return intrinsics;
 }
 
-// At the border an image has no edges, and none that a fit holds.
-constexpr double border_px = 4.0;
-
 DepthBufferOptions with_stride(std::size_t stride) {
   DepthBufferOptions options;
   options.stride = stride;

@@ -9,6 +9,9 @@
 
 namespace rigcal {
 
+/// So near to its border an image has no edges, and none that a fit holds.
+inline constexpr double border_px = 4.0;
+
 /// What an image sees of one line: a stretch of `EdgeView::samples`. It is the unit of all weights, for its samples err
 /// together: weighed one by one, a long line near the camera would outweigh all others.
 struct EdgeSegment {

@@ -242,8 +242,8 @@ std::optional<CameraAxis> find_camera_axis(const std::vector<SeenTwice>& pairs) 
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) best[i] = settled(pairs, best[i].axis);
   });
-  best = best_apart(std::move(best), 2, near);
-  CameraAxis out{best[0].axis, best[0].lever, best[0].score, best.size() > 1 ? best[1].score : 0.0};
+  best = best_apart(std::move(best), 1, near);
+  CameraAxis out{best[0].axis, best[0].lever, best[0].score};
   if (out.share * static_cast<double>(pairs.size()) < static_cast<double>(least_pairs) / 2) return std::nullopt;
   return out;
 }

@@ -34,8 +34,7 @@ struct CameraAxis {
   /// From the axis to the camera, unit, in the optical frame: which way it is carried. How far is not seen, and where
   /// the camera sits on the axis this says nothing.
   Vector3d lever_camera = Vector3d::UnitX();
-  double share = 0.0;      ///< Of the pairs, by how well they go with it, 0 .. 1.
-  double runner_up = 0.0;  ///< That of the best other axis, at least 15 degrees away.
+  double share = 0.0;  ///< Of the pairs, by how well they go with it, 0 .. 1.
 };
 
 /// The axis about which the camera must have been turned for what it saw: by a search over all directions. A camera

@@ -17,7 +17,6 @@ struct InformationPose {
 struct InformationSearch {
   InformationPose best;
   std::optional<InformationPose> runner_up;  ///< The best other minimum.
-  double share_informative = 0.0;  ///< Of the samples: how much of the map has reflectivity or shading at all.
 };
 
 /// The basin: rotations around the guess on a grid, the best refined, all under the soft prior of the options. Nothing

@@ -170,7 +170,6 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
   InformationSearch search;
   search.best = minima.front();
   if (minima.size() > 1 && !same_place(minima[0].T_base_camera, minima[1].T_base_camera)) search.runner_up = minima[1];
-  search.share_informative = codes.share_informative;
   return search;
 }
 

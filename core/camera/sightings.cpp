@@ -124,7 +124,7 @@ std::vector<Sighting> find_sightings(const CameraScene& scene, const SurfaceCode
       ++count;
       if (!take) continue;
       sightings.push_back({(T_base_G * scene.samples[k].p_G.cast<double>()).cast<float>(),
-                           static_cast<std::uint16_t>(v), codes.of_sample[k], k});
+                           static_cast<std::uint16_t>(v), codes.of_sample[k]});
     }
   }
   return sightings;

@@ -14,7 +14,6 @@ struct Sighting {
   Eigen::Vector3f p_base = Eigen::Vector3f::Zero();  ///< In the rig's frame at the view's stop.
   std::uint16_t view = 0;                            ///< Index into CameraTask::views.
   std::uint8_t code = 0;                             ///< What is known of the surface.
-  std::uint32_t sample = 0;                          ///< Index into CameraScene::samples.
 };
 
 struct SightingOptions {

@@ -9,22 +9,18 @@
 namespace rigcal {
 namespace {
 
-struct Ranks {
-  std::array<std::uint8_t, 256> of_value{};
-  bool differ = false;
-};
+using Ranks = std::array<std::uint8_t, 256>;  // of each value
 
 Ranks ranks_from(const std::array<std::size_t, 256>& count) {
   std::size_t total = 0;
   for (const std::size_t n : count) total += n;
-  Ranks ranks;
+  Ranks ranks{};
   std::size_t below = 0;
   for (std::size_t v = 0; v < count.size(); ++v) {
     // The middle of the value's own share, so that a value that all have is a rank in the middle.
     const double share = (static_cast<double>(below) + 0.5 * static_cast<double>(count[v])) /
                          static_cast<double>(std::max<std::size_t>(1, total));
-    ranks.of_value[v] = static_cast<std::uint8_t>(std::min(reflectivity_ranks - 1.0, reflectivity_ranks * share));
-    ranks.differ = ranks.differ || (count[v] > 0 && count[v] < total);
+    ranks[v] = static_cast<std::uint8_t>(std::min(reflectivity_ranks - 1.0, reflectivity_ranks * share));
     below += count[v];
   }
   return ranks;
@@ -46,15 +42,10 @@ SurfaceCodes surface_codes(std::span<const MapSample> samples) {
   for (const auto& count : counts) ranks.push_back(ranks_from(count));
   SurfaceCodes codes;
   codes.of_sample.reserve(samples.size());
-  std::size_t informative = 0;
   for (const MapSample& s : samples) {
-    const int facing = facing_of(s.normal_G);
-    codes.of_sample.push_back(
-        static_cast<std::uint8_t>(facing * reflectivity_ranks + ranks[s.lidar].of_value[s.reflectivity]));
-    if (facing > 0 || ranks[s.lidar].differ) ++informative;
+    const int rank = ranks[s.lidar][s.reflectivity];
+    codes.of_sample.push_back(static_cast<std::uint8_t>(facing_of(s.normal_G) * reflectivity_ranks + rank));
   }
-  if (!samples.empty())
-    codes.share_informative = static_cast<double>(informative) / static_cast<double>(samples.size());
   return codes;
 }
 

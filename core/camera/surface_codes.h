@@ -17,7 +17,6 @@ constexpr int surface_codes_count = reflectivity_ranks * facings;
 /// What the LiDARs know of a surface that a camera may see as well.
 struct SurfaceCodes {
   std::vector<std::uint8_t> of_sample;  ///< facing * reflectivity_ranks + rank
-  double share_informative = 0.0;       ///< Samples on a plane, or of a LiDAR whose reflectivities differ.
 };
 
 /// Ranks are taken within each LiDAR, as units differ in what they call bright.

@@ -188,7 +188,7 @@ class EdgeFinder {
       if (normal.dot(m.normal.cast<double>()) < 0.0) normal = -normal;
       const Vector2d p = m.position.cast<double>();
       const double off = normal.dot(p - origin - mean);
-      out.push_back({(p - off * normal).cast<float>(), normal.cast<float>(), m.strength, number});
+      out.push_back({(p - off * normal).cast<float>(), normal.cast<float>(), number});
     }
   }
 

@@ -20,7 +20,6 @@ struct GreyImage {
 struct ImageEdge {
   Eigen::Vector2f position;  ///< Pixels; (0, 0) is the centre of the top left one.
   Eigen::Vector2f normal;    ///< Unit, towards the brighter side.
-  float strength = 0.0F;     ///< Gradient, grey values a pixel.
   int chain = 0;             ///< Number of the connected edge that it is part of.
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/edges/line_fit.h"
+
 namespace rigcal {
 namespace {
 
@@ -132,21 +134,9 @@ class RowLineGrower {
       line.inverse_depth += share * steps_[i].inverse_depth;
       towards += steps_[i].towards;
     }
-    Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-    for (const std::uint32_t i : line.steps) scatter += (at(i) - line.c) * (at(i) - line.c).transpose();
-    const double angle = 0.5 * std::atan2(2.0 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
-    line.t = {std::cos(angle), std::sin(angle)};
-    if (line.n().dot(towards) < 0.0) line.t = -line.t;
+    const Eigen::Matrix2d scatter = lay_through_steps(steps_, line);
+    if (line.n().dot(towards) < 0.0) turn_around(line);
     line.rms = std::sqrt(std::max(0.0, share * line.n().dot(scatter * line.n())));
-    double along2 = 0.0;
-    for (const std::uint32_t i : line.steps) {
-      const double s = line.t.dot(at(i) - line.c);
-      line.low = std::min(line.low, s);
-      line.high = std::max(line.high, s);
-      line.slope += s * (steps_[i].inverse_depth - line.inverse_depth);
-      along2 += s * s;
-    }
-    line.slope = along2 > 0.0 ? line.slope / along2 : 0.0;
     // Steps lie anywhere between two returns.
     line.shift = std::max(line.rms, 0.3 * line.spacing) * std::sqrt(share);
     return line;

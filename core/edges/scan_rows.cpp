@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "core/base/median.h"
 #include "core/geometry/se3.h"
 
 namespace rigcal {
@@ -64,9 +66,7 @@ std::optional<float> begin_of_sector(const std::vector<ScanRow>& rows) {
 double median_step(const std::vector<RowPoint>& row) {
   std::vector<float> steps;
   for (std::size_t i = 1; i < row.size(); ++i) steps.push_back(row[i].azimuth_rad - row[i - 1].azimuth_rad);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(median(std::move(steps)));
 }
 
 }  // namespace

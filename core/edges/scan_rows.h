@@ -18,9 +18,8 @@ struct RowPoint {
 
 /// What one beam of a LiDAR that spins about its z axis draws: returns at one elevation.
 struct ScanRow {
-  double elevation_rad = 0.0;  ///< Of the first of its points.
-  double step_rad = 0.0;       ///< Median angle between neighbours.
-  bool closed = false;         ///< Past the last point comes the first one again; not where only a sector was recorded.
+  double step_rad = 0.0;  ///< Median angle between neighbours.
+  bool closed = false;    ///< Past the last point comes the first one again; not where only a sector was recorded.
   std::vector<RowPoint> points;  ///< By azimuth.
 };
 

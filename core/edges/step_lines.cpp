@@ -5,8 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
+#include <utility>
 
+#include "core/base/median.h"
 #include "core/base/wide.h"
+#include "core/edges/line_fit.h"
 
 namespace rigcal {
 namespace {
@@ -81,14 +85,6 @@ RIGCAL_WIDE void mark_on(const SortedSteps& steps, std::uint32_t count, const On
                static_cast<std::int32_t>(off <= at.across) & static_cast<std::int32_t>(same_way >= 0.3F) &
                static_cast<std::int32_t>(deeper <= 0.01F * w + thick * w * w);
   }
-}
-
-void turn_around(StepLine& line) {
-  line.t = -line.t;
-  line.slope = -line.slope;
-  std::swap(line.low, line.high);
-  line.low = -line.low;
-  line.high = -line.high;
 }
 
 class LineGrower {
@@ -240,28 +236,10 @@ class LineGrower {
     line.c *= share;
     line.spacing *= share;
     line.inverse_depth *= share;
-    double uu = 0.0;
-    double uv = 0.0;
-    double vv = 0.0;
-    for (const std::uint32_t i : line.steps) {
-      const Eigen::Vector2d d = at(i) - line.c;
-      uu += d.x() * d.x();
-      uv += d.x() * d.y();
-      vv += d.y() * d.y();
-    }
-    const double angle = 0.5 * std::atan2(2.0 * uv, uu - vv);
-    line.t = {std::cos(angle), std::sin(angle)};
+    const Eigen::Matrix2d scatter = lay_through_steps(std::span(steps_), line);
     const Eigen::Vector2d n = line.n();
-    line.rms = std::sqrt(std::max(0.0, share * (n.x() * n.x() * uu + 2.0 * n.x() * n.y() * uv + n.y() * n.y() * vv)));
-    double sww = 0.0;
-    for (const std::uint32_t i : line.steps) {
-      const double s = line.t.dot(at(i) - line.c);
-      line.low = std::min(line.low, s);
-      line.high = std::max(line.high, s);
-      line.slope += s * (steps_[i].inverse_depth - line.inverse_depth);
-      sww += s * s;
-    }
-    line.slope = sww > 0.0 ? line.slope / sww : 0.0;
+    line.rms = std::sqrt(std::max(0.0, share * (n.x() * n.x() * scatter(0, 0) + 2.0 * n.x() * n.y() * scatter(0, 1) +
+                                                n.y() * n.y() * scatter(1, 1))));
     return line;
   }
 
@@ -331,16 +309,13 @@ class LineGrower {
       const double w = line.inverse_depth + line.slope * line.t.dot(at(i) - line.c);
       off.push_back(std::abs((steps_[i].inverse_depth - w) / (w * w)));
     }
-    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
-    return 1.4826 * off[off.size() / 2];
+    return 1.4826 * median(std::move(off));
   }
 
   [[nodiscard]] double median_rise_m(const StepLine& line) const {
     std::vector<float> rises;
     for (const std::uint32_t i : line.steps) rises.push_back(steps_[i].rise_m);
-    const auto middle = rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2);
-    std::nth_element(rises.begin(), middle, rises.end());
-    return static_cast<double>(*middle);
+    return static_cast<double>(median(std::move(rises)));
   }
 
   [[nodiscard]] double filled(const StepLine& line) const {

@@ -13,6 +13,8 @@
 namespace rigcal {
 namespace {
 
+constexpr double far_m = 1e6;
+
 // A wall across the view at z, from x0 to x1, with a sample each 5 cm.
 void add_wall(double z, double x0, double x1, std::vector<MapSample>& samples) {
   for (double x = x0; x <= x1; x += 0.05) {
@@ -45,8 +47,8 @@ TEST_F(DepthBufferTest, SeesTheNearestSurfaceAndNotWhatItHides) {
   EXPECT_TRUE(buffer.sees(pixel(front), front.norm()));
   EXPECT_FALSE(buffer.sees(pixel(behind), behind.norm()));
   EXPECT_TRUE(buffer.sees(pixel(open), open.norm()));
-  EXPECT_NEAR(buffer.range_at(pixel(behind)), behind.norm() / 2.0, 0.06);
-  EXPECT_GT(buffer.filled_share(), 0.95);
+  EXPECT_FALSE(buffer.sees(pixel(behind), 0.58 * behind.norm())) << "the near wall, and what it may be off by";
+  EXPECT_TRUE(buffer.sees(pixel(behind), 0.5 * behind.norm()));
 }
 
 TEST_F(DepthBufferTest, FacesOfAnEdgeDoNotHideIt) {
@@ -72,12 +74,14 @@ TEST_F(DepthBufferTest, KnowsSilhouettes) {
 
 TEST_F(DepthBufferTest, EmptyWithoutAMapAndBehindTheCamera) {
   const DepthBuffer none(model_, SE3{}, {});
-  EXPECT_EQ(none.filled_share(), 0.0);
-  EXPECT_EQ(none.range_at({10.0, 10.0}), 0.0);
-  EXPECT_EQ(none.range_at({-50.0, 9999.0}), 0.0);
+  EXPECT_TRUE(none.sees({10.0, 10.0}, far_m));
+  EXPECT_TRUE(none.sees({-50.0, 9999.0}, far_m));
   SE3 turned;
   turned.R = exp_so3(Vector3d(0.0, to_rad(180.0), 0.0));
-  EXPECT_EQ(DepthBuffer(model_, turned, samples_).filled_share(), 0.0);
+  const DepthBuffer behind(model_, turned, samples_);
+  for (int y = 0; y < 480; y += 4) {
+    for (int x = 0; x < 640; x += 4) ASSERT_TRUE(behind.sees({x + 1.5, y + 1.5}, far_m));
+  }
 }
 
 // What a sample covers, written cell by cell.
@@ -108,14 +112,27 @@ TEST_F(DepthBufferTest, CoversTheSameCellsAsSampleBySample) {
       }
     }
   }
-  const DepthBuffer all(model, SE3{}, samples);
+  DepthBufferOptions exact;
+  exact.tolerance_m = 0.0;
+  exact.tolerance_per_m = 0.0;
   const std::vector<SampleBlock> blocks = blocks_of(samples, 0.5);
-  const DepthBuffer in_blocks(model, SE3{}, samples, blocks);
+  const DepthBuffer all(model, SE3{}, samples, {}, exact);
+  const DepthBuffer in_blocks(model, SE3{}, samples, blocks, exact);
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
+      // Of the cells around it as well; far away where nothing is.
+      double range = far_m;
+      for (int r = std::max(0, y - 1); r <= std::min(29, y + 1); ++r) {
+        for (int c = std::max(0, x - 1); c <= std::min(39, x + 1); ++c) {
+          const double here = nearest[static_cast<std::size_t>(40 * r + c)];
+          if (here > 0.0) range = std::min(range, here);
+        }
+      }
       const Eigen::Vector2d at(cell * x + 1.5, cell * y + 1.5);
-      EXPECT_NEAR(all.range_at(at), nearest[static_cast<std::size_t>(40 * y + x)], 1e-5);
-      EXPECT_EQ(all.range_at(at), in_blocks.range_at(at));
+      for (const DepthBuffer* buffer : {&all, &in_blocks}) {
+        ASSERT_TRUE(buffer->sees(at, range - 1e-5)) << x << " " << y;
+        ASSERT_EQ(buffer->sees(at, range + 1e-5), range == far_m) << x << " " << y;
+      }
     }
   }
 }

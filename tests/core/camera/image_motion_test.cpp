@@ -32,7 +32,6 @@ TEST(CameraAxis, IsFoundFromBesideItAmongAsManyWrongPairs) {
     EXPECT_LT(std::acos(std::min(1.0, found->axis_camera.dot(truth))), to_rad(0.5)) << "seed " << seed;
     EXPECT_LT(std::acos(std::min(1.0, found->lever_camera.dot(lever.normalized()))), to_rad(10.0)) << "seed " << seed;
     EXPECT_GT(found->share, 0.3);
-    EXPECT_LT(found->runner_up, 0.6 * found->share);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -176,14 +177,19 @@ std::vector<WeightedSegment> weighted_segments(const CameraScene& scene, const E
                                                const CameraAtStop& camera, const MatchOptions& options) {
   std::vector<EdgeMatch> matches;
   std::vector<WeightedSegment> segments;
-  std::size_t next = 0;
-  for (const SegmentFit& fit : match_view(scene, view, camera, options, &matches)) {
+  const std::vector<SegmentFit> fits = match_view(scene, view, camera, options, &matches);
+  auto match = matches.begin();
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const SegmentFit& fit = fits[k];
     if (fit.samples == 0) continue;
     WeightedSegment segment{view.stop, fit.line, fit.line_variance, {}};
-    for (const std::size_t end = next + static_cast<std::size_t>(fit.matches); next < end; ++next) {
-      matches[next].weight *= view.weight * fit.information();
+    // Matches come segment by segment, and the samples of a line by their numbers.
+    const auto own =
+        std::span(view.samples).subspan(view.segments[k].begin, view.segments[k].end - view.segments[k].begin);
+    for (; match != matches.end() && std::binary_search(own.begin(), own.end(), match->sample); ++match) {
+      match->weight *= view.weight * fit.information();
       // What weighs nothing would only cost time.
-      if (matches[next].weight > 1e-9) segment.matches.push_back(matches[next]);
+      if (match->weight > 1e-9) segment.matches.push_back(*match);
     }
     segments.push_back(std::move(segment));
   }

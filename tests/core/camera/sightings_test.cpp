@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+#include <utility>
+
 #include "tests/core/camera/textured_room.h"
 
 namespace rigcal {
@@ -14,6 +18,23 @@ class SightingsTest : public testing::Test {
   }
   [[nodiscard]] SE3 T_camera_G(std::size_t view) const { return (room_.scene.T_G_base[view] * room_.truth).inverse(); }
 
+  // The sample of the map that lies there. They are sorted along a direction in which no wall is flat.
+  [[nodiscard]] std::optional<std::size_t> sample_at(const Vector3d& p_G) {
+    const auto along = [](const Vector3d& p) { return p.dot(Vector3d(1.0, 0.731, 0.377)); };
+    if (sorted_.empty()) {
+      for (std::size_t k = 0; k < room_.scene.samples.size(); ++k)
+        sorted_.emplace_back(along(room_.scene.samples[k].p_G.cast<double>()), k);
+      std::sort(sorted_.begin(), sorted_.end());
+    }
+    constexpr double near_m = 1e-5;
+    auto at = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair{along(p_G) - 2.0 * near_m, std::size_t{0}});
+    for (; at != sorted_.end() && at->first < along(p_G) + 2.0 * near_m; ++at) {
+      if ((room_.scene.samples[at->second].p_G.cast<double>() - p_G).norm() < near_m) return at->second;
+    }
+    return std::nullopt;
+  }
+
+  std::vector<std::pair<double, std::size_t>> sorted_;
   TexturedRoom room_ = make_textured_room();
   SurfaceCodes codes_ = surface_codes(room_.scene.samples);
   CameraModel model_{room_.camera.intrinsics};
@@ -26,8 +47,9 @@ TEST_F(SightingsTest, AreWhatTheCameraSees) {
   for (const Sighting& s : sightings) {
     ++of_view[s.view];
     const Vector3d p_G = room_.scene.T_G_base[s.view] * s.p_base.cast<double>();
-    EXPECT_LT((p_G - room_.scene.samples[s.sample].p_G.cast<double>()).norm(), 1e-5);
-    EXPECT_EQ(s.code, codes_.of_sample[s.sample]);
+    const auto sample = sample_at(p_G);
+    ASSERT_TRUE(sample);
+    EXPECT_EQ(s.code, codes_.of_sample[*sample]);
     EXPECT_TRUE(model_.contains(*model_.project(T_camera_G(s.view) * p_G)));
     // By a ray: nothing nearer, but for what the buffer's tolerance lets pass.
     const SE3 T_G_camera = T_camera_G(s.view).inverse();

@@ -30,7 +30,6 @@ TEST(SurfaceCodes, RanksAreEvenWithinEachLidar) {
     ++count[codes.of_sample[k]];
   }
   for (const int n : count) EXPECT_EQ(n, 10);
-  EXPECT_EQ(codes.share_informative, 1.0);
 }
 
 TEST(SurfaceCodes, TellApartWhichWayASurfaceFaces) {
@@ -44,15 +43,6 @@ TEST(SurfaceCodes, TellApartWhichWayASurfaceFaces) {
   met.insert(codes.of_sample.begin(), codes.of_sample.end());
   EXPECT_EQ(met.size(), static_cast<std::size_t>(facings));
   for (const std::uint8_t code : codes.of_sample) EXPECT_LT(code, surface_codes_count);
-}
-
-TEST(SurfaceCodes, KnowHowMuchOfAMapSaysAnything) {
-  // No reflectivity: only what lies on a plane says anything.
-  EXPECT_DOUBLE_EQ(surface_codes(std::vector{sample(0, 0), sample(0, 0, {1.0F, 0.0F, 0.0F})}).share_informative, 0.5);
-  // One LiDAR of two.
-  EXPECT_DOUBLE_EQ(surface_codes(std::vector{sample(0, 0), sample(0, 0), sample(3, 1), sample(8, 1)}).share_informative,
-                   0.5);
-  EXPECT_EQ(surface_codes({}).share_informative, 0.0);
 }
 
 }  // namespace
