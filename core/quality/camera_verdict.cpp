@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/camera/end_solve.h"
 #include "core/quality/verdict_text.h"
 
 namespace rigcal {
@@ -70,23 +71,17 @@ bool is_confirmed(const CameraEstimate& e, const Requirement& require, const Cam
   return bounds_apart(between.t.norm(), log_so3(between.R).norm(), e, require) <= limits.confirming_share;
 }
 
-bool is_off(const ScalarEstimate& change, const CameraThresholds& limits) {
-  return sigmas(change) > limits.intrinsics_sigmas;
-}
-
-bool asks_for_another_lens(const CameraEstimate& e, const CameraThresholds& limits) {
-  return is_off(e.focal_scale, limits) || is_off(e.k1_change, limits);
-}
+bool asks_for_another_lens(const CameraEstimate& e) { return is_off(e.focal_scale) || is_off(e.k1_change); }
 
 // At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
 void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, bool is_doubtful, Verdict& verdict) {
   const std::string mend = std::string("; calibrate its intrinsics anew, or try --refine-intrinsics") +
                            (is_doubtful ? ", unless the overlays in report.html show a false match" : "");
-  if (is_off(e.focal_scale, limits)) {
+  if (is_off(e.focal_scale)) {
     weaken(verdict, "the images fit better with a focal length " + number(100.0 * std::abs(e.focal_scale.value), 2) +
                         " % " + (e.focal_scale.value > 0.0 ? "longer" : "shorter") + " than the rig file's" + mend);
   }
-  if (is_off(e.k1_change, limits)) {
+  if (is_off(e.k1_change)) {
     weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
                         " by " + number(std::abs(e.k1_change.value), 4) + " than the rig file's" + mend);
   }
@@ -109,7 +104,7 @@ std::string why_false(const CameraEstimate& e, const Requirement& require, bool 
   if (is_confirmed(e, require, limits)) return {};
   if (bounds > limits.halves_share) {
     // With a lens that is another halves still agree, since it is estimated beside the pose: a false match bends it.
-    if (!refined && asks_for_another_lens(e, limits)) return "and another lens than the rig file's seems to fit better";
+    if (!refined && asks_for_another_lens(e)) return "and another lens than the rig file's seems to fit better";
     if (!e.information) return "and its grey values lead nowhere";
   }
   return bounds > limits.farthest_halves_share ? far_apart : std::string();

@@ -14,8 +14,7 @@ struct CameraThresholds {
   double worse_ratio = 1.5;                   ///< They are worse than at the start where they are so many times larger
   double worse_px = 0.1;                      ///< and so much more: a start may be a result.
   double disagreement_chi2 = differing_chi2;  ///< Edges against information.
-  double intrinsics_sigmas = 3.0;             ///< Focal length and k1 against the rig file,
-  double radial_trend_sigmas = 4.0;           ///< and the trend of the residuals along the radius,
+  double radial_trend_sigmas = 4.0;           ///< The trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
   double halves_share = 1.0;                  ///< Either half of the stops apart, over the larger of the requirement
                                               ///< and the bounds; so far apart other signs of a false match count,
