@@ -64,7 +64,8 @@ std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const Capt
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
     all.push_back("nothing came from it in the last " + std::to_string(silence_ns / 1'000'000'000) + " s");
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)
-    all.push_back(livox::missing_text(missing.setting, missing.outcome));
+    all.push_back(livox::missing_text(missing.setting, missing.outcome) + ": " +
+                  livox::mend_of_missing(missing.outcome));
   return all;
 }
 

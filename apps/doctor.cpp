@@ -204,6 +204,9 @@ std::vector<Check> check_lidars(const Rig& rig, const LidarFindings& findings) {
       checks.push_back({CheckLevel::warning, name,
                         "has the address " + rigcal::to_string(link.ip) + ", not " + rigcal::to_string(*expected),
                         "write the new one into the rig file"});
+    for (const livox::MissingSetting& missing : link.missing_settings)
+      checks.push_back({CheckLevel::warning, name, livox::missing_text(missing.setting, missing.outcome),
+                        livox::mend_of_missing(missing.outcome)});
     add_status(name, link.status, checks);
     if (const DeviceIngest* device = findings.ingest.of_sensor(sensor)) {
       add_clock(name, *device, link.status, checks);

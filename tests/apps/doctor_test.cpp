@@ -159,6 +159,12 @@ TEST_F(DoctorLidars, AreTroubled) {
                                    "avia: 10 of 100 packets were lost", HasSubstr("left: Mid-40")));
 }
 
+TEST_F(DoctorLidars, DoNotTakeASetting) {
+  findings.devices[0].link.missing_settings = {{"return_mode: dual", livox::Outcome::unsupported}};
+  EXPECT_THAT(wrong(),
+              ElementsAre("avia: `return_mode: dual` is not in force (not known to the model or its firmware)"));
+}
+
 TEST_F(DoctorLidars, HaveOtherAddresses) {
   findings.devices[1].link.ip = {192, 168, 1, 22};
   EXPECT_THAT(wrong(), ElementsAre("left: has the address 192.168.1.22, not 192.168.1.21"));

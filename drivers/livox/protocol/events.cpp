@@ -17,17 +17,6 @@ std::string device_text(const Broadcast& broadcast, const Ipv4& ip) {
   return model_name(broadcast.type) + " " + broadcast.broadcast_code + " at " + rigcal::to_string(ip);
 }
 
-std::string mend_of(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::unsupported:
-      return "update its firmware, or change that in the rig file";
-    case Outcome::unanswered:
-      return "it is asked again each second; look at its cable and switch, and let UDP through the firewall";
-    default:
-      return "restart the device, or change that in the rig file";
-  }
-}
-
 struct EventText {
   std::string operator()(const Seen& event) const { return "seen: " + device_text(event.broadcast, event.ip); }
   std::string operator()(const Unreachable& event) const {
@@ -58,7 +47,8 @@ struct EventText {
   }
   std::string operator()(const RequestEnded& event) const {
     if (!event.setting.empty() && event.outcome == Outcome::done) return "`" + event.setting + "` is in force now";
-    if (!event.setting.empty()) return missing_text(event.setting, event.outcome);
+    if (!event.setting.empty())
+      return missing_text(event.setting, event.outcome) + ": " + mend_of_missing(event.outcome);
     return command_name(event.command) + ": " + to_string(event.outcome);
   }
   std::string operator()(const Lost& event) const { return std::string("lost: ") + to_string(event.cause); }
@@ -115,8 +105,19 @@ const char* to_string(WorkState state) {
   return "unknown";
 }
 
+std::string mend_of_missing(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::unsupported:
+      return "update its firmware, or change that in the rig file";
+    case Outcome::unanswered:
+      return "it is asked again each second; look at its cable and switch, and let UDP through the firewall";
+    default:
+      return "restart the device, or change that in the rig file";
+  }
+}
+
 std::string missing_text(const std::string& setting, Outcome outcome) {
-  return "`" + setting + "` is not in force (" + to_string(outcome) + "): " + mend_of(outcome);
+  return "`" + setting + "` is not in force (" + to_string(outcome) + ")";
 }
 
 std::string event_text(const EventContent& content) { return std::visit(EventText{}, content); }

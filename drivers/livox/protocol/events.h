@@ -116,9 +116,9 @@ struct ProtocolOutput {
 [[nodiscard]] const char* to_string(LossCause cause);
 [[nodiscard]] const char* to_string(WorkState state);
 
-/// A clause with the mend: that a setting (see `setting_text`) is not in force, for which it was asked with this
-/// outcome.
+/// That a setting (see `setting_text`) is not in force, for which it was asked with this outcome; and what to do then.
 [[nodiscard]] std::string missing_text(const std::string& setting, Outcome outcome);
+[[nodiscard]] std::string mend_of_missing(Outcome outcome);
 
 /// A sentence for a log, without the device's name.
 [[nodiscard]] std::string event_text(const EventContent& content);

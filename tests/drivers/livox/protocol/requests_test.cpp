@@ -158,7 +158,7 @@ TEST(Setup, ARefusedSettingIsNotAskedForAgainBeforeTheDeviceComesBack) {
 
 TEST(Setup, ASettingThatIsNotInForceIsNamedWithAMend) {
   const auto text = [](const ControlPayload& request, Outcome outcome) {
-    return missing_text(setting_text(request), outcome);
+    return missing_text(setting_text(request), outcome) + ": " + mend_of_missing(outcome);
   };
   DeviceSettings all{
       Coordinates::spherical, Echoes::first, ImuRate::off, Switch::on, Switch::off, Switch::on, Switch::off,
