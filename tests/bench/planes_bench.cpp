@@ -18,7 +18,7 @@ void planes_of_two_lidars(benchmark::State& state) {
     RigViews views;
     views.names = {"a", "b"};
     views.stops = {{plane_view(plane_cloud(clouds.a.points)), plane_view(plane_cloud(clouds.b.points))}};
-    const RigPlacement placed = place_rig(views, {SE3{}, std::nullopt});
+    RigPlacement placed = place_rig(views, {SE3{}, std::nullopt});
     if (!placed.lidars[1].known) state.SkipWithError("not found");
     benchmark::DoNotOptimize(placed.misfit);
   }
