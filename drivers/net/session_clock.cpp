@@ -13,11 +13,6 @@ std::int64_t read(clockid_t clock) {
 
 }  // namespace
 
-std::int64_t monotonic_of_recent(std::int64_t realtime_ns, const ClockReading& now) {
-  const std::int64_t age_ns = now.realtime_ns - realtime_ns;
-  return age_ns >= 0 && age_ns < kRecentNs ? now.monotonic_ns - age_ns : now.monotonic_ns;
-}
-
 ClockReading read_clocks() {
   // The middle of two readings: a pause between them would otherwise be an error of one side. The closest of three
   // tries is taken.

@@ -145,8 +145,10 @@ Frame FrameStream::read(void* popped) {
   underruns_ = underruns;
   // Aravis stamps with the time of day, when the frame's first packet came; the time of day may be set since.
   const net::ClockReading now = net::read_clocks();
+  realtime_.update(now);
   const auto came_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-  facts.host_stamp_ns = came_ns > 0 ? net::monotonic_of_recent(came_ns, now) : now.monotonic_ns;
+  facts.host_stamp_ns = came_ns > 0 ? realtime_.recent_monotonic(came_ns, now, last_came_ns_) : now.monotonic_ns;
+  last_came_ns_ = facts.host_stamp_ns;
   facts.width = setup_.width;
   facts.height = setup_.height;
   facts.row_bytes = setup_.image_bytes / static_cast<std::size_t>(setup_.height);

@@ -10,6 +10,7 @@
 #include "drivers/camera/camera_config.h"
 #include "drivers/camera/frame.h"
 #include "drivers/camera/frame_counter.h"
+#include "drivers/net/session_clock.h"
 
 struct _ArvChunkParser;
 struct _ArvStream;
@@ -52,6 +53,8 @@ class FrameStream {
   std::string exposure_chunk_;
   CameraSetup setup_;
   FrameCounter counter_{gige_block_ids};
+  net::RealtimeMap realtime_{net::read_clocks()};
+  std::int64_t last_came_ns_ = realtime_.latest().monotonic_ns;  ///< The last frame; those that follow came later.
   Counts counts_;
   std::uint64_t underruns_ = 0;  ///< Packets that found no buffer, up to the last frame.
 };

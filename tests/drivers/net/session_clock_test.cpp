@@ -53,14 +53,16 @@ TEST(SessionClock, AStepOfHalfASecondDoesNotMoveWhatWasStampedBeforeIt) {
   }
 }
 
-TEST(SessionClock, WhatWasJustStampedIsNeverInTheFutureNorLongAgo) {
+TEST(RealtimeMap, WhatWasJustStampedIsNeverInTheFutureNorLongAgo) {
   const ClockReading now{1'700'000'000 * second, 50 * second};
-  EXPECT_EQ(monotonic_of_recent(now.realtime_ns - second / 10, now), 50 * second - second / 10);
-  EXPECT_EQ(monotonic_of_recent(now.realtime_ns, now), 50 * second);
-  // Set between the stamp and `now`: by an hour back, by an hour forth, by a second back.
-  EXPECT_EQ(monotonic_of_recent(now.realtime_ns + 3600 * second, now), 50 * second);
-  EXPECT_EQ(monotonic_of_recent(now.realtime_ns - 3600 * second, now), 50 * second);
-  EXPECT_EQ(monotonic_of_recent(now.realtime_ns + second, now), 50 * second);
+  const RealtimeMap map(now);
+  const std::int64_t since_ns = 49 * second;
+  EXPECT_EQ(map.recent_monotonic(now.realtime_ns - second / 10, now, since_ns), 50 * second - second / 10);
+  EXPECT_EQ(map.recent_monotonic(now.realtime_ns, now, since_ns), 50 * second);
+  // Set between the stamp and `now`, with no pair from before: by an hour back, by an hour forth, by a second back.
+  EXPECT_EQ(map.recent_monotonic(now.realtime_ns + 3600 * second, now, since_ns), 50 * second);
+  EXPECT_EQ(map.recent_monotonic(now.realtime_ns - 3600 * second, now, since_ns), 50 * second);
+  EXPECT_EQ(map.recent_monotonic(now.realtime_ns + second, now, since_ns), 50 * second);
 }
 
 TEST(SessionClock, ReadsBothClocksAtOnce) {
