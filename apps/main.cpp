@@ -10,9 +10,9 @@
 #include <string>
 #include <thread>
 
-#include "apps/camera_recorder.h"
-#include "apps/command_line.h"
-#include "apps/stop_signal.h"
+#include "apps/cameras/camera_recorder.h"
+#include "apps/commands/command_line.h"
+#include "apps/common/stop_signal.h"
 #include "core/base/parallel.h"
 
 namespace rigcal {

@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "apps/json_text.h"
+#include "apps/common/json_text.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/extrinsics_file.h"

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "apps/json_text.h"
+#include "apps/common/json_text.h"
 #include "core/base/sha256.h"
 #include "core/base/version.h"
 #include "core/io/output_file.h"

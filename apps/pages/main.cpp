@@ -6,7 +6,7 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "apps/command_line.h"
+#include "apps/commands/command_line.h"
 #include "apps/pages/completion.h"
 #include "apps/pages/man_page.h"
 

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "apps/estimate_text.h"
+#include "apps/calibration/estimate_text.h"
 #include "apps/web/web_view.h"
 #include "core/base/text.h"
 #include "core/quality/lidar_quality.h"

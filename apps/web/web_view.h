@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/capture_status.h"
-#include "apps/live_calibration.h"
+#include "apps/calibration/live_calibration.h"
+#include "apps/capture/capture_status.h"
 #include "apps/web/web_server.h"
 
 namespace rigcal {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "apps/tolerance.h"
+#include "apps/common/tolerance.h"
 #include "core/pipeline/incremental_calibration.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 
 namespace rigcal {

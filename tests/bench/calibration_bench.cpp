@@ -7,7 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "core/planes/refine.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 
 // Points to extrinsics, on 20 stops of an AVIA and three MID-40 in the courtyard: 4 million points, or what

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/known_rig.h"
-#include "apps/recording.h"
+#include "apps/evaluation/known_rig.h"
+#include "apps/recording/recording.h"
 #include "core/base/random.h"
 #include "core/io/output_file.h"
 #include "core/quality/camera_verdict.h"

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "apps/lidar_ingest.h"
+#include "apps/ingest/lidar_ingest.h"
 #include "core/base/random.h"
 #include "drivers/livox_codec/sample_packet.h"
 

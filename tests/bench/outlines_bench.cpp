@@ -5,7 +5,7 @@
 #include "core/base/parallel.h"
 #include "core/edges/outlines.h"
 #include "core/edges/step_lines.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 
 // Outlines of surfaces in patches of 200 000 points, of an AVIA and three MID-40 in the courtyard. Rates are raw points

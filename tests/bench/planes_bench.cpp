@@ -2,7 +2,7 @@
 
 #include "core/base/parallel.h"
 #include "core/corner/rig_placement.h"
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 
 // The planes method from points to extrinsics, on the paper's corner. Aim: below a second (the paper: 27 to 106 s).
 namespace rigcal {

@@ -1,9 +1,9 @@
 #include <benchmark/benchmark.h>
 
 #include "core/base/parallel.h"
-#include "simdata/light_rig.h"
-#include "simdata/run_stream.h"
-#include "simdata/scene_file.h"
+#include "simdata/packets/run_stream.h"
+#include "simdata/rig/light_rig.h"
+#include "simdata/scene/scene_file.h"
 
 // Shots per second of the simulator; one shot of all devices counts the same. Aim: 2 M/s on two cores.
 namespace rigcal::sim {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluation.h"
+#include "apps/evaluation/evaluation.h"
 
 /// What trials of one kind came to; plain text for people.
 namespace rigcal {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "apps/recorded_devices.h"
-#include "apps/replay_stamps.h"
+#include "apps/replay/recorded_devices.h"
+#include "apps/replay/replay_stamps.h"
 #include "core/base/error.h"
 
 namespace {

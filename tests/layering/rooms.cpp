@@ -55,7 +55,7 @@ std::string check_include(const Table& table, const std::string& path, const std
     if (room == "core/base" && !is_standard(include.header) && is_header(path)) {
       return "core/base offers headers with the standard library only, but includes <" + include.header + ">";
     }
-    if (is_header(path) && room != "apps" && !eigen && !is_standard(include.header)) {
+    if (is_header(path) && !starts_with(room, "apps/") && !eigen && !is_standard(include.header)) {
       return "<" + include.header +
              "> stands in a public header; third-party and system headers belong into .cpp files";
     }
@@ -103,7 +103,14 @@ const Table& rooms() {
         {"drivers/livox/device", {"drivers/livox/protocol", "drivers/net"}},
         {"simdata/gige", {"drivers/gige_codec", "drivers/net"}},
         {"simdata/usb3", {"simdata/gige"}},
-        {"simdata", {"core/rig", "core/io", "drivers/net", "drivers/livox_codec", "simdata/gige"}},
+        {"simdata/scene", {"core/rig"}},
+        {"simdata/lidar", {"simdata/scene"}},
+        {"simdata/targets", {"simdata/lidar"}},
+        {"simdata/rig", {"simdata/lidar"}},
+        {"simdata/packets", {"simdata/rig", "drivers/livox_codec"}},
+        {"simdata/camera", {"simdata/rig", "core/io"}},
+        {"simdata/session", {"simdata/camera", "simdata/packets"}},
+        {"simdata/live", {"simdata/camera", "simdata/packets", "simdata/gige"}},
     };
     std::vector<std::string> core;
     for (const auto& [room, _] : rows) {
@@ -112,7 +119,26 @@ const Table& rooms() {
     rows["core/pipeline"] = core;
     std::vector<std::string> all;
     for (const auto& [room, _] : rows) all.push_back(room);
-    rows["apps"] = all;
+    const auto of_all = [&](std::vector<std::string> rooms) {
+      rooms.insert(rooms.end(), all.begin(), all.end());
+      return rooms;
+    };
+    rows["apps/common"] = {"core/quality"};
+    rows["apps/evaluation"] = {"apps/common", "core/io"};
+    rows["apps/ingest"] = {"core/io", "core/quality", "drivers/livox_codec"};
+    rows["apps/recording"] = {"apps/ingest", "core/pipeline"};
+    rows["apps/calibration"] = {"apps/recording", "core/report"};
+    rows["apps/exchange"] = {"apps/recording"};
+    rows["apps/inspection"] = {"apps/recording", "core/report"};
+    rows["apps/cameras"] = {"core/rig", "drivers/camera/aravis", "drivers/camera/v4l2"};
+    rows["apps/capture"] = {"apps/calibration",     "apps/cameras",    "apps/common",      "core/turntable",
+                            "drivers/livox/device", "drivers/trigger", "drivers/turntable"};
+    rows["apps/web"] = {"apps/capture"};
+    rows["apps/replay"] = {"apps/common", "apps/recording", "simdata/live"};
+    rows["apps/batch"] = {"apps/common", "core/report"};
+    rows["apps/experiment"] = of_all({"apps/batch", "apps/evaluation", "apps/ingest"});
+    rows["apps/commands"] = of_all({"apps/experiment", "apps/exchange", "apps/inspection", "apps/replay", "apps/web"});
+    rows["apps"] = {"apps/commands"};
     return rows;
   }();
   return table;

@@ -6,7 +6,7 @@
 
 #include "core/pipeline/lidar_calibration.h"
 #include "core/voxel/patch_of_points.h"
-#include "simdata/light_rig.h"
+#include "simdata/rig/light_rig.h"
 
 namespace rigcal {
 

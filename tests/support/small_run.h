@@ -7,8 +7,8 @@
 
 #include "core/base/run_context.h"
 #include "core/rig/rig.h"
-#include "simdata/scene_file.h"
-#include "simdata/session_writer.h"
+#include "simdata/scene/scene_file.h"
+#include "simdata/session/session_writer.h"
 
 namespace rigcal {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 #include "tests/support/se3_matchers.h"
 
 namespace rigcal {

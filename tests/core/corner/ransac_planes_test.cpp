@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 
 namespace rigcal {
 namespace {

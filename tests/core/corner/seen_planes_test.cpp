@@ -4,7 +4,7 @@
 
 #include "core/base/random.h"
 #include "core/corner/plane_shares.h"
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 
 namespace rigcal {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 
 /// Scenes of a few flat surfaces, as objects of a scene file.
 namespace rigcal {

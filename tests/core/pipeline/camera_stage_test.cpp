@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "core/pipeline/rig_calibration.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/pinhole.h"

@@ -7,7 +7,7 @@
 
 #include "core/quality/lidar_quality.h"
 #include "core/voxel/patch_of_points.h"
-#include "simdata/corner_clouds.h"
+#include "simdata/targets/corner_clouds.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
 #include "tests/support/stone_field.h"

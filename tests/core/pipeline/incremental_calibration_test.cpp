@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 
 namespace rigcal {

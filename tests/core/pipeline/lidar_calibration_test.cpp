@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/pipeline/lidar_result.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 #include "tests/support/noting_reporter.h"
 

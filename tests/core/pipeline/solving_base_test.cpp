@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 
 namespace rigcal {
@@ -159,7 +159,7 @@ LightRecording named(const LightRecording& run, std::size_t base) {
   return out;
 }
 
-// tests/apps/base_experiment_test.cpp tries all bases, from guesses.
+// tests/apps/experiment/base_experiment_test.cpp tries all bases, from guesses.
 void expect_the_same_for_another_base(const LightRecording& run) {
   SilentReporter silent;
   std::optional<CalibrationResult> first;

@@ -4,7 +4,7 @@
 
 #include "core/start/rig_start.h"
 #include "core/voxel/patch_of_points.h"
-#include "simdata/light_rig.h"
+#include "simdata/rig/light_rig.h"
 
 namespace rigcal {
 

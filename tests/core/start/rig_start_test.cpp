@@ -5,7 +5,7 @@
 #include <stop_token>
 
 #include "core/base/parallel.h"
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/core/start/light_run.h"
 #include "tests/support/court_of_walls.h"
 #include "tests/support/make_planes.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "simdata/random_rig.h"
-#include "simdata/scene_file.h"
+#include "simdata/rig/random_rig.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/core/start/light_run.h"
 
 namespace rigcal {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "simdata/scene_file.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/core/start/light_run.h"
 
 namespace rigcal {

@@ -9,11 +9,11 @@
 
 #include "core/base/random.h"
 #include "core/stops/still_listener.h"
-#include "simdata/imu_model.h"
-#include "simdata/ray_caster.h"
-#include "simdata/scene_file.h"
-#include "simdata/shot_meter.h"
-#include "simdata/sim_rig.h"
+#include "simdata/lidar/shot_meter.h"
+#include "simdata/rig/imu_model.h"
+#include "simdata/rig/sim_rig.h"
+#include "simdata/scene/ray_caster.h"
+#include "simdata/scene/scene_file.h"
 #include "tests/core/stops/rig_motion.h"
 
 namespace rigcal {

@@ -9,7 +9,7 @@
 #include <functional>
 #include <thread>
 
-#include "simdata/virtual_table.h"
+#include "simdata/live/virtual_table.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal::turntable {

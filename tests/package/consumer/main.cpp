@@ -3,7 +3,7 @@
 #include <iostream>
 #include <string>
 
-#include "apps/recording.h"
+#include "apps/recording/recording.h"
 #include "core/pipeline/lidar_calibration.h"
 
 int main(int argc, char** argv) {

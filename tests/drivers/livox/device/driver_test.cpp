@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "drivers/livox_codec/sample_packet.h"
-#include "simdata/virtual_livox.h"
+#include "simdata/live/virtual_livox.h"
 #include "tests/support/allocation_counter.h"
 
 namespace rigcal::livox {

@@ -8,7 +8,7 @@
 #include "core/base/random.h"
 #include "drivers/livox/protocol/abilities.h"
 #include "drivers/livox/protocol/host_protocol.h"
-#include "simdata/virtual_livox.h"
+#include "simdata/live/virtual_livox.h"
 
 namespace rigcal::livox {
 namespace {

@@ -1,0 +1,51 @@
+#include "apps/commands/calibration_text.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/calibration/estimate_text.h"
+#include "apps/common/json_text.h"
+#include "core/report/result_texts.h"
+#include "core/report/summary_text.h"
+
+namespace rigcal {
+
+std::string calibration_text(const CalibrationResult& result, const std::string& out) {
+  std::string text = fmt::format("{}: {}\nT_{}_sensor, p_{} = R p_sensor + t:\n", to_string(result.status),
+                                 summary_sentence(result), result.base, result.base);
+  for (const SensorResult& s : result.sensors) {
+    if (s.name == result.base && s.reasons.empty()) continue;
+    if (!s.T_base_sensor) {
+      text += fmt::format("  {:<16} {}\n", s.name, to_string(s.status));
+    } else {
+      const Vector3d& t = s.T_base_sensor->t;
+      const Vector3d phi = log_so3(s.T_base_sensor->R);
+      const Vector3d mm = 1e3 * s.covariance.diagonal().tail<3>().cwiseSqrt();
+      const Vector3d deg = s.covariance.diagonal().head<3>().cwiseSqrt() * (180.0 / pi);
+      text += fmt::format(
+          "  {:<16} {:<6} t [{:+.4f}, {:+.4f}, {:+.4f}] m, rotation vector [{:+.4f}, {:+.4f}, {:+.4f}] deg, sigma "
+          "{:.2f} "
+          "mm and {:.4f} deg on the worst axis\n",
+          s.name, to_string(s.status), t.x(), t.y(), t.z(), to_deg(phi.x()), to_deg(phi.y()), to_deg(phi.z()),
+          mm.maxCoeff(), deg.maxCoeff());
+    }
+    for (const std::string& reason : s.reasons) text += fmt::format("    - {}\n", reason);
+  }
+  double seconds = 0.0;
+  for (const StageReport& stage : result.stages) seconds += stage.wall_s;
+  text +=
+      fmt::format("{} stops, {:.1f} s; result in {}: open report.html in it\n", result.trajectory.size(), seconds, out);
+  return text;
+}
+
+std::string calibration_json(const CalibrationResult& result, const std::string& out,
+                             const std::vector<StopEstimate>& estimates) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(report_json(result));
+  json["command"] = "calibrate";
+  json["out"] = out;
+  if (!estimates.empty()) json["estimates"] = nlohmann::ordered_json::parse(estimates_json(estimates));
+  return json_text(json);
+}
+
+}  // namespace rigcal

@@ -1,0 +1,70 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/commands/command.h"
+#include "apps/commands/option_checks.h"
+#include "apps/common/json_text.h"
+#include "apps/exchange/session_import.h"
+#include "core/base/version.h"
+
+namespace rigcal {
+namespace {
+
+struct ImportOptions {
+  std::string input;
+  std::string out;
+  std::string rig;
+};
+
+std::string summary_text(const ImportOptions& options, const ImportSummary& done) {
+  char text[160];
+  if (done.datagrams > 0) {
+    std::snprintf(text, sizeof text, ": %llu datagrams\n", static_cast<unsigned long long>(done.datagrams));
+  } else {
+    std::snprintf(text, sizeof text, ": %llu stops, %.1f million points, %llu images\n",
+                  static_cast<unsigned long long>(done.stops), 1e-6 * static_cast<double>(done.points),
+                  static_cast<unsigned long long>(done.images));
+  }
+  return options.out + text;
+}
+
+std::string summary_json(const ImportOptions& options, const ImportSummary& done) {
+  const nlohmann::ordered_json json{
+      {"rigcal", format_version}, {"command", "import"},       {"kind", done.kind},
+      {"out", options.out},       {"complete", done.complete}, {"datagrams", done.datagrams},
+      {"stops", done.stops},      {"points", done.points},     {"images", done.images}};
+  return json_text(json);
+}
+
+Expected<ExitCode> run_import(const ImportOptions& options, CommandContext& context) {
+  const Expected<ImportSummary> done = import_session(options.input, options.rig, options.out, context.run_context());
+  if (!done) return done.error();
+  if (context.json) {
+    CommandContext::print(summary_json(options, *done));
+  } else if (!context.quiet) {
+    CommandContext::print(summary_text(options, *done));
+  }
+  return done->complete ? ExitCode::good : ExitCode::not_trustworthy;
+}
+
+}  // namespace
+
+void add_import_command(CLI::App& app, CommandContext& context) {
+  const auto options = std::make_shared<ImportOptions>();
+  CLI::App* command = app.add_subcommand("import", "Turn a dump, an .lvx file, a bag or a patch folder into a session");
+  command->add_option("INPUT", options->input, "A packet dump, a Livox .lvx file, a ROS 1 bag or a patch folder")
+      ->required();
+  command->add_option("--out", options->out, "The session to make; must not exist")
+      ->required()
+      ->check(named_path())
+      ->option_text("SESSION");
+  command->add_option("--rig", options->rig, "The rig file (a patch folder may bring its own)")->option_text("RIG");
+  command->footer("Example:\n  rigcal import run.bag --rig rig.yaml --out session");
+  command->callback(
+      [options, &context] { context.run = [options, &context] { return run_import(*options, context); }; });
+}
+
+}  // namespace rigcal

@@ -1,0 +1,91 @@
+#include "apps/common/stop_signal.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include "apps/common/exit_code.h"
+
+namespace rigcal {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Nothing is waited for any more, so nothing may be said by ways that could wait.
+[[noreturn]] void end_at_once() {
+  constexpr std::string_view words =
+      "rigcal: error: ended at once by a second signal: what was being written is left as it was; "
+      "a session is finished by rigcal inspect --repair SESSION\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
+  std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
+}
+
+// One that is blocked comes even where it is ignored.
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  if (!is_ignored(SIGHUP)) sigaddset(&set, SIGHUP);
+  return set;
+}
+
+}  // namespace
+
+StopSignal::StopSignal() : set_(stop_signals()) {
+  signals_ = signalfd(-1, &set_, SFD_CLOEXEC);
+  wake_ = eventfd(0, EFD_CLOEXEC);
+  if (signals_ < 0 || wake_ < 0) {
+    ready_ = system_error(std::string("cannot watch for Ctrl-C: ") + std::strerror(errno));
+    return;
+  }
+  pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  thread_ = std::thread([this] { listen(); });
+}
+
+StopSignal::~StopSignal() {
+  if (thread_.joinable()) {
+    const std::uint64_t one = 1;
+    // An eventfd with room takes eight bytes whole; there is nobody to tell if it did not.
+    [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof(one));
+    thread_.join();
+    pthread_sigmask(SIG_UNBLOCK, &set_, nullptr);
+  }
+  if (signals_ >= 0) close(signals_);
+  if (wake_ >= 0) close(wake_);
+}
+
+void StopSignal::listen() {
+  std::array<pollfd, 2> watched{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
+  std::optional<Clock::time_point> told;
+  while (true) {
+    if (poll(watched.data(), watched.size(), -1) < 0) {
+      if (errno == EINTR) continue;
+      return;
+    }
+    if (watched[1].revents != 0) return;
+    signalfd_siginfo signal{};
+    if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
+    if (told && signal.ssi_signo != SIGHUP && Clock::now() - *told >= kOneWish) end_at_once();
+    if (!told) told = Clock::now();
+    source_.request_stop();
+  }
+}
+
+}  // namespace rigcal

@@ -1,0 +1,317 @@
+#include "apps/recording/bag_batches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "apps/ingest/point_filter.h"
+#include "apps/recording/bag_topics.h"
+#include "core/io/bag_reader.h"
+
+namespace rigcal {
+namespace {
+
+constexpr int messages_at_once = 32;  // some milliseconds of work
+// The slowest LiDARs that turn take 0.2 s; times that claim more are not believed.
+constexpr std::int64_t longest_cloud_ns = 2'000'000'000;
+constexpr std::int64_t longest_untimed_ns = 200'000'000;
+constexpr std::int64_t usual_cloud_ns = 100'000'000;
+constexpr double worthy_loss = 1e-3;
+// Standard gravity; a resting unit shows 1 in g and this in m/s^2, so their geometric mean tells them apart.
+constexpr double gravity = 9.80665;
+
+struct Topic {
+  TopicIngest counts;
+  const TopicWish* wish = nullptr;
+  DeviceClock clock;
+  PointFilter filter;
+  const BagConnection* last_sender = nullptr;
+  std::uint32_t last_seq = 0;
+  std::optional<std::int64_t> last_end_ns;  ///< Of the cloud before.
+  std::optional<double> acceleration_to_g;  ///< Nothing until the first reading.
+
+  std::int64_t session_ns(std::int64_t sent_ns, std::int64_t recorded_ns) {
+    const SessionStamp stamp = clock.add(sent_ns == 0 ? recorded_ns : sent_ns, recorded_ns);
+    return stamp.stamp_ns;
+  }
+
+  void count_lost(const BagConnection* sender, std::uint32_t seq) {
+    constexpr std::uint32_t believable = 100'000;  // a larger step is a sender that started anew
+    const std::uint32_t step = seq - last_seq;
+    if (sender == last_sender && step > 1 && step < believable) counts.lost += step - 1;
+    last_sender = sender;
+    last_seq = seq;
+  }
+
+  void fault(const Error& error) {
+    if (++counts.malformed == 1) counts.first_fault = error.what;
+  }
+};
+
+void warn_of(const TopicIngest& counts, std::vector<std::string>& warnings) {
+  if (counts.malformed > 0) {
+    warnings.push_back(counts.topic + ": " + std::to_string(counts.malformed) + " of " +
+                       std::to_string(counts.messages) +
+                       " messages could not be read, the first: " + counts.first_fault);
+  }
+  if (counts.not_finite > 0) {
+    warnings.push_back(counts.topic + ": " + std::to_string(counts.not_finite) +
+                       " points with NaN or infinite coordinates left out");
+  }
+  if (const std::string complaint = counts.intensity.complaint(); !complaint.empty()) {
+    warnings.push_back(counts.topic + ": its " + complaint);
+  }
+  const auto sent = static_cast<double>(counts.messages + counts.lost);
+  if (static_cast<double>(counts.lost) > worthy_loss * sent) {
+    warnings.push_back(counts.topic + ": " + std::to_string(counts.lost) + " messages were lost on the way to the bag");
+  }
+  if (counts.clock.jumps > 0) {
+    warnings.push_back(counts.topic + ": the clock of its sender jumped " + std::to_string(counts.clock.jumps) +
+                       " time(s)");
+  }
+}
+
+class BagBatches final : public BatchSource {
+ public:
+  BagBatches(BagReader bag, std::string path, const Rig& rig, BatchSinks sinks)
+      : bag_(std::move(bag)), path_(std::move(path)), rig_(rig), wishes_(topic_wishes(rig)), sinks_(std::move(sinks)) {}
+
+  /// What is wrong with the topics that are known so far.
+  [[nodiscard]] std::optional<Error> topics_error() const {
+    std::vector<TopicName> there;
+    for (const auto& [number, connection] : bag_.connections()) {
+      const bool known = std::any_of(there.begin(), there.end(),
+                                     [&](const TopicName& name) { return name.topic == connection.topic; });
+      if (!known) there.push_back({connection.topic, connection.type});
+    }
+    if (std::optional<Error> error = wish_error(rig_, wishes_, there)) return error;
+    return absence_error(rig_, wishes_, there);
+  }
+
+  Expected<bool> read_some() override {
+    BagMessage message;
+    for (int i = 0; i < messages_at_once; ++i) {
+      const Expected<bool> more = bag_.next(message);
+      if (!more || !*more) return more;
+      if (const Expected<void> taken = take(message); !taken) return taken.error();
+    }
+    return true;
+  }
+  [[nodiscard]] double fraction() const override { return bag_.fraction(); }
+  [[nodiscard]] std::string truncation() const override { return bag_.truncation(); }
+  [[nodiscard]] IngestSummary summary() const override;
+
+ private:
+  Expected<void> take(const BagMessage& message);
+  Expected<Topic*> topic_of(const BagConnection& connection);
+  void add_points(Topic& topic, const BagMessage& message, RosType type);
+  void set_times(Topic& topic, std::int64_t recorded_ns);
+  void add_imu(Topic& topic, const BagMessage& message);
+  void add_image(Topic& topic, const BagMessage& message, RosType type);
+  [[nodiscard]] std::optional<Error> unusable() const;
+
+  BagReader bag_;
+  std::string path_;
+  Rig rig_;
+  std::vector<TopicWish> wishes_;
+  BatchSinks sinks_;
+  std::map<std::string, Topic> topics_;
+  std::map<const BagConnection*, Topic*> by_sender_;
+  RosCloud cloud_;
+  PointBatch batch_;
+};
+
+Expected<Topic*> BagBatches::topic_of(const BagConnection& connection) {
+  const auto known = by_sender_.find(&connection);
+  if (known != by_sender_.end()) return known->second;
+  Topic& topic = topics_[connection.topic];
+  topic.counts.topic = connection.topic;
+  topic.counts.type = connection.type;
+  for (const TopicWish& wish : wishes_) {
+    if (!is_same_topic(wish.topic, connection.topic)) continue;
+    topic.wish = &wish;
+    topic.counts.sensor = wish.sensor;
+    const RosType type = ros_type(connection.type);
+    if (!can_send(wish.use, type) || !is_known_layout(type, connection.md5)) {
+      Error error = type_error(rig_, wish, {connection.topic, connection.type}, connection.md5);
+      error.where = path_;
+      return error;
+    }
+    const Sensor& sensor = rig_.sensors[static_cast<std::size_t>(wish.sensor)];
+    if (wish.use == TopicUse::points) {
+      topic.filter = PointFilter(sensor.lidar->model != LidarModel::other, sensor.lidar->range_m);
+    }
+  }
+  by_sender_[&connection] = &topic;
+  return &topic;
+}
+
+Expected<void> BagBatches::take(const BagMessage& message) {
+  const Expected<Topic*> found = topic_of(*message.connection);
+  if (!found) return found.error();
+  Topic& topic = **found;
+  TopicIngest& counts = topic.counts;
+  if (counts.messages++ == 0) counts.first_ns = message.stamp_ns;
+  counts.last_ns = std::max(counts.last_ns, message.stamp_ns);
+  if (topic.wish == nullptr) return {};
+  const RosType type = ros_type(message.connection->type);
+  switch (topic.wish->use) {
+    case TopicUse::points:
+      add_points(topic, message, type);
+      break;
+    case TopicUse::imu:
+      add_imu(topic, message);
+      break;
+    case TopicUse::images:
+      add_image(topic, message, type);
+      break;
+  }
+  return {};
+}
+
+void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType type) {
+  if (const Expected<void> decoded = decode_cloud(type, message.bytes, cloud_); !decoded) {
+    topic.fault(decoded.error());
+    return;
+  }
+  topic.count_lost(message.connection, cloud_.header.seq);
+  topic.counts.not_finite += cloud_.not_finite;
+  topic.counts.intensity.add(cloud_.intensity);
+  set_times(topic, message.stamp_ns);
+  batch_.sensor = topic.wish->sensor;
+  batch_.points.swap(cloud_.points);
+  const PointFilter::LeftOut left_out = topic.filter.apply(batch_.points);
+  topic.counts.noise += left_out.noise;
+  topic.counts.out_of_range += left_out.out_of_range;
+  topic.counts.points += batch_.points.size();
+  if (sinks_.points) sinks_.points(batch_);
+}
+
+/// The batch's times, and each point's shot. A cloud is sent when it is complete, so its last point is what the clock
+/// maps. Without times all that is known is that it was seen since the cloud before.
+void BagBatches::set_times(Topic& topic, std::int64_t recorded_ns) {
+  const auto [first, last] = std::minmax_element(cloud_.times_ns.begin(), cloud_.times_ns.end());
+  const bool timed = first != cloud_.times_ns.end() &&
+                     static_cast<double>(*last) - static_cast<double>(*first) <= static_cast<double>(longest_cloud_ns);
+  batch_.undivided = !timed;
+  if (timed) {
+    const std::int64_t span_ns = *last - *first;
+    const std::int64_t end_ns = topic.session_ns(*last, recorded_ns);
+    constexpr std::uint16_t most_shots = std::numeric_limits<std::uint16_t>::max();
+    batch_.stamp_ns = end_ns - span_ns;
+    batch_.shot_interval_ns = static_cast<double>(span_ns) / most_shots;
+    batch_.shots = most_shots;
+    const double per_ns = span_ns > 0 ? most_shots / static_cast<double>(span_ns) : 0.0;
+    for (std::size_t i = 0; i < cloud_.points.size(); ++i) {
+      cloud_.points[i].shot =
+          static_cast<std::uint16_t>(static_cast<double>(cloud_.times_ns[i] - *first) * per_ns + 0.5);
+    }
+    topic.last_end_ns = end_ns;
+    return;
+  }
+  ++topic.counts.untimed;
+  const std::int64_t end_ns = topic.session_ns(cloud_.header.stamp_ns, recorded_ns);
+  const std::int64_t span_ns =
+      topic.last_end_ns ? std::clamp<std::int64_t>(end_ns - *topic.last_end_ns, 0, longest_untimed_ns) : usual_cloud_ns;
+  batch_.stamp_ns = end_ns - span_ns;
+  batch_.shot_interval_ns = static_cast<double>(span_ns);
+  batch_.shots = 1;
+  topic.last_end_ns = end_ns;
+}
+
+void BagBatches::add_imu(Topic& topic, const BagMessage& message) {
+  const Expected<RosImu> imu = decode_imu(message.bytes);
+  if (!imu || !imu->has_gyro) {
+    topic.fault(imu ? input_error("says that it has no rates") : imu.error());
+    return;
+  }
+  topic.count_lost(message.connection, imu->header.seq);
+  const std::int64_t stamp_ns = topic.session_ns(imu->header.stamp_ns, message.stamp_ns);
+  const double length = imu->acceleration.norm();
+  if (!topic.acceleration_to_g && length > 0.0) {
+    topic.acceleration_to_g = length < std::sqrt(gravity) ? 1.0 : 1.0 / gravity;
+  }
+  ++topic.counts.imu_samples;
+  if (!sinks_.imu) return;
+  sinks_.imu(
+      {topic.wish->sensor, stamp_ns, imu->gyro_rad_s, imu->acceleration * topic.acceleration_to_g.value_or(1.0)});
+}
+
+void BagBatches::add_image(Topic& topic, const BagMessage& message, RosType type) {
+  const Expected<RosImage> image = decode_image(type, message.bytes);
+  if (!image) {
+    topic.fault(image.error());
+    return;
+  }
+  topic.count_lost(message.connection, image->header.seq);
+  const std::int64_t stamp_ns = topic.session_ns(image->header.stamp_ns, message.stamp_ns);
+  if (sinks_.images) sinks_.images({topic.wish->sensor, stamp_ns, type, *image});
+}
+
+/// A LiDAR's topic that is there, but without a point that could be used.
+std::optional<Error> BagBatches::unusable() const {
+  for (const TopicWish& wish : wishes_) {
+    if (wish.use != TopicUse::points) continue;
+    const bool any = std::any_of(topics_.begin(), topics_.end(), [&](const auto& entry) {
+      return entry.second.wish == &wish && entry.second.counts.points > 0;
+    });
+    if (any) continue;
+    std::string fault;
+    for (const auto& [name, topic] : topics_) {
+      if (topic.wish == &wish && !topic.counts.first_fault.empty()) fault = ": a message " + topic.counts.first_fault;
+    }
+    return input_error("the topic " + wish.topic + " has no usable point" + fault, {},
+                       "check the sensor, and range in the rig file");
+  }
+  return std::nullopt;
+}
+
+IngestSummary BagBatches::summary() const {
+  IngestSummary summary;
+  std::map<std::string, TopicIngest> topics;
+  for (const auto& [number, connection] : bag_.connections()) {
+    TopicIngest& silent = topics[connection.topic];
+    silent.topic = connection.topic;
+    silent.type = connection.type;
+  }
+  for (const auto& [name, topic] : topics_) {
+    TopicIngest& counts = topics[name] = topic.counts;
+    counts.clock = topic.clock.figures();
+    warn_of(counts, summary.warnings);
+  }
+  for (auto& [name, counts] : topics) summary.topics.push_back(std::move(counts));
+  for (const TopicWish& wish : wishes_) {
+    const bool there = std::any_of(summary.topics.begin(), summary.topics.end(),
+                                   [&](const TopicIngest& counts) { return is_same_topic(counts.topic, wish.topic); });
+    if (!there) summary.warnings.push_back("there is no topic " + wish.topic);
+  }
+  summary.unfit = topics_error();
+  if (!summary.unfit) summary.unfit = unusable();
+  return summary;
+}
+
+}  // namespace
+
+bool is_bag(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string start(9, '\0');
+  file.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == "#ROSBAG V" || start == "#ROSRECOR";
+}
+
+Expected<std::unique_ptr<BatchSource>> open_bag_batches(const std::string& path, const Rig& rig, BatchSinks sinks) {
+  Expected<BagReader> bag = BagReader::open(path);
+  if (!bag) return bag.error();
+  const bool indexed = bag->indexed();
+  auto batches = std::make_unique<BagBatches>(std::move(*bag), path, rig, std::move(sinks));
+  if (std::optional<Error> error = indexed ? batches->topics_error() : std::nullopt) {
+    error->where = path;
+    return *error;
+  }
+  return std::unique_ptr<BatchSource>(std::move(batches));
+}
+
+}  // namespace rigcal

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "apps/recording/stop_reader.h"
+
+// What is said about stops that were read: why they are of no use, and what a user should know of them.
+namespace rigcal {
+namespace {
+
+// A rest that goes on after a bump or after creep: turned by no more than this, and not later.
+constexpr double bumped_deg = 1.5;
+constexpr std::int64_t bumped_ns = 4'000'000'000;
+constexpr double notable_tremble_deg = 0.02;
+
+// Empty where there were none.
+std::string brief_rests_text(const StillFigures& gyro) {
+  if (gyro.brief_rests == 0) return {};
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "%d %s between turns, of about %.1f s at most, %s too short for a stop, as the swing of a turn has to fade first",
+      gyro.brief_rests, gyro.brief_rests == 1 ? "pause" : "pauses", gyro.longest_brief_rest_s,
+      gyro.brief_rests == 1 ? "was" : "were");
+  return text;
+}
+
+void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
+  char text[300];
+  if (summary.source == StopSource::gyro && summary.gyro.brief_rests > 0)
+    warnings.push_back(brief_rests_text(summary.gyro) + ": let the rig rest for two seconds and more at every stop");
+  if (summary.source == StopSource::points && summary.gyro.imu_samples > 0) {
+    warnings.emplace_back(
+        "the gyro shows no rest (does the rig tremble?): the stops were found from the points, and how far the rig "
+        "turned between them is searched");
+  }
+  if (summary.view.blind_s > 0.0 && summary.source == StopSource::points) {
+    std::snprintf(text, sizeof text,
+                  "for %.1f s nothing seemed to move, but no LiDAR saw surfaces enough to tell; that time is left out",
+                  summary.view.blind_s);
+    warnings.emplace_back(text);
+  }
+  double tremble_deg = 0.0;
+  double farthest_deg = 0.0;
+  std::string cut_rests;
+  const StopRecord* before = nullptr;
+  for (const StopRecord& stop : summary.stops) {
+    const int index = stop.stop.index;
+    if (!stop.rotation_known && summary.source == StopSource::gyro) {
+      const bool vague = !(stop.rotation_sigma_rad <= StopOptions{}.most_rotation_sigma_rad);
+      warnings.push_back(std::string("the inertial unit ") + (vague ? "is too vague about the way" : "was silent") +
+                         " before stop " + std::to_string(index) + ": how far the rig turned there is not known");
+    }
+    if (stop.end == StopEnd::creep) {
+      std::snprintf(text, sizeof text, "the rig slowly crept away in stop %d: it ends there, after %.1f s", index,
+                    1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns));
+      warnings.emplace_back(text);
+    }
+    const double turned_deg = to_deg(log_so3(stop.R_previous_this).norm());
+    const bool soon = before != nullptr && stop.stop.start_ns - before->stop.end_ns < bumped_ns;
+    if (soon && stop.rotation_known && turned_deg < bumped_deg) {
+      cut_rests += (cut_rests.empty() ? "" : ", ") + std::to_string(index);
+      farthest_deg = std::max(farthest_deg, turned_deg);
+    }
+    tremble_deg = std::max(tremble_deg, to_deg(stop.tremble_rad));
+    before = &stop;
+  }
+  if (!cut_rests.empty()) {
+    std::snprintf(text, sizeof text, "%.2f deg", farthest_deg);
+    warnings.push_back(
+        "the rig was bumped or crept within a rest, which was cut there: each of these stops stands within " +
+        std::string(text) + " of the one before it: " + cut_rests);
+  }
+  if (tremble_deg > notable_tremble_deg) {
+    std::snprintf(text, sizeof text, "the rig trembles at rest, by up to %.3f deg (root mean square)", tremble_deg);
+    warnings.emplace_back(text);
+  }
+}
+
+}  // namespace
+
+std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options, const StopReading& summary) {
+  if (summary.ingest.unfit) {
+    Error error = *summary.ingest.unfit;
+    error.where = source.path;
+    return error;
+  }
+  if (!summary.stops.empty()) return std::nullopt;
+  char text[300];
+  if (summary.source == StopSource::points && summary.view.blind_s > 0.0) {
+    std::snprintf(
+        text, sizeof text,
+        "no inertial readings, and the points do not tell whether the rig turns: for %.1f s nothing seemed to "
+        "move, but no LiDAR saw surfaces enough that face different ways",
+        summary.view.blind_s);
+    return input_error(
+        text, source.path,
+        "switch the inertial unit of the AVIA on (imu: true in the rig file), or record nearer to walls");
+  }
+  if (summary.source == StopSource::points) {
+    std::snprintf(text, sizeof text,
+                  "the rig never stands still, as far as the points show: its longest rest has %.2f s, %.2f s are "
+                  "needed",
+                  summary.view.longest_still_s, options.min_stop_s);
+  } else {
+    std::snprintf(text, sizeof text,
+                  "the rig never stands still: its longest rest has %.2f s, %.2f s are needed (noise of the gyro: "
+                  "%.3f deg/s)",
+                  summary.gyro.longest_still_s, options.min_stop_s, to_deg(summary.gyro.gyro_noise_rad_s));
+  }
+  const std::string pauses = brief_rests_text(summary.gyro);
+  return input_error(text + (pauses.empty() ? pauses : "; " + pauses), source.path,
+                     "let it rest for two seconds and more at every stop");
+}
+
+std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
+  std::vector<std::string> warnings = summary.ingest.warnings;
+  if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
+  for (const std::string& finding : summary.notes.findings) warnings.push_back(source.file + ": " + finding);
+  if (!source.complete) {
+    warnings.push_back(source.path + ": the recording was cut short; what is there is used");
+  }
+  if (summary.gyro.bias_changes > 0) {
+    warnings.emplace_back("what was first taken for rest was a slow steady rotation: the first stops are doubtful");
+  }
+  if (summary.gyro.imu_unusable > 0) {
+    warnings.push_back(std::to_string(summary.gyro.imu_unusable) +
+                       " readings of the inertial unit were left out: they came too late, or no unit can read such "
+                       "values; is the recording damaged?");
+  }
+  const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
+  if (overflow > 0) {
+    warnings.push_back(std::to_string(overflow) + " points came too densely to be held until their stop was sure");
+  }
+  append_stop_warnings(summary, warnings);
+  return warnings;
+}
+
+}  // namespace rigcal

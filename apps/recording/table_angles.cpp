@@ -1,0 +1,76 @@
+#include "apps/recording/table_angles.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/base/text.h"
+#include "core/io/frame_files.h"
+#include "core/io/recorded_table.h"
+
+namespace rigcal {
+namespace {
+
+constexpr double most_off_rad = to_rad(2.0);
+
+}  // namespace
+
+std::vector<TableAngle> session_table_angles(const std::string& session, Reporter& reporter) {
+  const std::string path = (std::filesystem::path(session) / "turntable.csv").string();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return {};
+  const Expected<RecordedTable> table = read_recorded_table(path, session);
+  if (table && !table->torn.empty()) reporter.warn(table->torn);
+  Expected<std::vector<TableAngle>> angles = table ? parse_turntable(table->text, path) : table.error();
+  if (angles) return *std::move(angles);
+  reporter.warn("the table's angles are not used: " + angles.error().message());
+  return {};
+}
+
+std::optional<double> angle_in_stop(const std::vector<TableAngle>& angles, const Stop& stop) {
+  const auto first = std::lower_bound(angles.begin(), angles.end(), stop.start_ns,
+                                      [](const TableAngle& angle, std::int64_t ns) { return angle.stamp_ns < ns; });
+  double sum = 0.0;
+  int count = 0;
+  for (auto angle = first; angle != angles.end() && angle->stamp_ns <= stop.end_ns; ++angle) {
+    sum += angle->angle_deg;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+TableTurns table_turns(const Rig& rig, const std::vector<TableAngle>& angles, const std::vector<Stop>& stops) {
+  TableTurns turns;
+  turns.R_previous_this.resize(stops.size());
+  if (!rig.turntable || !rig.turntable->axis || angles.empty()) return turns;
+  std::optional<double> before;
+  for (std::size_t j = 0; j < stops.size(); ++j) {
+    const std::optional<double> angle = angle_in_stop(angles, stops[j]);
+    if (before && angle) turns.R_previous_this[j] = exp_so3(to_rad(*angle - *before) * *rig.turntable->axis);
+    before = angle;
+  }
+  return turns;
+}
+
+std::string merge_table_turns(const TableTurns& table, std::vector<std::optional<Matrix3d>>& R_previous_this) {
+  int doubtful = 0;
+  double worst_rad = 0.0;
+  for (std::size_t j = 1; j < R_previous_this.size() && j < table.R_previous_this.size(); ++j) {
+    const std::optional<Matrix3d>& told = table.R_previous_this[j];
+    if (!told) continue;
+    if (!R_previous_this[j]) {
+      R_previous_this[j] = told;
+      continue;
+    }
+    const double off = rotation_distance(*told, *R_previous_this[j]);
+    if (off > most_off_rad) ++doubtful;
+    worst_rad = std::max(worst_rad, off);
+  }
+  if (doubtful == 0) return {};
+  return "the table's angles and the gyro disagree about " + std::to_string(doubtful) + " turns, by up to " +
+         fixed_text(to_deg(worst_rad), 1) +
+         " degrees: the gyro is believed; does the table slip, or does the rig file want turntable.reverse or another "
+         "axis?";
+}
+
+}  // namespace rigcal

@@ -1,0 +1,92 @@
+#include "apps/replay/recorded_devices.h"
+
+#include <algorithm>
+
+#include "apps/ingest/lidar_identity.h"
+#include "drivers/livox_codec/control_payload.h"
+#include "simdata/packets/sim_device.h"
+
+namespace rigcal {
+namespace {
+
+constexpr std::uint8_t control_start = 0xAA;
+
+livox::DeviceType guess_type(const RecordedDevice& device) {
+  switch (device.points.value_or(livox::DataType::cartesian_tagged)) {
+    case livox::DataType::cartesian:
+    case livox::DataType::spherical:
+      return livox::DeviceType::mid40;
+    default:
+      return livox::DeviceType::avia;
+  }
+}
+
+}  // namespace
+
+RecordedDevice* RecordedDevices::find_or_add(const Endpoint& from) {
+  const auto known = devices_.find(from.ip);
+  if (known == devices_.end() && devices_.size() >= kMost) {
+    has_overflowed_ = true;
+    return nullptr;
+  }
+  RecordedDevice& device = devices_[from.ip];
+  device.ip = from.ip;
+  if (device.ports.size() < kMostPorts) device.ports.insert(from.port);
+  return &device;
+}
+
+bool RecordedDevices::add(const Datagram& datagram) {
+  if (!datagram.bytes.empty() && datagram.bytes[0] == control_start) {
+    if (const auto frame = livox::parse_control_frame(datagram.bytes)) {
+      if (livox::is_request(*frame)) return false;
+      RecordedDevice* device = find_or_add(datagram.from);
+      if (device == nullptr) return false;
+      last_ns_ = datagram.stamp_ns;
+      if (livox::is_broadcast(*frame)) {
+        if (const auto broadcast = livox::parse_broadcast(*frame)) device->broadcast = *broadcast;
+      } else if (livox::command_of(*frame) == livox::Command::device_information) {
+        const auto payload = livox::decode_control(*frame);
+        const auto* ack = payload ? std::get_if<livox::DeviceInformationAck>(&*payload) : nullptr;
+        if (ack != nullptr && ack->ret == livox::ReturnCode::success) device->firmware = ack->value;
+      }
+      return true;
+    }
+  }
+  const auto packet = livox::parse_sample_packet(datagram.bytes);
+  if (!packet) {
+    const auto known = devices_.find(datagram.from.ip);
+    return known != devices_.end() && known->second.ports.contains(datagram.from.port);
+  }
+  RecordedDevice* device = find_or_add(datagram.from);
+  if (device == nullptr) return false;
+  if (device->point_packets + device->imu_packets == 0) device->first_status = packet->header.status;
+  if (packet->header.data_type == livox::DataType::imu) {
+    ++device->imu_packets;
+  } else {
+    ++device->point_packets;
+    if (!device->points) device->points = packet->header.data_type;
+  }
+  if (!first_sample_ns_) first_sample_ns_ = datagram.stamp_ns;
+  last_ns_ = datagram.stamp_ns;
+  return true;
+}
+
+DeviceIdentity identity_of(const RecordedDevice& device, const Rig& rig) {
+  if (device.broadcast) return {*device.broadcast, false};
+  DeviceIdentity identity;
+  identity.broadcast = {{}, guess_type(device), livox::kDevicePort};
+  identity.is_guessed = true;
+  if (const int sensor = sensor_by_ip(rig, device.ip); sensor >= 0) {
+    const LidarSettings& lidar = *rig.sensors[static_cast<std::size_t>(sensor)].lidar;
+    identity.broadcast.broadcast_code = lidar.broadcast_code;
+    if (const auto type = sim::device_type(lidar.model)) {
+      identity.broadcast.type = *type;
+      identity.is_guessed = false;
+    }
+  }
+  if (identity.broadcast.broadcast_code.empty())
+    identity.broadcast.broadcast_code = sim::made_up_code(identity.broadcast.type, device.ip[3]);
+  return identity;
+}
+
+}  // namespace rigcal

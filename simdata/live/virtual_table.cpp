@@ -1,0 +1,174 @@
+#include "simdata/live/virtual_table.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace rigcal::sim {
+namespace {
+
+constexpr int look_ms = 10;
+constexpr double rest_s = 0.2;  // So long a followed run must not have turned to be at rest.
+constexpr double least_turn_deg = 1e-3;
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+Error no_terminal(int code) {
+  return system_error(std::string("no pseudo-terminal can be had (") + std::strerror(code) + ")", "virtual turntable");
+}
+
+std::optional<double> number_at(std::string_view text, std::size_t at) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), value);
+  if (error != std::errc{} || end == text.data() + at || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<VirtualTable>> VirtualTable::start(const VirtualTableOptions& options) {
+  const int descriptor = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  std::array<char, 128> name{};
+  if (descriptor < 0 || ::grantpt(descriptor) != 0 || ::unlockpt(descriptor) != 0 ||
+      ::ptsname_r(descriptor, name.data(), name.size()) != 0) {
+    const int code = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    return no_terminal(code);
+  }
+  const int held_open = ::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  termios settings{};
+  if (held_open >= 0 && ::tcgetattr(held_open, &settings) == 0) {
+    ::cfmakeraw(&settings);
+    ::tcsetattr(held_open, TCSANOW, &settings);
+  }
+  if (!options.link.empty()) {
+    struct stat there {};
+    if (::lstat(options.link.c_str(), &there) == 0 && S_ISLNK(there.st_mode)) ::unlink(options.link.c_str());
+    if (::symlink(name.data(), options.link.c_str()) != 0) {
+      const int code = errno;
+      ::close(descriptor);
+      if (held_open >= 0) ::close(held_open);
+      return system_error(std::string("cannot be made a link (") + std::strerror(code) + ")", options.link,
+                          "name a place that is free, in a folder of yours");
+    }
+  }
+  return std::unique_ptr<VirtualTable>(new VirtualTable(options, descriptor, held_open, name.data()));
+}
+
+VirtualTable::VirtualTable(const VirtualTableOptions& options, int descriptor, int held_open, std::string port)
+    : options_(options), descriptor_(descriptor), held_open_(held_open), port_(std::move(port)), told_s_(now_s()) {
+  thread_ = std::thread([this] { run(); });
+}
+
+VirtualTable::~VirtualTable() {
+  is_stopped_ = true;
+  thread_.join();
+  ::close(descriptor_);
+  if (held_open_ >= 0) ::close(held_open_);
+  if (!options_.link.empty()) ::unlink(options_.link.c_str());
+}
+
+double VirtualTable::angle_deg() const {
+  const std::lock_guard lock(mutex_);
+  return angle_deg_;
+}
+
+void VirtualTable::follow(double angle_deg) {
+  const std::lock_guard lock(mutex_);
+  follows_ = true;
+  if (is_jammed_ || std::abs(angle_deg - angle_deg_) < least_turn_deg) return;
+  angle_deg_ = angle_deg;
+  changed_s_ = now_s();
+  awaits_turn_ = false;
+}
+
+void VirtualTable::advance() {
+  const double now = now_s();
+  const std::lock_guard lock(mutex_);
+  const double most = (now - told_s_) * options_.degrees_per_s;
+  told_s_ = now;
+  if (!follows_ && !is_jammed_) angle_deg_ += std::clamp(target_deg_ - angle_deg_, -most, most);
+}
+
+bool VirtualTable::is_turning() const {
+  if (follows_) return awaits_turn_ || now_s() - changed_s_ < rest_s;
+  return angle_deg_ != target_deg_;
+}
+
+void VirtualTable::run() {
+  if (options_.speaks_grbl) answer("\r\nGrbl 1.1h ['$' for help]\r\n");
+  while (!is_stopped_) {
+    pollfd wait{descriptor_, POLLIN, 0};
+    const int ready = ::poll(&wait, 1, look_ms);
+    advance();
+    if (ready <= 0) continue;
+    std::array<char, 256> bytes{};
+    const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+    for (ssize_t i = 0; i < got; ++i) take(bytes[static_cast<std::size_t>(i)]);
+  }
+}
+
+void VirtualTable::take(char c) {
+  if (options_.speaks_grbl && (c == '?' || c == '!')) {  // Not part of a line.
+    const std::lock_guard lock(mutex_);
+    if (c == '!') {
+      target_deg_ = angle_deg_;
+      return;
+    }
+    std::array<char, 96> report{};
+    std::snprintf(report.data(), report.size(), "<%s|MPos:%.3f,0.000,0.000|FS:0,0>\r\n", is_turning() ? "Run" : "Idle",
+                  angle_deg_);
+    answer(report.data());
+  } else if (c == '\n') {
+    take_line();
+    line_.clear();
+  } else if (c != '\r' && line_.size() < 200) {
+    line_ += c;
+  }
+}
+
+void VirtualTable::order_move(double to_deg) {
+  target_deg_ = to_deg;
+  awaits_turn_ = follows_;
+}
+
+void VirtualTable::take_line() {
+  const std::lock_guard lock(mutex_);
+  if (options_.speaks_grbl) {
+    const std::size_t at = line_.find(" X");
+    const auto by = at == std::string::npos ? std::nullopt : number_at(line_, at + 2);
+    if (line_.find("G91") == std::string::npos || line_.find("G1 ") == std::string::npos || !by) {
+      answer("error:20\r\n");
+      return;
+    }
+    order_move((follows_ ? angle_deg_ : target_deg_) + *by);
+    answer("ok\r\n");
+  } else if (line_ == "POS?") {
+    // One that is on its way is not where it is to go, whatever the run's angle is.
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "POS %.3f\n", angle_deg_);
+    answer(text.data());
+  } else if (const auto to = line_.starts_with("MOVE ") ? number_at(line_, 5) : std::nullopt) {
+    order_move(*to);
+  } else {
+    answer("ERR what?\n");
+  }
+}
+
+void VirtualTable::answer(const std::string& text) const {
+  if (!is_mute_ && ::write(descriptor_, text.data(), text.size()) < 0) return;  // Nobody listens.
+}
+
+}  // namespace rigcal::sim

@@ -1,0 +1,100 @@
+#include "apps/calibration/live_calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "apps/calibration/calibration_run.h"
+#include "apps/calibration/live_result.h"
+#include "apps/capture/live_stops.h"
+#include "tests/apps/calibration/growing_session.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class LiveCalibrationTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = scratch_folder("live_calibration");
+    simulate_courtyard(small_rig(), hurried_run(6, 0.9), folder / "given");
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder); }
+
+  static inline fs::path folder;
+  SilentReporter silent;
+};
+
+TEST_F(LiveCalibrationTest, EndsWithWhatCalibrateGivesForTheSession) {
+  const fs::path session = folder / "session";
+  begin_growing(folder / "given", session);
+  auto recorder = PacketRecorder::create(session.string(), 0);
+  ASSERT_TRUE(recorder.has_value());
+  const StreamSource source = growing_session(session);
+  LiveCalibration calibration(source.rig, {});
+  LiveStops stops(source, recorder->progress(), calibration.sink());
+  record_growing(folder / "given", *recorder, [](const Datagram&) { return true; });
+  const auto reading = stops.finish({silent});
+  ASSERT_TRUE(reading) << reading.error().message();
+  // Slowly enough that something is known before the end.
+  for (int i = 0; i < 600 && calibration.estimates().estimates.empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const LiveEstimates known = calibration.estimates();
+  ASSERT_FALSE(known.estimates.empty());
+  EXPECT_EQ(known.trouble, "");
+  EXPECT_EQ(known.estimates.back().lidars.size(), 2U);
+  const auto live = finish_live(session.string(), *reading, calibration, (folder / "live").string(), {silent});
+  ASSERT_TRUE(live) << live.error().message();
+  EXPECT_GT(live->solved_s, 0.0);
+  EXPECT_GT(live->wall_s, live->solved_s);
+  EXPECT_FALSE(live->result.inputs.empty());
+
+  CellOptions cells;
+  cells.keep_thinned = true;
+  const auto recording = read_recording({session.string(), {}, {}}, cells, {silent});
+  ASSERT_TRUE(recording) << recording.error().message();
+  auto result = calibrate_by_default(*recording, {silent});
+  ASSERT_TRUE(result);
+  ASSERT_TRUE(write_calibration(*recording, {}, (folder / "offline").string(), *result));
+  for (const char* file : {"extrinsics.yaml", "trajectory.tum", "map.ply"}) {
+    EXPECT_TRUE(text_of(folder / "live" / file) == text_of(folder / "offline" / file)) << file;
+  }
+}
+
+TEST_F(LiveCalibrationTest, ForgetsWhatItIsToldToForget) {
+  const fs::path session = folder / "anew";
+  begin_growing(folder / "given", session);
+  const StreamSource source = growing_session(folder / "given");
+  LiveCalibration calibration(source.rig, {});
+  ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
+  ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
+  const LidarRecording recording = calibration.finish().lidar;
+  EXPECT_EQ(recording.stops.size(), 6U);
+  for (const PatchCells& patch : recording.patches) EXPECT_LT(patch.stop, 6);
+}
+
+TEST_F(LiveCalibrationTest, IsGivenUpWithoutWaiting) {
+  const StreamSource source = growing_session(folder / "given");
+  LiveCalibration calibration(source.rig, {});
+  EXPECT_FALSE(calibration.has_reached_goal());
+  EXPECT_TRUE(calibration.finish().lidar.stops.empty());
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,83 @@
+#include "apps/capture/capture_screen.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace rigcal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Keeps what was said; takes nothing while it is shut.
+class Terminal final : public Reporter {
+ public:
+  void progress(std::string_view, double) override { FAIL() << "the status shows how far it is"; }
+  void warn(std::string message) override {
+    wait();
+    said.push_back("warning: " + message);
+  }
+  void debug(std::string message) override {
+    wait();
+    said.push_back(message);
+  }
+  void draw(const CaptureStatus& status) {
+    wait();
+    said.push_back(std::to_string(status.bytes));
+  }
+
+  std::atomic<bool> is_shut{false};
+  std::atomic<int> waiting{0};
+  std::vector<std::string> said;
+
+ private:
+  void wait() {
+    ++waiting;
+    while (is_shut) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    --waiting;
+  }
+};
+
+CaptureStatus with_bytes(std::uint64_t bytes) {
+  CaptureStatus status;
+  status.bytes = bytes;
+  return status;
+}
+
+TEST(CaptureScreen, ATerminalThatTakesNothingHoldsNobodyUp) {
+  Terminal terminal;
+  terminal.is_shut = true;
+  CaptureScreen screen(terminal, [&](const CaptureStatus& status) { terminal.draw(status); });
+  screen.show(with_bytes(1));
+  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (std::uint64_t bytes = 2; bytes < 100; ++bytes) screen.show(with_bytes(bytes));
+  screen.progress("stage", 0.5);
+  screen.warn("the disk fills");
+  screen.debug("a remark");
+  terminal.is_shut = false;
+  screen.finish();
+  // What was begun, then what was said, then the newest status.
+  EXPECT_THAT(terminal.said, ElementsAre("1", "warning: the disk fills", "a remark", "99"));
+}
+
+TEST(CaptureScreen, KeepsABoundedNumberOfSentencesAndSaysHowManyItLeftOut) {
+  Terminal terminal;
+  terminal.is_shut = true;
+  CaptureScreen screen(terminal, [&](const CaptureStatus& status) { terminal.draw(status); });
+  screen.show(with_bytes(1));
+  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int i = 0; i < 1000; ++i) screen.debug("sentence " + std::to_string(i));
+  terminal.is_shut = false;
+  screen.finish();
+  ASSERT_EQ(terminal.said.size(), 1U + 256U + 1U);
+  EXPECT_EQ(terminal.said[256], "sentence 255");
+  EXPECT_THAT(terminal.said.back(), HasSubstr("744 messages"));
+}
+
+}  // namespace
+}  // namespace rigcal

@@ -1,0 +1,139 @@
+// A camera beside every kind of recording: one simulated run of an AVIA, a MID-40 and a small camera, as a session of
+// packets, as a dump and as an .lvx file with the images in a folder, and as a bag.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/io/extrinsics_file.h"
+#include "core/io/frame_files.h"
+#include "core/io/image_file.h"
+#include "tests/apps/commands/bag_recording.h"
+#include "tests/apps/commands/lvx_recording.h"
+#include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/small_run.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr int stops = 8;
+const std::string rig_yaml =
+    small_rig(small_camera("left", "BayerRG8"),
+              "  left: {translation: [0.05, 0.06, -0.05], rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n");
+
+class CameraInputs : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch = scratch_folder("camera_inputs");
+    sim::RunOptions run = hurried_run(stops, 1.1);
+    run.mount_error = {0.02, 1.0};
+    run.images_per_stop = 1;
+    simulate_courtyard(rig_yaml, run, scratch / "session");
+  }
+  static void TearDownTestSuite() { fs::remove_all(scratch); }
+
+  static ProgramRun rigcal(const std::string& arguments) {
+    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
+  }
+  static std::string dump() { return (scratch / "session/lidar.pcapng").string(); }
+  static std::vector<FrameRecord> frames() {
+    const auto read = read_frames((scratch / "session/images/left/frames.csv").string());
+    EXPECT_TRUE(read && read->size() == stops);
+    return read ? *read : std::vector<FrameRecord>{};
+  }
+  static fs::path image(const FrameRecord& frame) { return scratch / "session/images/left" / frame.file; }
+
+  /// Calibrates, and expects the camera where the truth has it; a pixel is 2.3 mrad here, 2 cm in 10 m.
+  static SE3 found_from(const std::string& arguments) {
+    const ProgramRun run = rigcal("calibrate " + arguments + " --out result --quiet");
+    EXPECT_LE(run.code, 1) << run.err;
+    const auto got = load_extrinsics((scratch / "result/extrinsics.yaml").string());
+    const auto truth = load_extrinsics((scratch / "session/ground_truth.yaml").string());
+    if (!got || !truth || got->T_base_sensor.count("left") == 0) {
+      ADD_FAILURE() << arguments << ": the camera was not found: " << run.out << run.err;
+      return {};
+    }
+    const SE3& T = got->T_base_sensor.at("left");
+    EXPECT_LT((T.t - truth->T_base_sensor.at("left").t).norm(), 0.06) << arguments;
+    EXPECT_LT(to_deg(rotation_distance(T.R, truth->T_base_sensor.at("left").R)), 0.4) << arguments;
+    std::ifstream report(scratch / "result/report.json");
+    EXPECT_EQ(nlohmann::json::parse(report)["cameras"][0]["images"].size(), std::size_t{stops}) << arguments;
+    return T;
+  }
+
+  static inline fs::path scratch;
+};
+
+TEST_F(CameraInputs, PacketsOfASessionAndADumpWithAFolderOfImagesGiveTheSame) {
+  const SE3 of_session = found_from("session");
+  const SE3 of_dump = found_from("session/lidar.pcapng --rig session/rig.yaml --images session/images");
+  EXPECT_EQ(of_session.matrix(), of_dump.matrix()) << "to the bit";
+}
+
+TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
+  const SE3 of_session = found_from("session");
+  const ProgramRun run = rigcal("export session --format patches --out patches --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out)["images"], stops);
+  const SE3 of_patches = found_from("patches");
+  // The turns of the gyro have gone through a trajectory: the map is micrometres apart, and edges of a small image
+  // with it.
+  EXPECT_LT((of_patches.t - of_session.t).norm(), 3e-3);
+  EXPECT_LT(to_deg(rotation_distance(of_patches.R, of_session.R)), 0.02);
+}
+
+TEST_F(CameraInputs, AnLvxFileTakesImagesWithStampsOfItsOwnTime) {
+  save_as_lvx(dump(), small_rig_avia(), small_rig_mid40(), (scratch / "run.lvx").string());
+  const auto look = nlohmann::json::parse(rigcal("inspect run.lvx --rig session/rig.yaml --json").out);
+  ASSERT_EQ(look["stops"].size(), std::size_t{stops});
+  const fs::path folder = scratch / "of_lvx/left";
+  fs::create_directories(folder);
+  const std::vector<FrameRecord> all = frames();
+  for (int k = 0; k < stops; ++k) {
+    const auto& stop = look["stops"][static_cast<std::size_t>(k)];
+    const std::int64_t middle_ns = (stop["start_ns"].get<std::int64_t>() + stop["end_ns"].get<std::int64_t>()) / 2;
+    fs::copy_file(image(all[static_cast<std::size_t>(k)]), folder / (std::to_string(middle_ns) + ".png"));
+  }
+  found_from("run.lvx --rig session/rig.yaml --images of_lvx");
+}
+
+TEST_F(CameraInputs, ABagBringsItsImages) {
+  BagBytes bag = bag_of_dump(dump(), 0);
+  std::uint32_t number = 0;
+  for (const FrameRecord& frame : frames()) {
+    const auto shot = read_image(image(frame).string());
+    ASSERT_TRUE(shot);
+    bag.add("/left", image_type, image_md5, frame.stamp_ns,
+            image_message(number++, frame.stamp_ns, static_cast<std::uint32_t>(shot->width),
+                          static_cast<std::uint32_t>(shot->height), "bayer_rggb8",
+                          static_cast<std::uint32_t>(shot->width), shot->bytes));
+  }
+  const auto bytes = bag.finish();
+  std::ofstream(scratch / "run.bag", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  found_from("run.bag --rig session/rig.yaml");
+}
+
+TEST_F(CameraInputs, ImagesOfTheWrongTimesAreMissedInOneSentence) {
+  const fs::path folder = scratch / "late/left";
+  fs::create_directories(folder);
+  for (const FrameRecord& frame : frames())
+    fs::copy_file(image(frame), folder / (std::to_string(frame.stamp_ns + 3'600'000'000'000) + ".png"));
+  const ProgramRun run =
+      rigcal("calibrate session/lidar.pcapng --rig session/rig.yaml --images late --out late_result");
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("8 of 8 images were taken outside of all stops"));
+  EXPECT_THAT(run.out, HasSubstr("-3600.000 s"));
+  const auto got = load_extrinsics((scratch / "late_result/extrinsics.yaml").string());
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->status.at("left"), "failed");
+  EXPECT_EQ(got->status.at("mid40"), "good");
+}
+
+}  // namespace
+}  // namespace rigcal
