@@ -10,7 +10,7 @@
 namespace rigcal {
 
 enum class PatchLayout {
-  patches,  ///< A patch folder (contract section 4) with images, rig.yaml and trajectory.tum.
+  patches,  ///< A patch folder (docs/manual.md, "Inputs") with images, rig.yaml and trajectory.tum.
   pcd,      ///< <sensor>_<stop>.pcd side by side, with the time of each point where it is known.
   las,      ///< <sensor>_<stop>.las side by side.
 };

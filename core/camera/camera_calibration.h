@@ -106,7 +106,7 @@ struct CameraEstimate {
   int iterations = 0;
 };
 
-/// Finds a camera against the map (architecture 3.5): the basin by normalised information distance, then LiDAR edges on
+/// Finds a camera against the map: the basin by normalised information distance, then LiDAR edges on
 /// image edges, then the checks. Poses of the stops and the map stand, so cameras do not depend on each other.
 /// Deterministic whatever the number of threads. A camera that cannot be found is no error but `found == false`.
 /// Errors: cancelled.

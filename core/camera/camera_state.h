@@ -42,8 +42,8 @@ struct EdgeProjection {
   Eigen::Matrix<double, 2, 3> by_world;  ///< pixel / m, of the edge's place in the world.
 };
 
-/// Nothing where no ray reaches the point, or where the camera looks along the edge. With derivatives
-/// (architecture 3.5): residual n.(pixel - q) has the row n^T jacobian.
+/// Nothing where no ray reaches the point, or where the camera looks along the edge. With derivatives:
+/// the residual n.(pixel - q) has the row n^T jacobian.
 [[nodiscard]] std::optional<EdgeProjection> project_edge(const CameraAtStop& camera, const LidarEdge& edge);
 
 }  // namespace rigcal

@@ -37,7 +37,7 @@ struct ExtrinsicsFile {
 /// The file that `path` stands for: of a folder the extrinsics.yaml in it. Error: a folder that has none.
 [[nodiscard]] Expected<std::string> extrinsics_path(const std::string& path);
 
-/// Reads `sensors` of an extrinsics.yaml (contract section 6) or a ground_truth.yaml (section 5), or a rig file's
+/// Reads `sensors` of an extrinsics.yaml or a ground_truth.yaml (docs/formats.md), or a rig file's
 /// `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer version, a
 /// sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the identity,
 /// no transform at all, another convention, matrices that contradict translation and quaternion, a covariance that is

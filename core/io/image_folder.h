@@ -28,9 +28,9 @@ struct ImageFolder {
 /// Where images lie or how they are named instead, and the mend, in a clause; empty: nothing of that kind is unknown.
 [[nodiscard]] std::string hint_of_unknown(const std::string& path, const ImageFolder& folder);
 
-/// Lists the images of one camera: those of `<path>/frames.csv` (contract section 5), or without it all files named
-/// `<number>.png`, `.jpg` or `.jpeg`. Nothing is decoded. Of a session without an end, a last line of frames.csv that
-/// is not whole is left out. Errors: no folder, a damaged frames.csv.
+/// Lists the images of one camera: those of `<path>/frames.csv` (docs/manual.md, "Inputs"), or without it all files
+/// named `<number>.png`, `.jpg` or `.jpeg`. Nothing is decoded. Of a session without an end, a last line of frames.csv
+/// that is not whole is left out. Errors: no folder, a damaged frames.csv.
 [[nodiscard]] Expected<ImageFolder> list_image_folder(const std::string& path);
 
 }  // namespace rigcal

@@ -19,7 +19,7 @@ struct PatchFile {
   std::string path;
 };
 
-/// What lies in a patch folder (contract section 4): `<folder>/<sensor or its folder key>/<stop>.pcd`.
+/// What lies in a patch folder (docs/manual.md, "Inputs"): `<folder>/<sensor or its folder key>/<stop>.pcd`.
 struct PatchFolder {
   std::string path;
   /// By the sensor's index in the rig, sorted by stop; empty for cameras and for LiDARs without a folder.

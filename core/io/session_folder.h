@@ -29,7 +29,8 @@ struct SessionRecord {
   std::vector<std::string> events;  ///< What happened, one sentence each, with its time.
 };
 
-/// A session folder (contract section 5) and what is in it. Paths are empty where the file or folder is not there.
+/// A session folder (docs/manual.md, "Inputs") and what is in it. Paths are empty where the file or folder is not
+/// there.
 struct SessionFolder {
   std::string path;
   Rig rig;

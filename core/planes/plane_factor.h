@@ -13,8 +13,8 @@ namespace rigcal {
 enum class HessianForm { exact, gauss_newton };
 
 /// Derivatives for one observation under p -> Exp(phi) p + tau, in the world frame about the plane's centroid. The cost
-/// of a plane is sum_points w (u.(p - q))^2 = N lambda_0 with N, q, lambda_0 of the weighted points (architecture 3.3
-/// times N); all vectors are [phi; tau].
+/// of a plane is sum_points w (u.(p - q))^2 = N lambda_0 with N, q, lambda_0 of the weighted points: lambda_0 is
+/// the least eigenvalue of their covariance, N the sum of their weights. All vectors are [phi; tau].
 struct ObservationDerivatives {
   Vector6d g;     ///< Gradient.
   Matrix6d D;     ///< Own block of the Hessian.

@@ -133,7 +133,7 @@ struct Rig {
   [[nodiscard]] int find(const std::string& sensor_name) const;
 };
 
-/// Reads and checks a rig file (contract section 3). Every error names "file:line" and the mend: unknown keys (with the
+/// Reads and checks a rig file (docs/manual.md). Every error names "file:line" and the mend: unknown keys (with the
 /// nearest known one), values of the wrong kind or out of range, references to sensors that do not exist, a missing
 /// base.
 [[nodiscard]] Expected<Rig> load_rig(const std::string& path);

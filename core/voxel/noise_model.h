@@ -7,7 +7,7 @@ namespace rigcal {
 /// Measurement noise of one LiDAR: across the ray r angle_rad, along it
 /// sigma_r(r, i)^2 = (range_m^2 + (range_per_m r)^2) (1 + slant_growth (1 - cos i))^2 where it meets a surface at the
 /// incidence i: a spot that is drawn out by a slant gives a longer echo. The variance of a point's distance to that
-/// plane is sigma_r^2 cos^2 i + r^2 angle^2 sin^2 i (architecture 3.3).
+/// plane is sigma_r^2 cos^2 i + r^2 angle_rad^2 sin^2 i.
 struct NoiseModel {
   double range_m = 0.02;  ///< The data sheets' 2 cm, until the data say better.
   double range_per_m = 0.0;

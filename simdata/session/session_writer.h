@@ -7,9 +7,9 @@
 #include "simdata/packets/run_stream.h"
 #include "simdata/rig/light_rig.h"
 
-/// Simulated sessions on disk (contract section 5): rig.yaml as given, session.json, ground_truth.yaml, and either
-/// lidar.pcapng or patches/, and images of the cameras that have intrinsics. The folder must not exist; it is taken
-/// away again where the work fails or is stopped.
+/// Simulated sessions on disk (docs/manual.md, "simulate"): rig.yaml as given, session.json, ground_truth.yaml, and
+/// either lidar.pcapng or patches/, and images of the cameras that have intrinsics. The folder must not exist; it is
+/// taken away again where the work fails or is stopped.
 namespace rigcal::sim {
 
 /// What was written, for the user.

@@ -9,7 +9,7 @@
 /// What trials of one kind came to; plain text for people.
 namespace rigcal {
 
-/// One solution against the truth. Right is what the contract's `good` promises: within 10 mm and 0.1 degrees.
+/// One solution against the truth. Right is what trials take `good` to promise: within 10 mm and 0.1 degrees.
 struct Trial {
   SensorError error;
   bool flagged = false;  ///< The verdict is not `good`.

@@ -90,7 +90,7 @@ TEST_F(Console, KeepsAnErrorOnOneLineWhateverAFileNameHolds) {
   EXPECT_EQ(out.str(), "rigcal: error: cannot open a b [2J\n");
 }
 
-TEST(ExitCodes, AreThoseOfTheContract) {
+TEST(ExitCodes, AreThoseOfTheManual) {
   EXPECT_EQ(static_cast<int>(exit_code_of(Status::good)), 0);
   EXPECT_EQ(static_cast<int>(exit_code_of(Status::weak)), 1);
   EXPECT_EQ(static_cast<int>(exit_code_of(Status::failed)), 1);

@@ -17,7 +17,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const char* const contract_example = R"(
+const char* const full_example = R"(
 rigcal: 1
 base: avia
 method: targetless
@@ -43,7 +43,7 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(ExtrinsicsFile, ReadsAResult) {
-  const Expected<ExtrinsicsFile> file = parse_extrinsics(contract_example, "e.yaml");
+  const Expected<ExtrinsicsFile> file = parse_extrinsics(full_example, "e.yaml");
   ASSERT_TRUE(file) << file.error().message();
   EXPECT_EQ(file->base, "avia");
   ASSERT_EQ(file->T_base_sensor.size(), 2U);
@@ -60,7 +60,7 @@ TEST(ExtrinsicsFile, IsThatOfAResultFolder) {
   EXPECT_THAT(none.error().message(), AllOf(HasSubstr("is no result: it holds no extrinsics.yaml"), HasSubstr("give")));
   std::ofstream(folder / "ground_truth.yaml") << "";
   EXPECT_THAT(load_extrinsics(folder.string()).error().mend, HasSubstr("ground_truth.yaml"));
-  std::ofstream(folder / "extrinsics.yaml") << contract_example;
+  std::ofstream(folder / "extrinsics.yaml") << full_example;
   const Expected<ExtrinsicsFile> file = load_extrinsics(folder.string());
   ASSERT_TRUE(file) << file.error().message();
   EXPECT_EQ(file->base, "avia");

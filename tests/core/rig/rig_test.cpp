@@ -9,7 +9,7 @@
 namespace rigcal {
 namespace {
 
-const char* const contract_example = R"(
+const char* const full_example = R"(
 rigcal: 1                       # version of this format
 name: turntable-lab
 base: avia
@@ -48,8 +48,8 @@ Rig read(const std::string& text) {
   return *rig;
 }
 
-TEST(Rig, ReadsEveryKeyOfTheContract) {
-  const Rig rig = read(contract_example);
+TEST(Rig, ReadsEveryKey) {
+  const Rig rig = read(full_example);
   EXPECT_EQ(rig.name, "turntable-lab");
   ASSERT_EQ(rig.sensors.size(), 4U);
   EXPECT_EQ(rig.base, 0);
@@ -90,7 +90,7 @@ TEST(Rig, ReadsEveryKeyOfTheContract) {
 }
 
 TEST(Rig, NormalisesTheInitialRotation) {
-  const Rig rig = read(contract_example);
+  const Rig rig = read(full_example);
   EXPECT_FALSE(rig.sensors[0].initial_T_base_sensor);
   // The file's quaternion has four digits: 2 acos(0.9659) is 30 degrees within 0.01.
   EXPECT_THAT(*rig.sensors[1].initial_T_base_sensor, SE3Near(pose_deg(0, 0, 30, 0, 0.10, -0.05), 0.01, 1e-9));
@@ -113,13 +113,13 @@ TEST(Rig, KnowsBoardsWithMarkers) {
 }
 
 TEST(Rig, FindsSensorsByName) {
-  const Rig rig = read(contract_example);
+  const Rig rig = read(full_example);
   EXPECT_EQ(rig.find("camera_left"), 3);
   EXPECT_EQ(rig.find("camera"), -1);
 }
 
 TEST(Rig, IsTheSameAfterWritingAndReading) {
-  const Rig rig = read(contract_example);
+  const Rig rig = read(full_example);
   const std::string text = write_rig(rig);
   const Rig again = read(text);
   EXPECT_EQ(again.sensors.size(), rig.sensors.size());
