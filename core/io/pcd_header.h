@@ -54,7 +54,6 @@ class PcdHeaderParser {
 
   std::string file_;
   PcdHeader header_;
-  std::vector<std::string_view> words_;
   std::vector<std::uint64_t> sizes_;
   std::vector<char> types_;
   std::vector<std::uint64_t> counts_;

@@ -50,11 +50,4 @@ Expected<void> PlyWriter::finish() {
   return file_.close();
 }
 
-Expected<void> write_ply(const std::string& path, std::span<const PlyPoint> points, const std::string& remark) {
-  Expected<PlyWriter> writer = PlyWriter::create(path, remark);
-  if (!writer) return writer.error();
-  writer->write(points);
-  return writer->finish();
-}
-
 }  // namespace rigcal

@@ -40,7 +40,4 @@ class PlyWriter {
   std::uint64_t points_ = 0;
 };
 
-/// The whole of a cloud at once.
-Expected<void> write_ply(const std::string& path, std::span<const PlyPoint> points, const std::string& remark = {});
-
 }  // namespace rigcal

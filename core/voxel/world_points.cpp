@@ -4,12 +4,6 @@
 
 namespace rigcal {
 
-std::vector<Eigen::Vector3f> world_points(const PatchCells& patch, const RigState& state) {
-  std::vector<Eigen::Vector3f> world;
-  append_world_points(patch, state, 1, world);
-  return world;
-}
-
 void append_world_points(const PatchCells& patch, const RigState& state, std::size_t every,
                          std::vector<Eigen::Vector3f>& world) {
   const SE3 T = state.T_G_sensor(patch.stop, patch.lidar);

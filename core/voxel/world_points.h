@@ -7,10 +7,7 @@
 
 namespace rigcal {
 
-/// The thinned points of a patch in the world, in their order.
-[[nodiscard]] std::vector<Eigen::Vector3f> world_points(const PatchCells& patch, const RigState& state);
-
-/// Every `every`-th of them, the first one first, behind what is in `world`.
+/// Every `every`-th of a patch's thinned points in the world, the first one first, behind what is in `world`.
 void append_world_points(const PatchCells& patch, const RigState& state, std::size_t every,
                          std::vector<Eigen::Vector3f>& world);
 

@@ -151,9 +151,8 @@ Expected<CommandFrame> parse_command(ByteView datagram) {
   if (frame.id == 0) return wrong("a command with the id 0", 6);
   if (length > reader.left()) return wrong("its payload is longer than the datagram", 4);
   frame.wants_ack = (flags & ack_flag) != 0;
-  const bool extended = (flags & extended_flag) != 0;
-  frame.may_broadcast_ack = extended && frame.command == static_cast<std::uint16_t>(Command::discovery);
-  frame.extended_ids = extended && frame.command == static_cast<std::uint16_t>(Command::packet_resend);
+  frame.extended_ids =
+      (flags & extended_flag) != 0 && frame.command == static_cast<std::uint16_t>(Command::packet_resend);
   frame.payload = reader.take(length);
   return frame;
 }

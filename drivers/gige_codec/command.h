@@ -36,10 +36,9 @@ enum class Command : std::uint16_t {
 /// A command without its framing. `payload` points into the bytes that were parsed.
 struct CommandFrame {
   bool wants_ack = true;
-  bool may_broadcast_ack = false;  ///< Of a discovery: whoever asks has no address in the device's network yet.
-  bool extended_ids = false;       ///< Of a resend: 64 bit block ids.
-  std::uint16_t command = 0;       ///< Any number.
-  std::uint16_t id = 0;            ///< Repeated by the ack; never 0.
+  bool extended_ids = false;  ///< Of a resend: 64 bit block ids.
+  std::uint16_t command = 0;  ///< Any number.
+  std::uint16_t id = 0;       ///< Repeated by the ack; never 0.
   ByteView payload;
 };
 

@@ -35,9 +35,6 @@ struct LineUse {
 };
 [[nodiscard]] Expected<LineUse> line_use(const LineAddress& address);
 
-/// "libgpiod 1.6.3"
-[[nodiscard]] std::string gpio_library();
-
 /// A line that this program drives. Low when it is taken, and low when it is given back, whatever happens before.
 class OutputLine {
  public:

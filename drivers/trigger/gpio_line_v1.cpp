@@ -43,8 +43,6 @@ LineUse use_of(gpiod_line* line) {
 
 }  // namespace
 
-std::string gpio_library() { return std::string("libgpiod ") + gpiod_version_string(); }
-
 GpioChip describe_chip(const std::string& path) {
   GpioChip described;
   described.name = path.substr(path.rfind('/') + 1);

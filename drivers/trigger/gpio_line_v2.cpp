@@ -70,8 +70,6 @@ Expected<LineRequest> request_line(const LineAddress& address, const std::string
 
 }  // namespace
 
-std::string gpio_library() { return std::string("libgpiod ") + gpiod_api_version(); }
-
 GpioChip describe_chip(const std::string& path) {
   GpioChip described;
   described.name = path.substr(path.rfind('/') + 1);

@@ -34,8 +34,6 @@ class VirtualTable {
   [[nodiscard]] double angle_deg() const;
   /// It takes commands and does not move.
   void jam(bool is_jammed) { is_jammed_ = is_jammed; }
-  /// It answers nothing at all.
-  void mute(bool is_mute) { is_mute_ = is_mute; }
   /// Its angle is that of a run from now on.
   void follow(double angle_deg);
 
@@ -56,7 +54,6 @@ class VirtualTable {
   std::string line_;
   double told_s_ = 0.0;  ///< Of the clock, when it last moved.
   std::atomic<bool> is_jammed_{false};
-  std::atomic<bool> is_mute_{false};
   std::atomic<bool> is_stopped_{false};
   mutable std::mutex mutex_;  ///< Of what follows.
   double angle_deg_ = 0.0;

@@ -69,8 +69,6 @@ class RayCaster {
   /// `point` is where the hit is.
   [[nodiscard]] SurfacePlace place_on(const Hit& hit, const Vector3d& point, const People& people) const;
 
-  [[nodiscard]] std::size_t primitive_count() const { return primitives_.size(); }
-
  private:
   /// A Flat or Cylinder in the form that is quick to hit. Flat: axis is the normal, f1 and f2 the dual of (u, v).
   struct Primitive {

@@ -157,8 +157,6 @@ Expected<void> Device::set(const std::string& feature, const std::string& value)
   return problem.result(feature + " cannot be set to " + value, identity_.id, answers() ? what_it_takes(feature) : "");
 }
 
-Expected<void> Device::set_number(const std::string& feature, double value) { return set(feature, number_text(value)); }
-
 Expected<void> Device::execute(const std::string& command) {
   Problem problem;
   arv_device_execute_command(device_of(camera_), command.c_str(), problem.put());

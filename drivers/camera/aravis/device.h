@@ -45,7 +45,6 @@ class Device {
   [[nodiscard]] Expected<double> number(const std::string& feature) const;
   /// Errors name the feature and what it takes.
   Expected<void> set(const std::string& feature, const std::string& value);
-  Expected<void> set_number(const std::string& feature, double value);
   Expected<void> execute(const std::string& command);
   /// The least and the greatest value of a number; without limits where it does not say.
   [[nodiscard]] std::pair<double, double> range(const std::string& feature) const;

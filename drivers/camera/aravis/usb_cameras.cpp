@@ -49,7 +49,6 @@ std::vector<UsbCamera> list_usb_cameras(const std::string& devices, const std::s
     camera.vendor = first_line(device / "manufacturer");
     camera.model = first_line(device / "product");
     camera.serial = first_line(device / "serial");
-    camera.speed_mbit_s = number_in(device / "speed");
     char place[32];
     std::snprintf(place, sizeof place, "%03d/%03d", number_in(device / "busnum"), number_in(device / "devnum"));
     camera.node = (fs::path(nodes) / place).string();

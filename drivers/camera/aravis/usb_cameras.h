@@ -10,8 +10,7 @@ struct UsbCamera {
   std::string vendor;
   std::string model;
   std::string serial;
-  std::string node;  ///< Its device file, "/dev/bus/usb/002/003".
-  int speed_mbit_s = 0;
+  std::string node;         ///< Its device file, "/dev/bus/usb/002/003".
   bool is_allowed = false;  ///< This user may read and write the device file.
 };
 

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <optional>
 #include <type_traits>
-
-#include "core/records/records.h"
 
 namespace rigcal::livox {
 namespace {
@@ -136,28 +133,6 @@ std::string firmware_text(const FirmwareVersion& firmware) {
                 static_cast<unsigned>(firmware[1]), static_cast<unsigned>(firmware[2]),
                 static_cast<unsigned>(firmware[3]));
   return text.data();
-}
-
-Expected<SetIpModeRequest> fixed_ip_request(const Broadcast& device, const Ipv4& ip, const Subnet& subnet) {
-  const std::string where = "fixed address for " + device.broadcast_code;
-  if (ip[0] == 0 || ip[0] >= 224 || ip[3] == 0 || ip[3] == 255)
-    return input_error(rigcal::to_string(ip) + " is no address of a device", where, "give one like 192.168.1.101");
-  SetIpModeRequest request{IpMode::fixed, ip, subnet};
-  if (device.type != DeviceType::mid40) return request;
-  // Old firmware knows no subnet but 192.168.1.x, of which each unit of a Mid-100 has a share.
-  struct Share {
-    int first = 0;
-    int last = 0;
-  };
-  constexpr std::array<Share, 3> shares{{{11, 80}, {81, 150}, {151, 220}}};
-  const int unit = device.broadcast_code.empty() ? 0 : device.broadcast_code.back() - '1';
-  const Share share = shares[static_cast<std::size_t>(unit < 0 || unit > 2 ? 0 : unit)];
-  if (ip[0] != 192 || ip[1] != 168 || ip[2] != 1 || ip[3] < share.first || ip[3] > share.last)
-    return input_error(
-        "a Mid-40 does not take " + rigcal::to_string(ip), where,
-        "give one from 192.168.1." + std::to_string(share.first) + " to 192.168.1." + std::to_string(share.last));
-  request.subnet.reset();
-  return request;
 }
 
 }  // namespace rigcal::livox

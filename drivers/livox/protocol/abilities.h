@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "core/base/error.h"
 #include "drivers/livox_codec/control_payload.h"
 
 /// What models and firmwares can do. By the vendor's tables, which know no firmware newer than themselves: newer ones
@@ -20,10 +19,5 @@ namespace rigcal::livox {
 
 /// "11.09.00.00".
 [[nodiscard]] std::string firmware_text(const FirmwareVersion& firmware);
-
-/// The request for a fixed address in the form that the model understands. Errors: an address that a Mid-40 refuses
-/// (its unit's share of 192.168.1.x, by the last digit of the code), or one that no host may have.
-[[nodiscard]] Expected<SetIpModeRequest> fixed_ip_request(const Broadcast& device, const Ipv4& ip,
-                                                          const Subnet& subnet = {{255, 255, 255, 0}, {}});
 
 }  // namespace rigcal::livox

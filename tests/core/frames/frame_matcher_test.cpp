@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/frames/match_frames.h"
 
 namespace rigcal {
 namespace {
@@ -97,6 +97,34 @@ struct Score {
   std::size_t wrong = 0;
 };
 
+// What became of the frames of a camera, and of the pulses of its line.
+struct MatchedFrames {
+  std::vector<FrameMatch> frames;  // as they came
+  MatchLedger ledger;
+  std::optional<CameraClockFigures> clock;
+};
+
+// A recording as it comes: pulses in the order of time, frames in that of arrival.
+MatchedFrames match_frames(const Recording& recording, const FrameMatcherOptions& options) {
+  FrameMatcher matcher(options);
+  MatchedFrames matched;
+  const auto take = [&] {
+    while (const auto match = matcher.next()) matched.frames.push_back(*match);
+  };
+  auto pulse = recording.pulses.begin();
+  for (const FrameSighting& frame : recording.frames) {
+    for (; pulse != recording.pulses.end() && pulse->stamp_ns <= frame.received_ns; ++pulse) matcher.add_pulse(*pulse);
+    matcher.add_frame(frame);
+    take();
+  }
+  for (; pulse != recording.pulses.end(); ++pulse) matcher.add_pulse(*pulse);
+  matcher.finish();
+  take();
+  matched.ledger = matcher.ledger();
+  matched.clock = matcher.clock();
+  return matched;
+}
+
 Score score(const Recording& recording, const MatchedFrames& matched) {
   Score score;
   score.matchable = recording.pulse_of.size();
@@ -120,7 +148,7 @@ void expect_matched(const Course& course, const FrameMatcherOptions& options, do
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const Recording recording = record(course, seed);
-    const Score got = score(recording, match_frames(recording.pulses, recording.frames, options));
+    const Score got = score(recording, match_frames(recording, options));
     EXPECT_EQ(got.wrong, 0U);
     EXPECT_GE(static_cast<double>(got.right), share * static_cast<double>(got.matchable)) << got.matchable;
   }
@@ -154,7 +182,7 @@ TEST(FrameMatcher, FindsThemWhereNothingIsAmiss) {
 
 TEST(FrameMatcher, KnowsHowTheClockRunsAndWhenFramesWithoutPulseWereReleased) {
   const Recording recording = record({}, 7);
-  const MatchedFrames matched = match_frames(recording.pulses, recording.frames, gige_camera());
+  const MatchedFrames matched = match_frames(recording, gige_camera());
   ASSERT_TRUE(matched.clock.has_value());
   EXPECT_NEAR(matched.clock->drift_ppm, 200.0, 1.0);
   EXPECT_NEAR(matched.clock->jitter_ns, 200e3, 100e3);
@@ -198,7 +226,7 @@ TEST(FrameMatcher, TellsThePulsesThatTheCameraIgnores) {
   options.least_interval_ns = 16 * ms;
   expect_matched(course, options);
   const Recording recording = record(course, 9);
-  const MatchLedger ledger = match_frames(recording.pulses, recording.frames, options).ledger;
+  const MatchLedger ledger = match_frames(recording, options).ledger;
   EXPECT_GT(ledger.pulses_too_soon, 4500U);
   EXPECT_LT(ledger.pulses_without_frame, 500U);
 }
@@ -217,7 +245,7 @@ TEST(FrameMatcher, MatchesNothingWhereTheStartCannotBeKnown) {
   course.lost_frames = course.lost_pulses = 0.0;
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Recording recording = record(course, seed);
-    const MatchedFrames matched = match_frames(recording.pulses, recording.frames, gige_camera());
+    const MatchedFrames matched = match_frames(recording, gige_camera());
     EXPECT_EQ(matched.ledger.matched, 0U);
     EXPECT_EQ(matched.ledger.doubtful, matched.ledger.frames);
     EXPECT_EQ(score(recording, matched).wrong, 0U);

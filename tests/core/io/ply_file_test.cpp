@@ -40,7 +40,10 @@ TEST(PlyFile, HasTheVerticesItsHeaderPromises) {
 
 TEST(PlyFile, SaysThatTheDiskIsFull) {
   if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "no /dev/full here";
-  const Expected<void> written = write_ply("/dev/full", std::vector<PlyPoint>(10));
+  Expected<PlyWriter> writer = PlyWriter::create("/dev/full");
+  ASSERT_TRUE(writer) << writer.error().message();
+  writer->write(std::vector<PlyPoint>(10));
+  const Expected<void> written = writer->finish();
   ASSERT_FALSE(written);
   EXPECT_THAT(written.error().message(), HasSubstr("disk is full"));
 }

@@ -52,11 +52,9 @@ TEST(GigeCommand, IsWrittenAndReadAsTheStandardHasIt) {
 TEST(GigeCommand, SaysWhetherItWantsAnAckAndWhatItsFlagMeans) {
   const auto discovery = parse_command(from_hex("42 11 0002 0000 0001"));
   EXPECT_TRUE(discovery->wants_ack);
-  EXPECT_TRUE(discovery->may_broadcast_ack);
   EXPECT_FALSE(discovery->extended_ids);
   const auto resend = parse_command(from_hex("42 10 0040 0000 0001"));
   EXPECT_FALSE(resend->wants_ack);
-  EXPECT_FALSE(resend->may_broadcast_ack);
   EXPECT_TRUE(resend->extended_ids);
 }
 

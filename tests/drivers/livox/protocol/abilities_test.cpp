@@ -1,14 +1,11 @@
 #include "drivers/livox/protocol/abilities.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
 namespace rigcal::livox {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr FirmwareVersion newest{99, 0, 0, 0};
 
@@ -37,21 +34,6 @@ TEST(Abilities, FollowTheKeysOfParameters) {
   EXPECT_TRUE(can_do(DeviceType::mid70, newest, write(ParameterKey::slot_number)));
   EXPECT_FALSE(can_do(DeviceType::mid40, newest, ReadParametersRequest{{1}}));
   EXPECT_FALSE(can_do(DeviceType::avia, newest, write(static_cast<ParameterKey>(77))));
-}
-
-TEST(FixedAddress, HasTheFormAndTheShareOfTheModel) {
-  const Broadcast avia{"3JEDK380010Z391", DeviceType::avia, 0};
-  const auto any = fixed_ip_request(avia, {10, 0, 0, 7});
-  ASSERT_TRUE(any.has_value());
-  EXPECT_TRUE(any->subnet.has_value());
-  const Broadcast middle{"0TFDG3B00600552", DeviceType::mid40, 0};
-  const auto own = fixed_ip_request(middle, {192, 168, 1, 91});
-  ASSERT_TRUE(own.has_value());
-  EXPECT_FALSE(own->subnet.has_value());
-  EXPECT_THAT(fixed_ip_request(middle, {192, 168, 1, 80}).error().mend, HasSubstr("192.168.1.81 to 192.168.1.150"));
-  EXPECT_FALSE(fixed_ip_request(middle, {10, 0, 0, 91}).has_value());
-  EXPECT_FALSE(fixed_ip_request(avia, {192, 168, 1, 255}).has_value());
-  EXPECT_FALSE(fixed_ip_request(avia, {224, 0, 0, 1}).has_value());
 }
 
 }  // namespace
