@@ -34,12 +34,17 @@ TEST(PulseTime, TakesAPacketOutOfOrderAcrossThePulse) {
   EXPECT_EQ(pulse.add(999'500'000, 2'100'000), 999'500'000);
 }
 
-TEST(PulseTime, SurvivesWildStamps) {
+TEST(PulseTime, IsRightAgainAfterWildStamps) {
   PulseTime pulse;
-  (void)pulse.add(INT64_MAX, INT64_MIN);
-  (void)pulse.add(0, INT64_MAX);
-  (void)pulse.add(INT64_MAX, 0);
-  (void)pulse.add(INT64_MIN, INT64_MIN);
+  std::int64_t true_ns = 300'000'000;
+  EXPECT_EQ(pulse.add(true_ns, 50 * kSecond + true_ns), true_ns);
+  for (const std::int64_t wild_ns : {INT64_MAX, INT64_MIN, std::int64_t{0}, -kSecond}) {
+    for (const std::int64_t received_ns : {INT64_MAX, INT64_MIN, std::int64_t{0}, std::int64_t{1} << 61U}) {
+      (void)pulse.add(wild_ns, received_ns);
+      true_ns += 1'250'000'000;
+      EXPECT_EQ(pulse.add(true_ns % kSecond, 50 * kSecond + true_ns), true_ns) << wild_ns << " " << received_ns;
+    }
+  }
 }
 
 }  // namespace
