@@ -171,10 +171,6 @@ bool DepthBuffer::unhidden(const Eigen::Vector2d& pixel, double range_m, const A
   return true;
 }
 
-bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m) const {
-  return unhidden(pixel, range_m, [](const MapSample&) { return true; });
-}
-
 bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m, const LidarEdge& edge) const {
   return unhidden(pixel, range_m, [&](const MapSample& sample) {
     const Vector3d d = sample.p_G.cast<double>() - edge.p_G;

@@ -27,13 +27,11 @@ class DepthBuffer {
   DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<const MapSample> samples,
               std::span<const SampleBlock> blocks = {}, const DepthBufferOptions& options = {});
 
-  /// Whether a surface point at `pixel`, `range_m` from the camera, is seen: nothing in the 3 x 3 cells around it is
-  /// nearer by more than the tolerance.
-  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m) const;
+  /// Whether a sample of the map at `pixel`, `range_m` from the camera, is seen: nothing in the 3 x 3 cells around it
+  /// is nearer by more than the tolerance, but for its own plane, however flat the camera looks along it.
+  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const MapSample& own) const;
   /// The same for a point of an edge: what lies on (or near) either of its faces does not hide it.
   [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const LidarEdge& edge) const;
-  /// The same for a sample of the map: its own plane does not hide it, however flat the camera looks along it.
-  [[nodiscard]] bool sees(const Eigen::Vector2d& pixel, double range_m, const MapSample& own) const;
   /// Whether a cell within `cells` of the pixel's is empty, or its range steps by more than the tolerance from
   /// `range_m` and not along the sample's own plane: a silhouette is near.
   [[nodiscard]] bool near_silhouette(const Eigen::Vector2d& pixel, double range_m, const MapSample& own,

@@ -8,6 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
+#include "core/camera/sightings.h"
 
 namespace rigcal {
 namespace {
@@ -70,10 +71,7 @@ std::vector<EdgeView> make_edge_views(const CameraScene& scene, const CameraTask
   parallel_for(camera.views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const CameraView& view = camera.views[k];
-      const auto stop = static_cast<std::size_t>(view.stop);
-      const bool known = view.stop >= 0 && stop < scene.T_G_base.size() && scene.stop_known[stop] != 0;
-      const bool fits = view.grey.width == camera.intrinsics.width && view.grey.height == camera.intrinsics.height;
-      if (!known || !fits) continue;
+      if (!is_usable(scene, camera.intrinsics, view)) continue;
       found[k].stop = view.stop;
       found[k].index = EdgeIndex(view.grey.width, view.grey.height,
                                  view.edges != nullptr ? *view.edges : find_image_edges(view.grey));

@@ -107,7 +107,7 @@ SeenFrom who_sees(std::span<const ColourView> views, std::span<const MapSample> 
           const float range = p.norm();
           if (!seen.takes(i, eye.view->camera, range) || !eye.cone.holds(samples[i].p_G)) continue;
           const auto pixel = eye.view->model.project(p.cast<double>());
-          if (!pixel || !eye.view->model.contains(*pixel) || !eye.depth.sees(*pixel, range)) continue;
+          if (!pixel || !eye.view->model.contains(*pixel) || !eye.depth.sees(*pixel, range, samples[i])) continue;
           seen.add(i, eye.view->camera, range, v);
         }
       }

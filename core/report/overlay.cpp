@@ -8,6 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
 #include "core/camera/sample_blocks.h"
+#include "core/camera/sightings.h"
 #include "core/io/image_file.h"
 
 namespace rigcal {
@@ -210,7 +211,7 @@ Image draw_map(const GreyImage& grey, const CameraModel& model, const CameraScen
       const MapSample& sample = scene.samples[k];
       const Vector3d p_C = T_C_G * sample.p_G.cast<double>();
       const auto pixel = model.project(p_C);
-      if (!pixel || !canvas.shows(*pixel) || !depth.sees(*pixel, p_C.norm())) continue;
+      if (!pixel || !canvas.shows(*pixel) || !depth.sees(*pixel, p_C.norm(), sample)) continue;
       const double value =
           colour == MapColour::range ? std::log(std::max(p_C.norm(), 1e-3)) : double(sample.reflectivity);
       dots.push_back({*pixel, p_C.norm(), value});
@@ -240,8 +241,7 @@ std::vector<std::size_t> choose_views(const CameraScene& scene, const CameraTask
   };
   std::vector<Candidate> candidates;
   for (std::size_t k = 0; k < camera.views.size(); ++k) {
-    if (scene.stop_known[static_cast<std::size_t>(camera.views[k].stop)])
-      candidates.push_back({k, 0, Vector3d::UnitZ()});
+    if (is_usable(scene, camera.intrinsics, camera.views[k])) candidates.push_back({k, 0, Vector3d::UnitZ()});
   }
   parallel_for(candidates.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

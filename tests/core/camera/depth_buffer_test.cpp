@@ -15,6 +15,9 @@ namespace {
 
 constexpr double far_m = 1e6;
 
+// On no plane: whatever is nearer hides it.
+const MapSample loose;
+
 // A wall across the view at z, from x0 to x1, with a sample each 5 cm.
 void add_wall(double z, double x0, double x1, std::vector<MapSample>& samples) {
   for (double x = x0; x <= x1; x += 0.05) {
@@ -44,11 +47,11 @@ TEST_F(DepthBufferTest, SeesTheNearestSurfaceAndNotWhatItHides) {
   const Vector3d front(-1.0, 0.2, 3.0);
   const Vector3d behind(-2.0, 0.4, 6.0);
   const Vector3d open(1.5, 0.4, 6.0);
-  EXPECT_TRUE(buffer.sees(pixel(front), front.norm()));
-  EXPECT_FALSE(buffer.sees(pixel(behind), behind.norm()));
-  EXPECT_TRUE(buffer.sees(pixel(open), open.norm()));
-  EXPECT_FALSE(buffer.sees(pixel(behind), 0.58 * behind.norm())) << "the near wall, and what it may be off by";
-  EXPECT_TRUE(buffer.sees(pixel(behind), 0.5 * behind.norm()));
+  EXPECT_TRUE(buffer.sees(pixel(front), front.norm(), loose));
+  EXPECT_FALSE(buffer.sees(pixel(behind), behind.norm(), loose));
+  EXPECT_TRUE(buffer.sees(pixel(open), open.norm(), loose));
+  EXPECT_FALSE(buffer.sees(pixel(behind), 0.58 * behind.norm(), loose)) << "the near wall, and what it may be off by";
+  EXPECT_TRUE(buffer.sees(pixel(behind), 0.5 * behind.norm(), loose));
 }
 
 TEST_F(DepthBufferTest, FacesOfAnEdgeDoNotHideIt) {
@@ -63,6 +66,21 @@ TEST_F(DepthBufferTest, FacesOfAnEdgeDoNotHideIt) {
   EXPECT_TRUE(buffer.sees(pixel(edge.p_G), edge.p_G.norm(), edge));
 }
 
+// Far away a cell has metres of a floor in it.
+TEST(DepthBuffer, AFloorDoesNotHideItselfHoweverFlatTheCameraLooksAlongIt) {
+  const CameraModel model(pinhole(320, 240, 200.0));
+  std::vector<MapSample> floor;
+  for (double x = -4.0; x <= 4.0; x += 0.05) {
+    for (double z = 2.0; z <= 15.0; z += 0.05)
+      floor.push_back({Vector3d(x, 1.0, z).cast<float>(), -Eigen::Vector3f::UnitY(), 0, 0});
+  }
+  const DepthBuffer buffer(model, SE3{}, floor);
+  for (const MapSample& sample : floor) {
+    const Vector3d p = sample.p_G.cast<double>();
+    ASSERT_TRUE(buffer.sees(*model.project(p), p.norm(), sample)) << p.transpose();
+  }
+}
+
 TEST_F(DepthBufferTest, KnowsSilhouettes) {
   const DepthBuffer buffer(model_, SE3{}, samples_);
   const Vector3d at_border(-0.02, 0.0, 3.0);
@@ -74,13 +92,13 @@ TEST_F(DepthBufferTest, KnowsSilhouettes) {
 
 TEST_F(DepthBufferTest, EmptyWithoutAMapAndBehindTheCamera) {
   const DepthBuffer none(model_, SE3{}, {});
-  EXPECT_TRUE(none.sees({10.0, 10.0}, far_m));
-  EXPECT_TRUE(none.sees({-50.0, 9999.0}, far_m));
+  EXPECT_TRUE(none.sees({10.0, 10.0}, far_m, loose));
+  EXPECT_TRUE(none.sees({-50.0, 9999.0}, far_m, loose));
   SE3 turned;
   turned.R = exp_so3(Vector3d(0.0, to_rad(180.0), 0.0));
   const DepthBuffer behind(model_, turned, samples_);
   for (int y = 0; y < 480; y += 4) {
-    for (int x = 0; x < 640; x += 4) ASSERT_TRUE(behind.sees({x + 1.5, y + 1.5}, far_m));
+    for (int x = 0; x < 640; x += 4) ASSERT_TRUE(behind.sees({x + 1.5, y + 1.5}, far_m, loose));
   }
 }
 
@@ -130,8 +148,8 @@ TEST_F(DepthBufferTest, CoversTheSameCellsAsSampleBySample) {
       }
       const Eigen::Vector2d at(cell * x + 1.5, cell * y + 1.5);
       for (const DepthBuffer* buffer : {&all, &in_blocks}) {
-        ASSERT_TRUE(buffer->sees(at, range - 1e-5)) << x << " " << y;
-        ASSERT_EQ(buffer->sees(at, range + 1e-5), range == far_m) << x << " " << y;
+        ASSERT_TRUE(buffer->sees(at, range - 1e-5, loose)) << x << " " << y;
+        ASSERT_EQ(buffer->sees(at, range + 1e-5, loose), range == far_m) << x << " " << y;
       }
     }
   }

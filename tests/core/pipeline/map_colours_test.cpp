@@ -76,6 +76,21 @@ TEST_F(ColourMap, ColoursWhatAViewSeesAndLeavesTheRestGrey) {
   EXPECT_EQ(rgb[3], (Rgb8{80, 80, 80}));
 }
 
+TEST_F(ColourMap, ColoursAFloorToItsFarEnd) {
+  std::vector<MapSample> floor;
+  std::vector<MapPoint> map;
+  for (int i = -10; i < 10; ++i) {
+    for (int k = 80; k < 240; ++k) {
+      const Eigen::Vector3f p(0.05F * static_cast<float>(i) + 0.025F, 1.0F, 0.05F * static_cast<float>(k) + 0.025F);
+      floor.push_back({p, -Eigen::Vector3f::UnitY(), 9, 0});
+      map.push_back({p.x(), p.y(), p.z(), 77, 0});
+    }
+  }
+  const std::vector<ColourView> views{view({200, 100, 40}, Vector3d::Zero())};
+  const auto rgb = colour_map(map, views, floor, blocks_of(floor, 0.5));
+  for (std::size_t i = 0; i < map.size(); ++i) ASSERT_EQ(rgb[i], (Rgb8{200, 100, 40})) << map[i].z << " m away";
+}
+
 TEST_F(ColourMap, TakesTheMeanOfViewsButNotOfSaturatedOnes) {
   const std::vector<MapPoint> map{{-1.01F, 0.02F, 5.01F, 77, 0}};
   const Vector3d at(-1.0, 0.0, 0.0);

@@ -144,6 +144,18 @@ TEST(Overlay, ColoursTheMapByRangeAndByReflectivityWithWhatIsNearOnTop) {
   EXPECT_GT(sum(colour(reflectivity, 160, 60)), sum(colour(reflectivity, 160, 160)) + 100);
 }
 
+TEST(Overlay, ColoursAFloorToItsFarEnd) {
+  const CameraModel model(small_camera());
+  CameraScene scene;
+  for (double x = -4.0; x < 4.0; x += 0.04) {
+    for (double z = 3.0; z < 12.0; z += 0.04)
+      scene.samples.push_back({Vector3d(x, 1.0, z).cast<float>(), -Eigen::Vector3f::UnitY(), 100, 0});
+  }
+  const Image picture = draw_map(flat_image(100.0F), model, scene, SE3{}, MapColour::range, "camera");
+  // The floor's far end is in row 120 + 200 / 12.
+  for (int y = 139; y < 180; ++y) EXPECT_NE(colour(picture, 160, y), dimmed) << y;
+}
+
 // Four stops that look at the wall or, turned by 90 or 180 degrees, at nothing; two images of the first one.
 CameraTask four_stops(CameraScene& scene) {
   CameraTask task;
@@ -162,13 +174,15 @@ CameraTask four_stops(CameraScene& scene) {
 
 TEST(Overlay, ChoosesViewsWithManyEdgesThatLookInDifferentDirections) {
   CameraScene scene = wall_with_edge();
-  const CameraTask task = four_stops(scene);
+  CameraTask task = four_stops(scene);
   const CameraModel model(task.intrinsics);
   EXPECT_THAT(choose_views(scene, task, model, SE3{}, 1), ElementsAre(0));
   EXPECT_THAT(choose_views(scene, task, model, SE3{}, 2), ElementsAre(0, 1));
   EXPECT_THAT(choose_views(scene, task, model, SE3{}, 9), ElementsAre(0, 1, 3, 2));
   scene.stop_known[0] = 0;
   EXPECT_THAT(choose_views(scene, task, model, SE3{}, 1), ElementsAre(2));
+  task.views[2].grey = {160, 120, std::vector<float>(160 * 120, 100.0F)};  // not this camera's
+  EXPECT_THAT(choose_views(scene, task, model, SE3{}, 1), ElementsAre(1));
 }
 
 TEST(Overlay, DrawsAsManyPicturesAsTheBudgetAllows) {
