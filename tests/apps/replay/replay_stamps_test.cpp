@@ -123,19 +123,31 @@ TEST(ReplayStamps, ChangeCoordinatesWithinTheirRounding) {
   }
 }
 
-TEST(ReplayStamps, SurviveAnyStampsAndPoints) {
+TEST(ReplayStamps, MakeAPacketOfAPacketWhateverItsStampAndPointsAre) {
   Random random(5);
   ReplayStamps stamps;
+  int packets = 0;
   for (int k = 0; k < 2000; ++k) {
     auto packet = packet_of(TimestampType::since_start, 0, static_cast<DataType>(random.below(9)));
     for (std::size_t i = 10; i < packet.size(); ++i) packet[i] = static_cast<std::uint8_t>(random.below(256));
     constexpr std::uint8_t types[] = {0, 1, 3, 4};
     packet[8] = types[random.below(4)];
     if (random.below(9) == 0) stamps.restart(static_cast<std::int64_t>(random.below(1000)));
+    const std::size_t size = packet.size();
+    const bool is_packet = parse_sample_packet(packet).has_value();
+    packets += is_packet ? 1 : 0;
     stamps.rewrite({random.uniform(0.01, 100.0), static_cast<std::int64_t>(random.below(1ULL << 62U))},
                    static_cast<std::int64_t>(random.below(1ULL << 62U)), packet);
-    change_coordinates(random.below(2) == 0, packet);
+    ASSERT_EQ(packet.size(), size) << k;
+    ASSERT_EQ(parse_sample_packet(packet).has_value(), is_packet) << k;
+    const bool spherical = random.below(2) == 0;
+    change_coordinates(spherical, packet);
+    const auto changed = parse_sample_packet(packet);
+    ASSERT_EQ(changed.has_value(), is_packet) << k;
+    if (!changed || changed->header.data_type == DataType::imu) continue;
+    ASSERT_EQ(record_layout(changed->header.data_type).spherical, spherical) << k;
   }
+  EXPECT_GT(packets, 500);
 }
 
 struct Said {
