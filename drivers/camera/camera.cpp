@@ -1,6 +1,8 @@
 #include "drivers/camera/camera.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 #include "core/base/text.h"
 
@@ -8,6 +10,11 @@ namespace rigcal::camera {
 namespace {
 
 constexpr std::size_t kMostRefusals = 20;  ///< That are told of one loss.
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
 
 /// What no back end can do.
 Expected<void> check_config(const CameraConfig& config) {
@@ -91,13 +98,15 @@ Expected<CameraSetup> Camera::configure(const CameraConfig& config) {
 Expected<void> Camera::start() {
   if (auto legal = check_call(CameraCall::start, state_); !legal) return legal;
   if (auto started = do_start(); !started) return started;
+  is_gone_ = false;
   state_ = CameraState::streaming;
   return {};
 }
 
 Expected<Delivery> Camera::next(std::int64_t timeout_ns) {
   if (auto legal = check_call(CameraCall::next, state_); !legal) return legal.error();
-  return do_next(std::max<std::int64_t>(timeout_ns, 0));
+  const std::int64_t wait_ns = std::max<std::int64_t>(timeout_ns, 0);
+  return is_gone_ ? search(wait_ns) : do_next(wait_ns);
 }
 
 Expected<void> Camera::trigger() {
@@ -106,6 +115,7 @@ Expected<void> Camera::trigger() {
     return system_error("the camera was not set up for triggers by software", identity_.id,
                         "set its trigger's source to Software");
   }
+  if (is_gone_) return system_error(camera_is_gone, identity_.id, "wait until it is back");
   return do_trigger();
 }
 
@@ -123,12 +133,33 @@ void Camera::close() {
   state_ = CameraState::closed;
 }
 
-Delivery Camera::lost(const std::string& how) {
+Delivery Camera::lose(const std::string& how) {
+  ++counters_.losses;
+  is_gone_ = true;
+  search_ns_ = now_ns();
   refusals_.clear();
   Delivery delivery;
   delivery.kind = Delivery::Kind::lost;
   delivery.text = identity_.id + ": " + camera_is_gone + ": " + how;
   return delivery;
+}
+
+Delivery Camera::search(std::int64_t timeout_ns) {
+  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  while (true) {
+    if (now_ns() >= search_ns_) {
+      do_let_go();
+      const auto started = do_start();
+      if (started) return back();
+      do_let_go();
+      search_ns_ = now_ns() + search_pause_ns_;
+      if (auto delivery = refused(started.error())) return *std::move(delivery);
+    }
+    const std::int64_t left_ns = deadline_ns - now_ns();
+    if (left_ns <= 0) return {};
+    const std::int64_t pause_ns = std::max<std::int64_t>(search_ns_ - now_ns(), 0);
+    std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, pause_ns)));
+  }
 }
 
 std::optional<Delivery> Camera::refused(const Error& why) {
@@ -145,7 +176,9 @@ std::optional<Delivery> Camera::refused(const Error& why) {
   return delivery;
 }
 
-Delivery Camera::back() const {
+Delivery Camera::back() {
+  ++counters_.returns;
+  is_gone_ = false;
   Delivery delivery;
   delivery.kind = Delivery::Kind::back;
   delivery.text = identity_.id + ": the camera is back";

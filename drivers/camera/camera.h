@@ -49,7 +49,9 @@ struct Delivery {
 /// A camera. The calls are made from one thread at a time, in the states in which they are legal (camera_state.h):
 /// others are errors and change nothing. Frames may be given back from any thread. Nothing is allocated for a frame.
 ///
-/// For those who write a back end: the public calls check the state, those with `do_` do the work.
+/// For those who write a back end: the public calls check the state, those with `do_` do the work. A camera that got
+/// lost is looked for by `next`, with `do_start` after `do_let_go`; until it is back, `do_next` and `do_trigger` are
+/// not called.
 class Camera {
  public:
   virtual ~Camera() = default;
@@ -79,18 +81,15 @@ class Camera {
   [[nodiscard]] CameraState state() const { return state_; }
   /// Who it is; of the last one while it is closed.
   [[nodiscard]] const CameraIdentity& identity() const { return identity_; }
-  [[nodiscard]] virtual CameraCounters counters() const = 0;
+  [[nodiscard]] virtual CameraCounters counters() const { return counters_; }
   /// What was mended or could not be, since it was made; sentences.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  protected:
-  Camera() = default;
-  /// What `next` brings when a camera is noticed to be gone, and when it is there again.
-  [[nodiscard]] Delivery lost(const std::string& how);
-  [[nodiscard]] Delivery back() const;
-  /// What `next` brings where a lost camera was looked for and not had; nothing where it just is not there, or where
-  /// that was said since it was lost.
-  [[nodiscard]] std::optional<Delivery> refused(const Error& why);
+  /// `search_pause_ns`: from one try to have a lost camera again to the next.
+  explicit Camera(std::int64_t search_pause_ns = 100'000'000) : search_pause_ns_(search_pause_ns) {}
+  /// For `do_next`: it was noticed that the camera is gone.
+  [[nodiscard]] Delivery lose(const std::string& how);
   void note(std::string text) { notes_.push_back(std::move(text)); }
 
   virtual Expected<CameraIdentity> do_open(const std::string& name) = 0;
@@ -99,15 +98,28 @@ class Camera {
   virtual Expected<Delivery> do_next(std::int64_t timeout_ns) = 0;
   virtual Expected<void> do_trigger() = 0;
   virtual Expected<void> do_stop() = 0;
+  /// What is left of a lost camera is given up, so that it can be had anew. More than once for one loss.
+  virtual void do_let_go() {}
   /// Of a camera that does not stream. To be called by the destructor of the back end by way of `close`.
   virtual void do_close() = 0;
 
+  CameraCounters counters_;  ///< Losses and returns are counted already.
+
  private:
+  [[nodiscard]] Delivery search(std::int64_t timeout_ns);
+  [[nodiscard]] Delivery back();
+  /// What `next` brings where a lost camera was looked for and not had; nothing where it just is not there, or where
+  /// that was said since it was lost.
+  [[nodiscard]] std::optional<Delivery> refused(const Error& why);
+
   CameraState state_ = CameraState::closed;
   CameraIdentity identity_;
   CameraConfig config_;
   std::vector<std::string> notes_;
-  std::vector<std::string> refusals_;  ///< Told since it was lost.
+  std::int64_t search_pause_ns_;
+  std::int64_t search_ns_ = 0;         ///< When the next try is due.
+  bool is_gone_ = false;               ///< It was said that it is lost.
+  std::vector<std::string> refusals_;  ///< Told since then.
 };
 
 /// A way to reach cameras.

@@ -1,8 +1,6 @@
 #include "drivers/camera/aravis/aravis_camera.h"
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "core/rig/rig.h"
 #include "drivers/camera/aravis/camera_setter.h"
@@ -16,15 +14,15 @@
 namespace rigcal::camera {
 namespace {
 
-constexpr std::int64_t kLookNs = 100'000'000;         ///< Between looks whether the camera is still there.
-constexpr std::int64_t kSearchPauseNs = 300'000'000;  ///< Between searches for a camera that is lost.
+constexpr std::int64_t kLookNs = 100'000'000;  ///< Between looks whether the camera is still there.
+/// Between tries to have a lost camera again: each asks the network, and every second one all interfaces by broadcasts.
+constexpr std::int64_t kSearchPauseNs = 300'000'000;
 
 std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
-void sleep_ns(std::int64_t time_ns) { std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns)); }
 
 class AravisCamera final : public Camera {
  public:
-  explicit AravisCamera(const AravisOptions& options) : options_(options) {}
+  explicit AravisCamera(const AravisOptions& options) : Camera(kSearchPauseNs), options_(options) {}
   ~AravisCamera() override { close(); }
   AravisCamera(const AravisCamera&) = delete;
   AravisCamera& operator=(const AravisCamera&) = delete;
@@ -38,6 +36,7 @@ class AravisCamera final : public Camera {
   Expected<Delivery> do_next(std::int64_t timeout_ns) override;
   Expected<void> do_trigger() override;
   Expected<void> do_stop() override;
+  void do_let_go() override;
   void do_close() override;
 
  private:
@@ -45,8 +44,6 @@ class AravisCamera final : public Camera {
   void put_settings_back();
   void end_stream();
   Delivery deliver(Frame frame);
-  Delivery lose(const std::string& how);
-  Delivery search(std::int64_t deadline_ns);
   /// The camera object made anew, where it is lost.
   Expected<void> reopen();
   /// Set up as before, after it was made anew.
@@ -59,9 +56,6 @@ class AravisCamera final : public Camera {
   SettingsLog log_;
   std::unique_ptr<Device> device_;  ///< None while it is lost.
   std::unique_ptr<FrameStream> stream_;
-  CameraCounters counters_;  ///< Without those of the stream that runs.
-  std::int64_t search_ns_ = 0;
-  bool is_gone_ = false;           ///< It was said that it is lost.
   bool searches_by_name_ = false;  ///< The next time.
 };
 
@@ -144,16 +138,15 @@ Expected<void> AravisCamera::do_start() {
   auto stream = FrameStream::start(*device_, setup_, config_.buffers, options_);
   if (!stream) return stream.error();
   stream_ = *std::move(stream);
-  is_gone_ = false;
   return {};
 }
 
 Expected<Delivery> AravisCamera::do_next(std::int64_t timeout_ns) {
   const std::int64_t deadline_ns = now_ns() + timeout_ns;
-  if (is_gone_) return search(deadline_ns);
   while (true) {
     const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - now_ns(), 0);
     if (std::optional<Frame> frame = stream_->next(std::min(left_ns, kLookNs))) return deliver(std::move(*frame));
+    // To end the stream of a camera that is gone takes Aravis seconds: first it is said, see `do_let_go`.
     if (device_->is_lost()) return lose(device_->is_usb() ? "it was unplugged" : "its heartbeat stopped");
     if (now_ns() >= deadline_ns) return Delivery{};
   }
@@ -166,34 +159,6 @@ Delivery AravisCamera::deliver(Frame frame) {
   counters_.missing += frame.facts().missing_before;
   delivery.frame = std::move(frame);
   return delivery;
-}
-
-Delivery AravisCamera::lose(const std::string& how) {
-  // To end the stream of a camera that is gone takes Aravis seconds: first it is said, see `search`.
-  is_gone_ = true;
-  ++counters_.losses;
-  search_ns_ = now_ns();
-  searches_by_name_ = false;
-  return lost(how);
-}
-
-Delivery AravisCamera::search(std::int64_t deadline_ns) {
-  end_stream();
-  while (true) {
-    if (now_ns() >= search_ns_) {
-      const auto started = do_start();
-      if (started) {
-        ++counters_.returns;
-        return back();
-      }
-      device_.reset();
-      search_ns_ = now_ns() + kSearchPauseNs;
-      if (auto delivery = refused(started.error())) return *std::move(delivery);
-    }
-    const std::int64_t left_ns = deadline_ns - now_ns();
-    if (left_ns <= 0) return {};
-    sleep_ns(std::min(left_ns, std::max<std::int64_t>(search_ns_ - now_ns(), 0)));
-  }
 }
 
 Expected<void> AravisCamera::reopen() {
@@ -219,6 +184,7 @@ Expected<void> AravisCamera::reopen() {
                         "give each camera an address of its own");
   }
   device_ = *std::move(device);
+  searches_by_name_ = false;
   return {};
 }
 
@@ -233,18 +199,18 @@ Expected<void> AravisCamera::set_up_again() {
   return {};
 }
 
-Expected<void> AravisCamera::do_trigger() {
-  if (is_gone_) {
-    return system_error(camera_is_gone, wanted_.id, "wait until it is back");
-  }
-  return device_->execute("TriggerSoftware");
-}
+Expected<void> AravisCamera::do_trigger() { return device_->execute("TriggerSoftware"); }
 
 Expected<void> AravisCamera::do_stop() {
   Expected<void> stopped;
   if (stream_ && device_ && !device_->is_lost()) stopped = stream_->stop(*device_);
   end_stream();
   return stopped;
+}
+
+void AravisCamera::do_let_go() {
+  end_stream();
+  device_.reset();
 }
 
 void AravisCamera::end_stream() {
@@ -258,7 +224,7 @@ void AravisCamera::end_stream() {
 }
 
 CameraCounters AravisCamera::counters() const {
-  CameraCounters counters = counters_;
+  CameraCounters counters = counters_;  // Without those of the stream that runs.
   if (stream_) {
     const FrameStream::Counts counts = stream_->counts();
     counters.no_buffer += counts.no_buffer;

@@ -79,8 +79,6 @@ class ImageCamera final : public Camera {
   ImageCamera(const ImageCamera&) = delete;
   ImageCamera& operator=(const ImageCamera&) = delete;
 
-  [[nodiscard]] CameraCounters counters() const override { return counters_; }
-
  protected:
   Expected<CameraIdentity> do_open(const std::string& name) override;
   Expected<CameraSetup> do_configure(const CameraConfig& config) override;
@@ -110,7 +108,6 @@ class ImageCamera final : public Camera {
   Region region_;  ///< Of the images.
   CameraSetup setup_;
   std::shared_ptr<FramePool> pool_;
-  CameraCounters counters_;
   std::size_t next_ = 0;
   std::uint64_t skipped_ = 0;  ///< Since the last frame.
   std::uint64_t triggers_ = 0;

@@ -16,8 +16,9 @@
 namespace rigcal::camera {
 namespace {
 
-constexpr std::int64_t kSearchPauseNs = 100'000'000;  ///< Between searches for a camera that is lost.
-constexpr std::int64_t kDryPauseNs = 1'000'000;       ///< Until somebody gives a buffer back.
+/// Between tries to have a lost camera again: each only opens the device files that are there, and is cheap.
+constexpr std::int64_t kSearchPauseNs = 100'000'000;
+constexpr std::int64_t kDryPauseNs = 1'000'000;  ///< Until somebody gives a buffer back.
 
 /// CLOCK_MONOTONIC on Linux, as the kernel stamps.
 std::int64_t now_ns() {
@@ -35,12 +36,10 @@ std::string text_of(const std::uint8_t (&field)[size]) {
 
 class VideoCamera final : public Camera {
  public:
-  explicit VideoCamera(std::shared_ptr<VideoKernel> kernel) : kernel_(std::move(kernel)) {}
+  explicit VideoCamera(std::shared_ptr<VideoKernel> kernel) : Camera(kSearchPauseNs), kernel_(std::move(kernel)) {}
   ~VideoCamera() override { close(); }
   VideoCamera(const VideoCamera&) = delete;
   VideoCamera& operator=(const VideoCamera&) = delete;
-
-  [[nodiscard]] CameraCounters counters() const override { return counters_; }
 
  protected:
   Expected<CameraIdentity> do_open(const std::string& name) override;
@@ -49,6 +48,7 @@ class VideoCamera final : public Camera {
   Expected<Delivery> do_next(std::int64_t timeout_ns) override;
   Expected<void> do_trigger() override { return system_error("the camera has no trigger", wanted_.id); }
   Expected<void> do_stop() override;
+  void do_let_go() override;
   void do_close() override;
 
  private:
@@ -59,16 +59,13 @@ class VideoCamera final : public Camera {
   Expected<CameraSetup> set_up(const CameraConfig& config);
   /// Set up as before, after it was opened anew.
   Expected<void> set_up_again();
-  /// Closed, with the settings that it had when it was opened.
-  void let_go();
   [[nodiscard]] HostStamp host_stamp() const;
   void stop_stream();
   /// A frame, an event, or nothing where it was not what it looked like.
   std::optional<Delivery> look(const VideoKernel::Ready& ready);
   std::optional<Delivery> take();
   bool has_source_changed() const;
-  Delivery lose(const std::string& how);
-  Delivery search(std::int64_t deadline_ns);
+  Delivery lose_at_once(const std::string& how);
 
   std::shared_ptr<VideoKernel> kernel_;
   CameraIdentity wanted_;
@@ -79,9 +76,6 @@ class VideoCamera final : public Camera {
   CameraSetup setup_;
   std::size_t row_bytes_ = 0;
   FrameCounter counter_{v4l2_sequence_numbers};
-  CameraCounters counters_;
-  bool is_gone_ = false;
-  std::int64_t search_ns_ = 0;
 };
 
 Expected<CameraIdentity> VideoCamera::do_open(const std::string& name) {
@@ -172,7 +166,7 @@ Expected<void> VideoCamera::do_start() {
   if (!device_) {
     if (auto there = reopen(); !there) return there;
     if (auto done = set_up_again(); !done) {
-      let_go();
+      do_let_go();
       return done;
     }
   }
@@ -181,7 +175,6 @@ Expected<void> VideoCamera::do_start() {
   device_->control(VIDIOC_SUBSCRIBE_EVENT, &change);  // Webcams know no such thing.
   if (auto started = buffers_->start(); !started) return started;
   counter_ = FrameCounter(v4l2_sequence_numbers);
-  is_gone_ = false;
   return {};
 }
 
@@ -195,7 +188,6 @@ Expected<void> VideoCamera::set_up_again() {
 
 Expected<Delivery> VideoCamera::do_next(std::int64_t timeout_ns) {
   const std::int64_t deadline_ns = now_ns() + timeout_ns;
-  if (is_gone_) return search(deadline_ns);
   while (true) {
     const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - now_ns(), 0);
     if (auto delivery = look(device_->wait(left_ns))) return std::move(*delivery);
@@ -204,8 +196,8 @@ Expected<Delivery> VideoCamera::do_next(std::int64_t timeout_ns) {
 }
 
 std::optional<Delivery> VideoCamera::look(const VideoKernel::Ready& ready) {
-  if (ready.gone) return lose("it was unplugged");
-  if (ready.event && has_source_changed()) return lose("what it sends has changed");
+  if (ready.gone) return lose_at_once("it was unplugged");
+  if (ready.event && has_source_changed()) return lose_at_once("what it sends has changed");
   if (ready.frame) return take();
   // The kernel also calls it an error where it has no buffer to fill.
   if (ready.error && buffers_->is_dry()) {
@@ -220,7 +212,7 @@ std::optional<Delivery> VideoCamera::take() {
   VideoBuffers::Filled filled;
   if (const int code = buffers_->take(filled); code != 0) {
     if (code == -EAGAIN) return std::nullopt;
-    return lose(code == -ENODEV ? "it was unplugged" : "its stream broke off");
+    return lose_at_once(code == -ENODEV ? "it was unplugged" : "its stream broke off");
   }
   FrameFacts facts;
   facts.status = filled.is_damaged                   ? FrameStatus::device_error
@@ -253,31 +245,11 @@ bool VideoCamera::has_source_changed() const {
   return has_changed;
 }
 
-Delivery VideoCamera::lose(const std::string& how) {
+// Opened anew in any case: what was set may be gone with what happened.
+Delivery VideoCamera::lose_at_once(const std::string& how) {
   stop_stream();
-  let_go();  // Opened anew in any case: what was set may be gone with what happened.
-  is_gone_ = true;
-  search_ns_ = now_ns();
-  ++counters_.losses;
-  return lost(how);
-}
-
-Delivery VideoCamera::search(std::int64_t deadline_ns) {
-  while (true) {
-    if (now_ns() >= search_ns_) {
-      const auto started = do_start();
-      if (started) {
-        ++counters_.returns;
-        return back();
-      }
-      let_go();
-      search_ns_ = now_ns() + kSearchPauseNs;
-      if (auto delivery = refused(started.error())) return *std::move(delivery);
-    }
-    const std::int64_t left_ns = deadline_ns - now_ns();
-    if (left_ns <= 0) return {};
-    sleep_ns(std::min(left_ns, std::max<std::int64_t>(search_ns_ - now_ns(), 0)));
-  }
+  do_let_go();
+  return lose(how);
 }
 
 void VideoCamera::stop_stream() {
@@ -289,9 +261,10 @@ Expected<void> VideoCamera::do_stop() {
   return {};
 }
 
-void VideoCamera::do_close() { let_go(); }
+void VideoCamera::do_close() { do_let_go(); }
 
-void VideoCamera::let_go() {
+// Closed, with the settings that it had when it was opened.
+void VideoCamera::do_let_go() {
   buffers_.reset();
   if (setter_) setter_->restore();
   setter_.reset();
