@@ -7,6 +7,7 @@
 #include "core/base/random.h"
 #include "core/camera/edge_solver.h"
 
+// Single steps of a camera. What a whole camera costs is told by `rigcal experiment speed --part programs`.
 namespace rigcal {
 namespace {
 
@@ -93,23 +94,6 @@ void image_edges(benchmark::State& state) {
   state.counters["edge_pixels"] = static_cast<double>(found);
 }
 
-// What a camera costs: the edges of its images, what is visible, ten iterations.
-void features_and_ten_iterations(benchmark::State& state) {
-  const CameraState start{camera_pose()};
-  std::size_t samples = 0;
-  for (auto _ : state) {
-    std::vector<EdgeView> views = make_edge_views(rig().scene, rig().task);
-    find_visible(rig().scene, rig().task.intrinsics, start, VisibleOptions{}, views);
-    MatchOptions options;
-    for (int k = 0; k < 10; ++k) {
-      benchmark::DoNotOptimize(sum_segments(rig().scene, rig().task.intrinsics, start, options, views));
-    }
-    samples = 0;
-    for (const EdgeView& view : views) samples += view.samples.size();
-  }
-  state.counters["samples_in_images"] = static_cast<double>(samples);
-}
-
 void one_iteration(benchmark::State& state) {
   const CameraState start{camera_pose()};
   std::vector<EdgeView> views = make_edge_views(rig().scene, rig().task);
@@ -122,7 +106,6 @@ void one_iteration(benchmark::State& state) {
 }
 
 BENCHMARK(image_edges)->Unit(benchmark::kMillisecond);
-BENCHMARK(features_and_ten_iterations)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(one_iteration)->Arg(3)->Arg(12)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
