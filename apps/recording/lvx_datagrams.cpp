@@ -5,6 +5,7 @@
 
 #include "core/clocks/leading_clock.h"
 #include "core/io/input_file.h"
+#include "core/rig/text_file.h"
 #include "drivers/livox_codec/discovery.h"
 #include "drivers/livox_codec/sample_packet.h"
 #include "drivers/livox_codec/wire_fields.h"
@@ -18,18 +19,22 @@ constexpr std::uint16_t data_port = 56001;
 
 class LvxDatagrams final : public DatagramFile {
  public:
-  explicit LvxDatagrams(LvxReader reader, double file_bytes)
-      : reader_(std::move(reader)), file_bytes_(file_bytes), clock_(reader_.frame_ns()) {}
+  LvxDatagrams(LvxReader reader, std::string path, double file_bytes)
+      : reader_(std::move(reader)), path_(std::move(path)), file_bytes_(file_bytes), clock_(reader_.frame_ns()) {}
 
   Expected<bool> next(Datagram& datagram) override {
     if (!started_) {  // the first package gives the time at which the devices tell who they are
       started_ = true;
       pending_ = read();
+      if (!pending_ && !reader_.failure().empty()) return read_failure(path_, reader_.failure());
     }
     while (introduced_ < reader_.devices().size()) {
       if (introduce(introduced_++, datagram)) return true;
     }
-    if (!pending_ && !read()) return false;
+    if (!pending_ && !read()) {
+      if (!reader_.failure().empty()) return read_failure(path_, reader_.failure());
+      return false;
+    }
     pending_ = false;
     datagram = current_;
     return true;
@@ -70,6 +75,7 @@ class LvxDatagrams final : public DatagramFile {
   }
 
   LvxReader reader_;
+  std::string path_;
   double file_bytes_;
   LeadingClock clock_;
   bool started_ = false;
@@ -93,7 +99,7 @@ Expected<std::unique_ptr<DatagramFile>> open_lvx_datagrams(const std::string& pa
   Expected<LvxReader> reader = LvxReader::open(path);
   if (!reader) return reader.error();
   const double bytes = std::max(1.0, static_cast<double>(reader->size().value_or(0)));
-  return std::unique_ptr<DatagramFile>(std::make_unique<LvxDatagrams>(std::move(*reader), bytes));
+  return std::unique_ptr<DatagramFile>(std::make_unique<LvxDatagrams>(std::move(*reader), path, bytes));
 }
 
 }  // namespace rigcal

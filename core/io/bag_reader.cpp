@@ -9,6 +9,7 @@
 
 #include "core/io/bag_record.h"
 #include "core/io/random_access_file.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 namespace {
@@ -272,7 +273,9 @@ Expected<BagReader> BagReader::open(const std::string& path) {
   Expected<RandomAccessFile> file = RandomAccessFile::open(path);
   if (!file) return file.error();
   auto state = std::make_unique<State>(std::move(*file));
-  if (const Expected<void> head = state->read_head(); !head) return head.error();
+  const Expected<void> head = state->read_head();
+  if (!state->file.failure().empty()) return read_failure(path, state->file.failure());
+  if (!head) return head.error();
   return BagReader(std::move(state));
 }
 
@@ -288,12 +291,14 @@ Expected<bool> BagReader::next(BagMessage& message) {
     if (chunk != nullptr && place->start_ns > chunk->messages[chunk->next].stamp_ns) break;
     ++state.next_in_plan;
     state.load_chunk(place->at);
+    if (!state.file.failure().empty()) break;
     if (state.open_bytes > max_open_bytes) {
       return input_error("more than " + std::to_string(max_open_bytes >> 20U) + " MB of it overlap in time",
                          state.file.path(), "sort it: rosbag filter in.bag sorted.bag True");
     }
     chunk = state.earliest();
   }
+  if (!state.file.failure().empty()) return read_failure(state.file.path(), state.file.failure());
   chunk = state.earliest();
   if (chunk == nullptr) return false;
   const MessagePlace& place = chunk->messages[chunk->next++];

@@ -38,8 +38,8 @@ class BagReader {
   BagReader& operator=(const BagReader&) = delete;
   ~BagReader();
 
-  /// The next message; false at the end. Chunks that are cut or damaged are left out: ask `truncation()`. Error: too
-  /// many chunks overlap in time to hold them all.
+  /// The next message; false at the end. Chunks that are cut or damaged are left out: ask `truncation()`. Errors:
+  /// too many chunks overlap in time to hold them all; `read_failure`.
   [[nodiscard]] Expected<bool> next(BagMessage& message);
 
   /// By the number that the bag gives them. With an index all are known from the start, otherwise as they come.

@@ -3,6 +3,8 @@
 #include <array>
 #include <utility>
 
+#include "core/rig/text_file.h"
+
 namespace rigcal {
 namespace {
 
@@ -64,8 +66,7 @@ std::uint32_t CaptureFile::u32(ByteView bytes, std::size_t at) const {
 }
 
 bool CaptureFile::damaged(std::uint64_t offset, const std::string& what) {
-  const std::string reason = file_.failure().empty() ? what : "it cannot be read on (" + file_.failure() + ")";
-  damage_ = "at byte " + std::to_string(offset) + " " + reason;
+  damage_ = "at byte " + std::to_string(offset) + " " + what;
   return false;
 }
 
@@ -80,7 +81,7 @@ Expected<CaptureFile> CaptureFile::open(const std::string& path, AwaitGrowth awa
 Expected<void> CaptureFile::read_head() {
   const std::string path = file_.path();
   const ByteView first = file_.peek(4);
-  if (!file_.failure().empty()) return input_error("cannot be read (" + file_.failure() + ")", path);
+  if (!file_.failure().empty()) return read_failure(path, file_.failure());
   if (first.empty()) return input_error("is empty", path, "give a packet dump (pcap or pcapng)");
   const bool cut = first.size() < 4;
   const std::uint32_t magic = cut ? 0 : load<std::uint32_t>(first, 0);
@@ -96,6 +97,7 @@ Expected<void> CaptureFile::read_head() {
   }
   const ByteView head = file_.take(pcap_head_bytes);
   if (head.size() < pcap_head_bytes) {
+    if (!file_.failure().empty()) return read_failure(path, file_.failure());
     return input_error("ends within the header of the capture file", path, "record it again");
   }
   Interface interface;

@@ -26,10 +26,12 @@ class CaptureFile {
   /// Errors: missing, no permission, empty, compressed, no capture file.
   [[nodiscard]] static Expected<CaptureFile> open(const std::string& path, AwaitGrowth await_growth = {});
 
-  /// False at the end; the end was a proper one where `damage` is empty then.
+  /// False at the end; the end was a proper one where `failure` and `damage` are empty then.
   [[nodiscard]] bool next(CapturedFrame& frame);
   /// Why reading ended before the file did, one clause with the offset in the file.
   [[nodiscard]] const std::string& damage() const { return damage_; }
+  /// What went wrong when reading ("Input/output error"): then what was read is not all that the file holds.
+  [[nodiscard]] const std::string& failure() const { return file_.failure(); }
   /// Where the last whole block or frame ends: so much of a damaged file is worth keeping.
   [[nodiscard]] std::uint64_t whole_bytes() const { return whole_bytes_; }
 

@@ -2,6 +2,7 @@
 
 #include "core/io/input_file.h"
 #include "core/io/output_file.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 
@@ -14,7 +15,7 @@ Expected<void> copy_file(const std::string& from, const std::string& to) {
   constexpr std::size_t part_bytes = std::size_t{256} << 10;
   for (ByteView part = in->take(part_bytes); !part.empty() && out->status(); part = in->take(part_bytes))
     out->write(part);
-  if (!in->failure().empty()) return input_error("cannot be read to its end (" + in->failure() + ")", from);
+  if (!in->failure().empty()) return read_failure(from, in->failure());
   return out->close();
 }
 

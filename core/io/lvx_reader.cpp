@@ -5,6 +5,8 @@
 #include <limits>
 #include <string_view>
 
+#include "core/rig/text_file.h"
+
 namespace rigcal {
 namespace {
 
@@ -59,9 +61,12 @@ Expected<LvxReader> LvxReader::open(const std::string& path) {
 
 Expected<void> LvxReader::read_head() {
   const std::string path = file_.path();
-  const auto cut = [&path] { return input_error("ends within the header of the .lvx file", path, "record it again"); };
+  const auto cut = [&] {
+    if (!file_.failure().empty()) return read_failure(path, file_.failure());
+    return input_error("ends within the header of the .lvx file", path, "record it again");
+  };
   const ByteView start = file_.take(signature.size());
-  if (!file_.failure().empty()) return input_error("cannot be read (" + file_.failure() + ")", path);
+  if (!file_.failure().empty()) return read_failure(path, file_.failure());
   if (start.empty() || !std::equal(start.begin(), start.end(), signature.begin(),
                                    [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); })) {
     return input_error("is no .lvx file", path, "give a recording of Livox Viewer or the Livox SDK");
@@ -109,8 +114,8 @@ void LvxReader::read_device(ByteView info) {
 
 bool LvxReader::end(std::uint64_t offset, const char* reason) {
   ended_ = true;
-  truncation_ = "after frame " + std::to_string(counters_.frames) + ", at byte " + std::to_string(offset) + ": " +
-                (file_.failure().empty() ? reason : "it cannot be read on (" + file_.failure() + ")");
+  truncation_ =
+      "after frame " + std::to_string(counters_.frames) + ", at byte " + std::to_string(offset) + ": " + reason;
   return false;
 }
 

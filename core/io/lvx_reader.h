@@ -46,11 +46,13 @@ class LvxReader {
   /// Errors: missing, no permission, no .lvx file, another version, a header that is cut, no devices.
   [[nodiscard]] static Expected<LvxReader> open(const std::string& path);
 
-  /// False at the end: ask `truncation` then.
+  /// False at the end: ask `failure` and `truncation` then.
   [[nodiscard]] bool next(LvxPackage& package);
 
   /// Where and why reading ended before the file did, one clause; empty otherwise.
   [[nodiscard]] const std::string& truncation() const { return truncation_; }
+  /// What went wrong when reading ("Input/output error"): then what was read is not all that the file holds.
+  [[nodiscard]] const std::string& failure() const { return file_.failure(); }
   [[nodiscard]] const LvxCounters& counters() const { return counters_; }
   [[nodiscard]] const std::vector<LvxDevice>& devices() const { return devices_; }
   /// "1.0" or "1.1".

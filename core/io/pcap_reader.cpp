@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/io/capture_file.h"
+#include "core/rig/text_file.h"
 
 namespace rigcal {
 
@@ -111,6 +112,7 @@ Expected<bool> PcapReader::end() {
   state.reassembler.finish();
   state.counters.parts = state.reassembler.counters();
   const PcapCounters& counters = state.counters;
+  if (!state.file.failure().empty()) return read_failure(state.path, state.file.failure());
   if (!state.file.damage().empty()) {
     state.truncation = "after frame " + std::to_string(counters.frames) + ": " + state.file.damage();
     if (counters.frames == 0) {

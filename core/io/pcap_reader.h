@@ -48,7 +48,7 @@ class PcapReader {
 
   /// The next datagram; false at the end. `datagram.bytes` lives until the next call. A dump that is cut or damaged in
   /// the middle ends there without an error, since what is whole is of use: ask `truncated()`. Errors: damage before
-  /// the first frame; nothing but frames of a link type that is not read.
+  /// the first frame; nothing but frames of a link type that is not read; `read_failure`.
   [[nodiscard]] Expected<bool> next(Datagram& datagram);
 
   /// True once the end was reached and was no proper end.

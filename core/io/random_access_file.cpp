@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "core/rig/text_file.h"
@@ -15,12 +16,16 @@ RandomAccessFile::RandomAccessFile(int descriptor, std::uint64_t size, std::stri
     : descriptor_(descriptor), size_(size), path_(std::move(path)) {}
 
 RandomAccessFile::RandomAccessFile(RandomAccessFile&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_), path_(std::move(other.path_)) {}
+    : descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_),
+      path_(std::move(other.path_)),
+      failure_(std::move(other.failure_)) {}
 
 RandomAccessFile& RandomAccessFile::operator=(RandomAccessFile&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
   std::swap(size_, other.size_);
   std::swap(path_, other.path_);
+  std::swap(failure_, other.failure_);
   return *this;
 }
 
@@ -49,6 +54,7 @@ bool RandomAccessFile::read_at(std::uint64_t offset, std::span<std::uint8_t> byt
   while (!bytes.empty()) {
     const ssize_t got = ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
+    if (got < 0) failure_ = std::strerror(errno);
     if (got <= 0) return false;
     offset += static_cast<std::uint64_t>(got);
     bytes = bytes.subspan(static_cast<std::size_t>(got));

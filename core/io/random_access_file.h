@@ -12,7 +12,7 @@ namespace rigcal {
 /// A regular file that is read at any place. Not thread-safe.
 class RandomAccessFile {
  public:
-  /// Errors (kind input): missing, no permission, a folder, a device, empty.
+  /// Errors: those of `cannot_read`, a folder, a device, empty.
   [[nodiscard]] static Expected<RandomAccessFile> open(const std::string& path);
 
   RandomAccessFile(RandomAccessFile&& other) noexcept;
@@ -21,11 +21,13 @@ class RandomAccessFile {
   RandomAccessFile& operator=(const RandomAccessFile&) = delete;
   ~RandomAccessFile();
 
-  /// Fills all of `bytes` from `offset` on; false where the file ends before or cannot be read.
+  /// Fills all of `bytes` from `offset` on; false where the file ends before or cannot be read (`failure`).
   [[nodiscard]] bool read_at(std::uint64_t offset, std::span<std::uint8_t> bytes) const;
   /// Bytes, as it was when it was opened.
   [[nodiscard]] std::uint64_t size() const { return size_; }
   [[nodiscard]] const std::string& path() const { return path_; }
+  /// What went wrong when reading ("Input/output error"); empty where all went well or the file just ended.
+  [[nodiscard]] const std::string& failure() const { return failure_; }
 
  private:
   RandomAccessFile(int descriptor, std::uint64_t size, std::string path);
@@ -33,6 +35,7 @@ class RandomAccessFile {
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
   std::string path_;
+  mutable std::string failure_;
 };
 
 }  // namespace rigcal

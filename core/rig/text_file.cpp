@@ -11,6 +11,11 @@
 
 namespace rigcal {
 
+Error read_failure(const std::string& path, const std::string& why) {
+  return system_error("cannot be read to its end (" + why + ")", path,
+                      "try again, or save what the disk still gives to another one (ddrescue) and use that copy");
+}
+
 Error cannot_read(const std::string& path, int code) {
   switch (code) {
     case ENOENT:
@@ -21,8 +26,11 @@ Error cannot_read(const std::string& path, int code) {
       return input_error("no permission to read it", path, "change its permissions or run as its owner");
     case EISDIR:
       return input_error("is a folder, not a file", path, "name a file in it");
+    case ELOOP:
+    case ENAMETOOLONG:
+      return input_error(std::string("cannot be read (") + std::strerror(code) + ")", path, "check the name");
     default:
-      return input_error(std::string("cannot be read (") + std::strerror(code) + ")", path);
+      return read_failure(path, std::strerror(code));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "apps/recording/batch_source.h"
+#include "apps/recording/datagram_file.h"
 #include "core/base/seconds.h"
 #include "core/io/extrinsics_file.h"
 #include "core/io/frame_files.h"
@@ -22,6 +23,7 @@
 #include "core/io/tum_file.h"
 #include "drivers/livox_codec/sample_packet.h"
 #include "tests/fuzz/scratch_file.h"
+#include "tests/support/broken_reads.h"
 #include "tests/support/make_lvx.h"
 #include "tests/support/mutations.h"
 #include "tests/support/scratch_folder.h"
@@ -222,6 +224,29 @@ TEST_F(Robustness, DamagedLvx) {
     ASSERT_EQ(look_at(lvx.bytes()).summary.devices.at(0).packets, 6U) << look_at(lvx.bytes()).error;
     torment(lvx.bytes(), read_recording_file);
   }
+}
+
+// What was read is not all that the file holds: a disk that breaks is not the end of a recording.
+TEST_F(Robustness, AnLvxFileOnADiskThatBreaks) {
+  LvxDevice device;
+  device.broadcast_code = "3JEDHC900100791";
+  LvxBuilder lvx(1, {device});
+  for (int i = 0; i < 3000; ++i) {
+    lvx.add_package(0, packet(i));
+    lvx.end_frame();
+  }
+  const fs::path path = scratch / "broken.lvx";
+  lvx.save(path.string());
+  const auto file = open_datagrams(path.string());
+  ASSERT_TRUE(file) << file.error().message();
+  Datagram datagram;
+  ASSERT_TRUE(*(*file)->next(datagram));
+  ASSERT_TRUE(break_reads(path));
+  Expected<bool> more = (*file)->next(datagram);
+  while (more && *more) more = (*file)->next(datagram);
+  ASSERT_FALSE(more);
+  EXPECT_EQ(more.error().kind, ErrorKind::system);
+  EXPECT_THAT(more.error().message(), HasSubstr("broken.lvx: cannot be read to its end"));
 }
 
 TEST_F(Robustness, DamagedPcd) {
