@@ -17,11 +17,12 @@ constexpr std::size_t most_broadcasts = 64;
 }  // namespace
 
 Expected<PacketRecorder> PacketRecorder::create(const std::string& session, std::uint64_t keep_bytes) {
+  std::optional<SessionLock> lock = SessionLock::take(session);
   std::string path = session_packets_path(session);
   Expected<PcapngWriter> writer = PcapngWriter::create(path);
   if (!writer) return writer.error();
   const std::uint64_t part_bytes = keep_bytes == 0 ? UINT64_MAX : std::max(keep_bytes, kLeastKept) / kParts;
-  return PacketRecorder(std::move(path), *std::move(writer), part_bytes);
+  return PacketRecorder(std::move(lock), std::move(path), *std::move(writer), part_bytes);
 }
 
 Expected<void> PacketRecorder::write(const Datagram& datagram) {

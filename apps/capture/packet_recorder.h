@@ -11,12 +11,13 @@
 
 #include "apps/recording/recording_progress.h"
 #include "core/io/pcapng_writer.h"
+#include "core/io/session_lock.h"
 
 namespace rigcal {
 
 /// The packets of a capture on their way into its session, all or only the newest of them. What is to be thrown away
 /// lies in files of its own: lidar.pcapng is always the newest part, lidar.000001.pcapng and so on the ones before it.
-/// No memory is asked for per packet.
+/// As long as it is there nobody else may mend the session. No memory is asked for per packet.
 class PacketRecorder {
  public:
   /// So many files hold what is kept: between 7/8 of the limit and all of it.
@@ -56,14 +57,16 @@ class PacketRecorder {
     std::vector<std::uint8_t> bytes;
   };
 
-  PacketRecorder(std::string path, PcapngWriter writer, std::uint64_t part_bytes)
-      : path_(std::move(path)),
+  PacketRecorder(std::optional<SessionLock> lock, std::string path, PcapngWriter writer, std::uint64_t part_bytes)
+      : lock_(std::move(lock)),
+        path_(std::move(path)),
         writer_(std::move(writer)),
         part_bytes_(part_bytes),
         progress_(std::make_shared<RecordingProgress>(path_)) {}
   Expected<void> begin_part(std::int64_t now_ns);
   void remember_broadcast(const Datagram& datagram);
 
+  std::optional<SessionLock> lock_;  ///< Also while the rest of the session is written, after the last packet.
   std::string path_;
   PcapngWriter writer_;
   std::uint64_t part_bytes_;

@@ -9,6 +9,7 @@
 
 #include "apps/recording/datagram_file.h"
 #include "core/io/session_folder.h"
+#include "core/io/session_lock.h"
 #include "drivers/livox_codec/discovery.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scratch_folder.h"
@@ -71,6 +72,19 @@ TEST_F(Recorder, KeepsAllWhereNotToldOtherwise) {
   EXPECT_EQ(all.packets.size(), 1000U);
   EXPECT_EQ(all.broadcasts, 1);
   EXPECT_EQ(session_packet_parts(session_packets_path(session.string())).size(), 1U);
+}
+
+TEST_F(Recorder, HasTheSessionForItselfUntilItIsGone) {
+  {
+    auto recorder = record(PacketRecorder::kLeastKept, 5000);  // Some parts.
+    EXPECT_FALSE(SessionLock::take(session.string()));
+    const PacketRecorder taken = *std::move(recorder);
+    EXPECT_FALSE(SessionLock::take(session.string()));
+  }
+  EXPECT_TRUE(SessionLock::take(session.string()));
+  auto recorder = record(0, 10);
+  EXPECT_TRUE(recorder->close().has_value());
+  EXPECT_FALSE(SessionLock::take(session.string())) << "tables and session.json are still to be written";
 }
 
 TEST_F(Recorder, KeepsTheNewestAndWhoItIsFrom) {
