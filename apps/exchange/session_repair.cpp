@@ -4,19 +4,20 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
 
+#include "apps/exchange/torn_packets.h"
 #include "apps/ingest/lidar_ingest.h"
 #include "apps/recording/datagram_file.h"
 #include "apps/recording/session_counters.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
-#include "core/io/capture_file.h"
 #include "core/io/frame_files.h"
 #include "core/io/output_file.h"
+#include "core/io/random_access_file.h"
 #include "core/io/session_folder.h"
+#include "core/io/session_lock.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -34,49 +35,65 @@ std::string count_of(std::uint64_t count, const std::string& one) {
   return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
 }
 
+Expected<bool> is_there(const std::string& path) {
+  std::error_code error;
+  const bool there = fs::exists(path, error);
+  if (error) return cannot_read(path, error.value());
+  return there;
+}
+
 class Repair {
  public:
   Repair(SessionFolder session, const RunContext& context) : session_(std::move(session)), context_(context) {}
 
   Expected<std::vector<std::string>> run() {
-    for (const std::string& part : session_packet_parts(session_.packets)) {
-      if (const auto cut = cut_packets(part); !cut) return cut.error();
+    if (const auto mended = mend(); !mended) {
+      for (const std::string& one : done_) context_.reporter.warn(one);  // It stays as it is.
+      return mended.error();
     }
-    const auto counters = count_packets();
-    if (!counters) return counters.error();
-    const auto table = [&](const char* name) { return (fs::path(session_.path) / name).string(); };
-    if (const auto cut = cut_table(table("trigger.csv"), parse_trigger); !cut) return cut.error();
-    if (const auto cut = cut_table(table("turntable.csv"), parse_turntable); !cut) return cut.error();
-    if (const auto images = mend_images(); !images) return images.error();
-    if (const auto written = write_record(*counters); !written) return written.error();
     return done_;
   }
 
  private:
+  Expected<void> mend() {
+    if (const auto cut = cut_packets(); !cut) return cut;
+    const auto counters = count_packets();
+    if (!counters) return counters.error();
+    const auto table = [&](const char* name) { return (fs::path(session_.path) / name).string(); };
+    if (const auto cut = cut_table(table("trigger.csv"), parse_trigger); !cut) return cut;
+    if (const auto cut = cut_table(table("turntable.csv"), parse_turntable); !cut) return cut;
+    if (const auto images = mend_images(); !images) return images;
+    return write_record(*counters);
+  }
+
   std::string short_name(const std::string& path) const {
     return fs::path(path).lexically_relative(session_.path).string();
   }
 
-  Expected<void> cut_packets(const std::string& path) {
-    Expected<CaptureFile> file = CaptureFile::open(path);
-    if (!file) {
+  // All files are read before the first is touched.
+  Expected<void> cut_packets() {
+    std::vector<std::string> empty;
+    std::vector<TornPackets> torn;
+    for (const std::string& part : session_packet_parts(session_.packets)) {
       std::error_code error;
-      if (fs::file_size(path, error) > 0 || error) return file.error();
-      return remove_file(path, "was empty");
+      if (fs::is_empty(part, error) && !error) {
+        empty.push_back(part);
+        continue;
+      }
+      Expected<std::optional<TornPackets>> found = find_torn_packets(part, context_);
+      if (!found) return found.error();
+      if (*found) torn.push_back(**std::move(found));
     }
-    CapturedFrame frame;
-    for (std::uint64_t i = 0; file->next(frame); ++i) {
-      if (i % cancel_period == 0 && context_.cancelled()) return cancelled();
+    if (const auto room = check_room(torn); !room) return room;
+    for (const std::string& part : empty) {
+      if (const auto removed = remove_file(part, "was empty"); !removed) return removed;
     }
-    if (file->damage().empty()) return {};
-    // Cut to nothing it would be no capture file, and the recording torn for good.
-    if (file->whole_bytes() == 0) return remove_file(path, "held nothing whole");
-    std::error_code error;
-    const std::uint64_t bytes = fs::file_size(path, error);
-    if (!error) fs::resize_file(path, file->whole_bytes(), error);
-    if (error) return cannot_write(path, error.value());
-    done_.push_back(short_name(path) + ": " + count_of(bytes - file->whole_bytes(), "byte") +
-                    " after the last whole packet cut off");
+    for (const TornPackets& one : torn) {
+      const Expected<std::string> cut = cut_torn_packets(one, context_);
+      if (!cut) return cut.error();
+      done_.push_back(short_name(one.path) + ": " + *cut);
+      if (one.must_be_kept) gaps_.push_back(done_.back());
+    }
     return {};
   }
 
@@ -90,9 +107,9 @@ class Repair {
   // Also finds out when the recording began and ended.
   Expected<SessionCounters> count_packets() {
     LidarIngest ingest = LidarIngest::of_headers(session_.rig);
-    const auto parts = session_packet_parts(session_packets_path(session_.path));
-    std::error_code error;
-    if (!fs::exists(parts.front(), error)) return SessionCounters{};
+    const auto there = is_there(session_packet_parts(session_packets_path(session_.path)).front());
+    if (!there) return there.error();
+    if (!*there) return SessionCounters{};
     const auto file = open_datagrams(session_packets_path(session_.path));
     if (!file) return file.error();
     Datagram datagram;
@@ -118,8 +135,9 @@ class Repair {
   // of frame_files.h.
   template <class Parse>
   Expected<void> cut_table(const std::string& path, const Parse& parse) {
-    std::error_code error;
-    if (!fs::exists(path, error)) return {};
+    const Expected<bool> there = is_there(path);
+    if (!there) return there.error();
+    if (!*there) return {};
     const Expected<std::string> text = read_text_file(path, most_table_bytes);
     if (!text) return text.error();
     const std::string lines = text->substr(0, text->find_last_of('\n') + 1);  // 0 where there is no line
@@ -145,10 +163,11 @@ class Repair {
     for (const Sensor& sensor : session_.rig.sensors) {
       const fs::path folder = fs::path(session_.path) / "images" / sensor.name;
       const std::string table = (folder / "frames.csv").string();
-      std::error_code error;
-      if (sensor.is_lidar() || !fs::exists(table, error)) continue;
+      if (sensor.is_lidar()) continue;
       if (const auto cut = cut_table(table, parse_frames); !cut) return cut;
-      if (!fs::exists(table, error)) continue;
+      const Expected<bool> there = is_there(table);
+      if (!there) return there.error();
+      if (!*there) continue;
       const auto frames = read_frames(table);
       if (!frames) return frames.error();
       if (const auto mended = mend_images(folder, *frames); !mended) return mended;
@@ -160,7 +179,9 @@ class Repair {
     std::vector<FrameRecord> kept;
     std::set<std::string> listed;
     for (const FrameRecord& frame : frames) {
-      if (!is_whole_image(folder / frame.file)) continue;
+      const Expected<bool> is_whole = is_whole_image((folder / frame.file).string());
+      if (!is_whole) return is_whole.error();
+      if (!*is_whole) continue;
       kept.push_back(frame);
       listed.insert(frame.file);
       note(frame.stamp_ns);
@@ -180,16 +201,19 @@ class Repair {
     return {};
   }
 
-  // Other formats are not written by us.
-  static bool is_whole_image(const fs::path& path) {
-    static constexpr std::array<char, 12> png_end{0, 0, 0, 0, 'I', 'E', 'N', 'D', '\xAE', '\x42', '\x60', '\x82'};
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return false;
-    if (path.extension() != ".png") return true;
-    std::array<char, 12> end{};
-    file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-    file.read(end.data(), end.size());
-    return file.gcount() == static_cast<std::streamsize>(end.size()) && end == png_end;
+  // One that cannot be looked at for another reason may be whole. Other formats are not written by us.
+  static Expected<bool> is_whole_image(const std::string& path) {
+    static constexpr std::array<std::uint8_t, 12> png_end{0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+    const Expected<bool> there = is_there(path);
+    if (!there || !*there) return there;
+    if (fs::path(path).extension() != ".png") return true;
+    std::error_code error;
+    if (fs::file_size(path, error) < png_end.size() && !error) return false;
+    const Expected<RandomAccessFile> file = RandomAccessFile::open(path);
+    if (!file) return file.error();
+    std::array<std::uint8_t, png_end.size()> end{};
+    if (file->read_at(file->size() - end.size(), end)) return end == png_end;
+    return file->failure().empty() ? Expected<bool>(false) : read_failure(path, file->failure());
   }
 
   Expected<void> write_record(const SessionCounters& counters) {
@@ -205,6 +229,7 @@ class Repair {
     record.end_ns = std::max(record.start_ns, last_ns_.value_or(record.start_ns));
     const std::string text = utc_text(*record.end_ns) + " recording: was cut short here";
     record.gaps.push_back(text);
+    record.gaps.insert(record.gaps.end(), gaps_.begin(), gaps_.end());
     record.events.push_back(text + ", and finished by inspect --repair");
     done_.push_back("session.json: its end is " + utc_text(*record.end_ns) + " UTC, the packets are counted anew");
     return write_session_record(session_.path, record);
@@ -219,6 +244,7 @@ class Repair {
   SessionFolder session_;
   const RunContext& context_;
   std::vector<std::string> done_;
+  std::vector<std::string> gaps_;  ///< Those of them after which something may be missing.
   std::optional<std::int64_t> first_ns_;
   std::optional<std::int64_t> last_ns_;
 };
@@ -226,11 +252,16 @@ class Repair {
 }  // namespace
 
 Expected<std::vector<std::string>> repair_session(const std::string& path, const RunContext& context) {
+  // Before it is looked at: who records it may just be writing its end.
+  const std::optional<SessionLock> lock = SessionLock::take(path);
   Expected<SessionFolder> session = open_session(path);
   if (!session) return session.error();
   if (session->packets.empty())
     return input_error("has no packets to be finished", path, "patches are whole as they are");
   if (session->record && session->record->end_ns) return std::vector<std::string>{};
+  if (!lock)
+    return system_error("is still being recorded, or mended by another program", path,
+                        "wait until that has ended, then repair it");
   return Repair(*std::move(session), context).run();
 }
 
