@@ -134,7 +134,8 @@ class Batch {
  private:
   static std::uint64_t budget(const BatchOptions& options) {
     if (options.memory > 0) return options.memory;
-    return static_cast<std::uint64_t>(memory_share * static_cast<double>(available_memory()));
+    // Where it is not known, one at a time.
+    return static_cast<std::uint64_t>(memory_share * static_cast<double>(available_memory().value_or(0)));
   }
 
   Expected<void> work() {
@@ -271,9 +272,17 @@ class Batch {
     if (stop_.stop_requested() && has_new_result) code = code_of_result(row.result).value_or(code);
     const bool solved = (code == 0 || code == 1) && has_new_result;
     if (!solved && stop_.stop_requested()) return {};  // As it was told; nothing is known of the session.
-    row.record = {
-        whole_path(row.session.input), options_.settings, version(), one.input_state, code, {}, 0.0, 0.0, 0.0, host_};
-    if (!solved) row.record.error = failure_text(end, own_file(one.row, ".log"));
+    row.record = {};
+    row.record.input = whole_path(row.session.input);
+    row.record.settings = options_.settings;
+    row.record.version = version();
+    row.record.input_state = one.input_state;
+    row.record.code = code;
+    row.record.host = host_;
+    if (!solved) {
+      row.record.error = failure_text(end, own_file(one.row, ".log"));
+      row.record.of_input = came_of_input(code, row.result);
+    }
     row.record.wall_s = seconds_since(one.begun);
     row.record.cpu_s = end.cpu_s;
     row.record.peak_memory_mb = end.peak_memory_mb;

@@ -1,6 +1,8 @@
 #include "apps/batch/session_record.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -12,6 +14,7 @@
 #include "core/base/version.h"
 #include "core/io/output_file.h"
 #include "core/report/input_digest.h"
+#include "core/report/result_folder.h"
 
 namespace rigcal::batch {
 namespace {
@@ -31,8 +34,10 @@ std::string file_line(const fs::path& path, const std::string& name, std::uint64
   struct stat found {};
   if (::stat(path.c_str(), &found) != 0) return name + " -\n";
   bytes += static_cast<std::uint64_t>(found.st_size);
+  // Giving a permission changes neither size nor time.
+  const bool readable = ::faccessat(AT_FDCWD, path.c_str(), R_OK, AT_EACCESS) == 0;
   return name + " " + std::to_string(found.st_size) + " " + std::to_string(found.st_mtim.tv_sec) + " " +
-         std::to_string(found.st_mtim.tv_nsec) + "\n";
+         std::to_string(found.st_mtim.tv_nsec) + (readable ? "\n" : " unreadable\n");
 }
 
 std::optional<Json> read_json(const fs::path& path) {
@@ -94,6 +99,10 @@ InputState input_state(const std::vector<std::string>& paths) {
   return state;
 }
 
+bool came_of_input(int code, const std::string& result) {
+  return code == usage_code || (code == input_code && check_result_target(result));
+}
+
 std::optional<int> code_of_result(const std::string& folder) {
   const std::optional<Json> report = read_json(fs::path(folder) / "report.json");
   if (!report || !report->contains("status") || !report->at("status").is_string()) return std::nullopt;
@@ -111,6 +120,7 @@ std::optional<SessionRecord> read_record(const std::string& path) {
     record.input_state = json->at("input_state");
     record.code = json->at("code");
     record.error = json->at("error");
+    record.of_input = json->value("of_input", false);
     record.wall_s = json->at("wall_s");
     record.cpu_s = json->at("cpu_s");
     record.peak_memory_mb = json->at("peak_memory_mb");
@@ -129,6 +139,7 @@ Expected<void> write_record(const SessionRecord& record, const std::string& path
                   {"input_state", record.input_state},
                   {"code", record.code},
                   {"error", record.error},
+                  {"of_input", record.of_input},
                   {"wall_s", record.wall_s},
                   {"cpu_s", record.cpu_s},
                   {"peak_memory_mb", record.peak_memory_mb},
@@ -150,7 +161,7 @@ Judgement judge_what_is_there(const SessionWork& work, const std::optional<Sessi
     const bool same_input = record->input_state == state.digest;
     const bool unchanged = same_input && options.empty() && record->version == version();
     if (solved && unchanged) return {true, "nothing has changed since", record};
-    if (failed && unchanged && !retry && (record->code == input_code || record->code == usage_code))
+    if (failed && unchanged && !retry && record->of_input)
       return {true, "failed before, and nothing has changed since", record};
     if (failed) return {false, unchanged ? "failed before" : "failed before, and something has changed since", {}};
     if (record->version != version()) return {false, "the result is of rigcal " + record->version, {}};
@@ -163,7 +174,10 @@ Judgement judge_what_is_there(const SessionWork& work, const std::optional<Sessi
   try {
     const std::string other = other_result(work, *report, stop);
     if (!other.empty()) return {false, other, {}};
-    SessionRecord found{whole_path(work.input), work.settings, version(), {}, good_code, {}, 0.0, 0.0, 0.0, {}};
+    SessionRecord found;
+    found.input = whole_path(work.input);
+    found.settings = work.settings;
+    found.version = version();
     if (solved) found = *record;
     found.input_state = state.digest;
     if (!solved) {

@@ -1,6 +1,7 @@
 // What `rigcal batch` is made of: names, claims, memory, and what it keeps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -95,7 +96,105 @@ TEST(MemoryBudget, CountsTheLargestPeakSeenForEach) {
   memory.saw_peak(9000.0);
   EXPECT_TRUE(memory.fits(0)) << "one is always tried";
   EXPECT_FALSE(memory.fits(1));
-  EXPECT_GT(available_memory(), gib / 8);
+  EXPECT_GT(available_memory().value_or(0), gib / 8);
+}
+
+class AvailableMemory : public BatchFiles {
+ protected:
+  static constexpr std::uint64_t gib = std::uint64_t{1} << 30U;
+
+  void SetUp() override {
+    BatchFiles::SetUp();
+    write("proc/meminfo", "MemTotal:       134217728 kB\nMemFree: 7 kB\nMemAvailable:   104857600 kB\n");
+  }
+  /// Of the process; `lines` as in /proc/self/cgroup.
+  void is_in(const std::string& lines) const { write("proc/self/cgroup", lines); }
+  void group(const std::string& name, const std::string& limit, std::uint64_t use, std::uint64_t cache = 0) const {
+    write("groups/" + name + "/memory.max", limit + "\n");
+    write("groups/" + name + "/memory.current", std::to_string(use) + "\n");
+    write("groups/" + name + "/memory.stat", "anon 5\ninactive_file " + std::to_string(cache) + "\nactive_file 77\n");
+  }
+  void old_group(const std::string& name, std::uint64_t limit, std::uint64_t use, std::uint64_t cache = 0) const {
+    write("groups/memory/" + name + "/memory.limit_in_bytes", std::to_string(limit) + "\n");
+    write("groups/memory/" + name + "/memory.usage_in_bytes", std::to_string(use) + "\n");
+    write("groups/memory/" + name + "/memory.stat",
+          "cache 1\ninactive_file 0\ntotal_cache 9\ntotal_inactive_file " + std::to_string(cache) + "\n");
+  }
+  /// In GiB; -1: not known.
+  [[nodiscard]] double available() const {
+    const auto bytes = available_memory(path("proc"), path("groups"));
+    return bytes ? static_cast<double>(*bytes) / static_cast<double>(gib) : -1.0;
+  }
+};
+
+TEST_F(AvailableMemory, IsTheMachinesWhereNoGroupHasALimit) {
+  EXPECT_EQ(available(), 100.0) << "no groups at all";
+  is_in("0::/user.slice/session\n");
+  group("user.slice/session", "max", 3 * gib);
+  EXPECT_EQ(available(), 100.0);
+  group("user.slice/session", std::to_string(200 * gib), 3 * gib);
+  EXPECT_EQ(available(), 100.0) << "more than there is";
+  fs::remove(scratch / "proc/meminfo");
+  EXPECT_EQ(available(), 197.0);
+  fs::remove_all(scratch / "groups");
+  EXPECT_EQ(available(), -1.0);
+}
+
+TEST_F(AvailableMemory, IsBoundByEachGroupAbove) {
+  // As a scheduler sets them: a process is in the group of its task, which has no limit of its own.
+  is_in("0::/slurm/job_7/step_0/task_0\n");
+  group("slurm/job_7/step_0/task_0", "max", gib);
+  group("slurm/job_7/step_0", std::to_string(16 * gib), gib);
+  group("slurm/job_7", std::to_string(8 * gib), 3 * gib);
+  EXPECT_EQ(available(), 5.0);
+  group("slurm/job_7/step_0", std::to_string(4 * gib), gib);
+  EXPECT_EQ(available(), 3.0);
+  group("slurm/job_7/step_0/task_0", std::to_string(2 * gib), gib);
+  EXPECT_EQ(available(), 1.0);
+}
+
+TEST_F(AvailableMemory, HasRoomWhereFilesAreOnlyRemembered) {
+  is_in("0::/job\n");
+  group("job", std::to_string(8 * gib), 8 * gib, 6 * gib);
+  EXPECT_EQ(available(), 6.0);
+  group("job", std::to_string(8 * gib), 3 * gib, 5 * gib);  // Read one after the other.
+  EXPECT_EQ(available(), 8.0);
+}
+
+TEST_F(AvailableMemory, IsNoneWhereAllOfALimitIsUsed) {
+  is_in("0::/job\n");
+  group("job", std::to_string(8 * gib), 8 * gib);
+  EXPECT_EQ(available(), 0.0);
+  group("job", std::to_string(8 * gib), 9 * gib, gib / 2);
+  EXPECT_EQ(available(), 0.0);
+  group("job", "0", 0);
+  EXPECT_EQ(available(), 0.0) << "a limit of nothing is one";
+}
+
+TEST_F(AvailableMemory, KnowsTheGroupsOfTheFirstVersion) {
+  constexpr std::uint64_t unlimited = 0x7FFF'FFFF'FFFF'F000;
+  is_in("9:name=systemd:/\n5:cpu,cpuacct:/other\n4:memory:/slurm/job_7/task_0\n0::/\n");
+  old_group("", unlimited, 90 * gib);
+  old_group("slurm/job_7/task_0", unlimited, gib);
+  EXPECT_EQ(available(), 100.0);
+  old_group("slurm/job_7", 8 * gib, 7 * gib, 2 * gib);
+  EXPECT_EQ(available(), 3.0);
+  old_group("other", gib, gib);
+  EXPECT_EQ(available(), 3.0) << "of another hierarchy";
+  is_in("4:cpu,memory:/slurm/job_7\n");
+  EXPECT_EQ(available(), 3.0);
+  fs::remove(scratch / "proc/meminfo");
+  is_in("4:memory:/slurm\n");
+  EXPECT_EQ(available(), -1.0) << "what is rounded to pages is no limit";
+}
+
+TEST_F(AvailableMemory, IsBoundInAContainerThatDoesNotSeeItsOwnName) {
+  group("", std::to_string(8 * gib), gib);
+  is_in("0::/docker/0123abcd\n");
+  EXPECT_EQ(available(), 7.0);
+  is_in("0::/../../outside\n");
+  group("../outside", std::to_string(gib), gib);
+  EXPECT_EQ(available(), 7.0) << "what lies outside is not looked at";
 }
 
 TEST_F(BatchFiles, TheStateOfAnInputIsThatOfItsFiles) {
@@ -130,6 +229,24 @@ TEST_F(BatchFiles, TheStateOfAnInputIsThatOfWhatItsLinksLeadToAsWell) {
   EXPECT_NE(before.digest, input_state({path("session")}).digest);
 }
 
+TEST_F(BatchFiles, TheStateOfAnInputTellsWhetherItMayBeRead) {
+  write("session/lidar.pcapng", "points");
+  const uid_t user = geteuid();
+  const uid_t other = user == 0 ? 65534 : user;  // Nothing is closed to root.
+  if (seteuid(other) != 0) GTEST_SKIP() << "cannot be anybody but root here";
+  ASSERT_EQ(seteuid(user), 0);
+  const auto state_with = [&](unsigned permissions) {
+    fs::permissions(scratch / "session/lidar.pcapng", static_cast<fs::perms>(permissions));
+    EXPECT_EQ(seteuid(other), 0);
+    const InputState state = input_state({path("session")});
+    EXPECT_EQ(seteuid(user), 0);
+    return state.digest;
+  };
+  const std::string open = state_with(0644);
+  EXPECT_NE(state_with(0), open);
+  EXPECT_EQ(state_with(0444), open);
+}
+
 class Judge : public BatchFiles {
  protected:
   void SetUp() override {
@@ -137,11 +254,19 @@ class Judge : public BatchFiles {
     write("session", "points");
     work = {"session",      path("session"),     {path("session")}, {{"--require", "10mm,0.1deg"}},
             path("result"), path("session.json")};
-    record = {path("session"), work.settings, version(), input_state(work.inputs).digest, 0, {}, 1.5, 2.5, 3.5, "here"};
+    record.input = path("session");
+    record.settings = work.settings;
+    record.version = version();
+    record.input_state = input_state(work.inputs).digest;
+    record.wall_s = 1.5;
+    record.cpu_s = 2.5;
+    record.peak_memory_mb = 3.5;
+    record.host = "here";
   }
   void note(int code, const std::string& error = {}) {
     record.code = code;
     record.error = error;
+    record.of_input = !error.empty() && came_of_input(code, work.result);
     ASSERT_TRUE(write_record(record, work.record));
     if (error.empty()) write("result/extrinsics.yaml", "rigcal: 1\n");
   }
@@ -196,6 +321,20 @@ TEST_F(Judge, KeepsAFailureThatCameOfTheInputAndTriesOthersAgain) {
     note(code, "disk full, or a crash");
     EXPECT_FALSE(judge().keep) << code;
   }
+}
+
+TEST_F(Judge, TriesAgainWhatFailedBecauseOfWhatStoodInItsPlace) {
+  write("result/thesis.tex", "years of work");
+  EXPECT_FALSE(came_of_input(3, work.result));
+  EXPECT_TRUE(came_of_input(2, work.result));
+  EXPECT_FALSE(came_of_input(4, path("elsewhere")));
+  EXPECT_FALSE(came_of_input(-1, path("elsewhere")));
+  EXPECT_TRUE(came_of_input(3, path("elsewhere")));
+  note(3, "the folder holds \"thesis.tex\", which is no part of a result");
+  EXPECT_FALSE(judge().keep);
+  fs::remove_all(scratch / "result");
+  EXPECT_FALSE(judge().keep) << "its mend was followed";
+  EXPECT_EQ(judge().why, "failed before");
 }
 
 // SIGTERM ends `rigcal calibrate` with code 1 and without a result; the one before is still there.

@@ -246,6 +246,34 @@ TEST_F(Batch, SharesAFolderWithOthersAndTakesUpWhatTheyLeave) {
   for (int k = 1; k <= sessions; ++k) expect_like_single("shared", "car" + std::to_string(k));
 }
 
+TEST_F(Batch, TriesAgainWhereTheMendOfAFailureWasFollowed) {
+  fs::create_directories(scratch / "foreign/.batch");
+  fs::create_directories(scratch / "foreign/car1");
+  std::ofstream(scratch / "foreign/car1/notes.txt") << "by hand";
+  const auto run = [] {
+    return nlohmann::json::parse(rigcal("batch fleet/car1 --out foreign --json").out)["sessions"][0];
+  };
+  const auto refused = run();
+  EXPECT_EQ(refused["exit_code"], 3);
+  EXPECT_THAT(refused["error"].get<std::string>(), HasSubstr("notes.txt"));
+  fs::rename(scratch / "foreign/car1/notes.txt", scratch / "notes.txt");
+  const auto again = run();
+  EXPECT_EQ(again["status"], "good");
+  EXPECT_EQ(again["why"], "failed before");
+}
+
+TEST_F(Batch, ADiskThatFailsIsNoFaultOfTheInput) {
+  fs::create_directories(scratch / "sick");
+  fs::copy_file(scratch / "rig.yaml", scratch / "sick/rig.yaml");
+  fs::create_symlink("/proc/self/mem", scratch / "sick/lidar.pcapng");  // Reading it gives EIO.
+  for (int tries = 0; tries < 2; ++tries) {
+    const auto row = nlohmann::json::parse(rigcal("batch sick --out from_sick --json").out)["sessions"][0];
+    EXPECT_EQ(row["exit_code"], 4) << row.dump();
+    EXPECT_THAT(row["error"].get<std::string>(), HasSubstr("cannot be read to its end (Input/output error)"));
+    EXPECT_EQ(row["kept"], false);
+  }
+}
+
 TEST_F(Batch, RefusesWhatIsNoFolderOfABatchAndWhatIsNoList) {
   fs::create_directories(scratch / "thesis");
   std::ofstream(scratch / "thesis/chapter.tex") << "years of work";
