@@ -1,12 +1,25 @@
 #include "core/quality/inverse_information.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 namespace rigcal {
+namespace {
+
+// Of the smallest to the largest eigenvalue, roughly; far above where directions count as open.
+constexpr double well_held = 1e-9;
+
+}  // namespace
 
 Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
   const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * H * scale.asDiagonal());
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  // Where nothing is near to open, which is as a rule, at a tenth of the cost.
+  if (const Eigen::LLT<Eigen::MatrixXd> llt(scaled); llt.info() == Eigen::Success && llt.rcond() > well_held) {
+    const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
+    return scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
   const Eigen::MatrixXd inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
   return scale.asDiagonal() * inverse * scale.asDiagonal();

@@ -99,35 +99,84 @@ struct Hold {
   double facing = 0.0;  ///< Of these from planes that face it, or stand aslant to the way a turn moves them.
 };
 
+// What noise tilts small leaves by, and no more; turns are held by far ones, which are larger and tilted less.
+constexpr double facing_cos_of_place = 0.1;
+constexpr double facing_cos_of_turn = 0.05;
+
+// By how much one plane holds a LiDAR along a direction. A plane stands where all who see it say: where a LiDAR alone
+// sees it, and from all stops alike (a floor, and the height), it goes with the LiDAR and holds nothing.
+class PlaceHold {
+ public:
+  void add_any(const PlaneObservation& o) { all_weight_ += 1.0 / o.offset_variance; }
+  void add_own(const PlaneObservation& o, double cosine) {
+    const double weight = 1.0 / o.offset_variance;
+    all_ += weight * Eigen::Vector2d(cosine, cosine * cosine);
+    if (std::abs(cosine) > facing_cos_of_place) facing_ += weight * Eigen::Vector2d(cosine, cosine * cosine);
+  }
+  void add_to(Hold& hold) const {
+    hold.all += left_of(all_);
+    hold.facing += left_of(facing_);
+  }
+
+ private:
+  // Once the plane's own offset is solved for.
+  [[nodiscard]] double left_of(const Eigen::Vector2d& sums) const {
+    return std::max(0.0, sums[1] - sums[0] * sums[0] / all_weight_);
+  }
+
+  double all_weight_ = 0.0;
+  Eigen::Vector2d all_ = Eigen::Vector2d::Zero();  // weight * cosine, weight * cosine^2
+  Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
+};
+
+void add_place_holds(const SolvedPlanes& solved, const PlaneFeature& feature, const Vector3d& normal_G,
+                     const std::vector<Vector3d>& axes, std::vector<Hold>& holds) {
+  std::vector<PlaceHold> of_plane(axes.size());
+  for (const PlaneObservation& o : feature.observations) {
+    if (!(o.offset_variance > 0.0)) continue;
+    for (PlaceHold& each : of_plane) each.add_any(o);
+    const auto i = static_cast<std::size_t>(o.lidar);
+    of_plane[i].add_own(o, axes[i].dot(solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * normal_G));
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) of_plane[i].add_to(holds[i]);
+}
+
+void add_turn_holds(const SolvedPlanes& solved, const PlaneFeature& feature, const Vector3d& normal_G,
+                    const std::vector<Vector3d>& axes, std::vector<Hold>& holds) {
+  for (const PlaneObservation& o : feature.observations) {
+    const auto i = static_cast<std::size_t>(o.lidar);
+    if (axes[i].isZero() || !(o.offset_variance > 0.0)) continue;
+    const Vector3d normal = solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * normal_G;
+    const auto add = [&](double cosine, double information) {
+      holds[i].all += information;
+      if (std::abs(cosine) > facing_cos_of_turn) holds[i].facing += information;
+    };
+    // By its distance, and by how far it reaches about its mean.
+    const double off = normal.dot(axes[i].cross(o.mean));
+    const Vector3d tilt = normal.cross(axes[i]);
+    add(off / std::max(o.mean.norm(), 1e-3), off * off / o.offset_variance);
+    add(tilt.norm(), tilt.dot(o.scatter * tilt) / (o.N * o.offset_variance));
+  }
+}
+
 // Of every LiDAR along its own direction `axes[i]`; directions of zero length are passed over.
 std::vector<Hold> holds_along(const SolvedPlanes& solved, Half half, const std::vector<Vector3d>& axes) {
-  // What noise tilts small leaves by, and no more; turns are held by far ones, which are larger and tilted less.
-  const double facing_cos = half == Half::place ? 0.1 : 0.05;
   std::vector<Hold> holds(axes.size());
   PlaneDerivatives plane;
   for (const PlaneFeature& feature : solved.features) {
     plane_derivatives(feature, solved.state, HessianForm::gauss_newton, plane);
-    for (const PlaneObservation& o : feature.observations) {
-      const auto i = static_cast<std::size_t>(o.lidar);
-      if (axes[i].isZero() || !(o.offset_variance > 0.0)) continue;
-      const Vector3d normal = solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * plane.normal;
-      const auto add = [&](double cosine, double information) {
-        holds[i].all += information;
-        if (std::abs(cosine) > facing_cos) holds[i].facing += information;
-      };
-      if (half == Half::place) {
-        const double cosine = normal.dot(axes[i]);
-        add(cosine, cosine * cosine / o.offset_variance);
-        continue;
-      }
-      // By its distance, and by how far it reaches about its mean.
-      const double off = normal.dot(axes[i].cross(o.mean));
-      const Vector3d tilt = normal.cross(axes[i]);
-      add(off / std::max(o.mean.norm(), 1e-3), off * off / o.offset_variance);
-      add(tilt.norm(), tilt.dot(o.scatter * tilt) / (o.N * o.offset_variance));
-    }
+    const auto add_holds = half == Half::place ? add_place_holds : add_turn_holds;
+    add_holds(solved, feature, plane.normal, axes, holds);
   }
   return holds;
+}
+
+// What a prior tells of one direction of a LiDAR's place or turn, 1 / m^2 or 1 / rad^2.
+double told_along(const std::vector<std::optional<PosePrior>>& priors, std::size_t lidar, Half half,
+                  const Vector3d& axis) {
+  if (lidar >= priors.size() || !priors[lidar]) return 0.0;
+  Matrix6d C = priors[lidar]->information.inverse();
+  return 1.0 / axis.dot(half_of(C, half) * axis);
 }
 
 // One axis of the covariances' halves, `rank` from the widest; of the LiDARs in `open`. Those that are not held along
@@ -144,18 +193,17 @@ void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half
   }
   const std::vector<Hold> holds = holds_along(solved, half, axes);
   for (std::size_t i = 0; i < open.size(); ++i) {
-    open[i] = open[i] && holds[i].facing < least_share * holds[i].all;
+    open[i] = open[i] && !(holds[i].facing >= least_share * holds[i].all && holds[i].all > 0.0);
     if (!open[i]) continue;
-    double by_match = 0.0;
-    if (i < held.lidar_matches.size() && held.lidar_matches[i]) {
-      Matrix6d C = held.lidar_matches[i]->information.inverse();
-      by_match = 1.0 / axes[i].dot(half_of(C, half) * axes[i]);
-    }
+    const double by_match = told_along(held.lidar_matches, i, half, axes[i]);
+    const double by_guess = told_along(held.lidar_priors, i, half, axes[i]);
     for (Eigen::MatrixXd* covariance : {&full.with_priors, &full.data_only}) {
       auto part = half_of(*covariance, half, solved.layout.lidar_index(static_cast<int>(i)));
       const double variance = axes[i].dot(part * axes[i]);
-      const double by_planes = std::max(0.0, 1.0 / variance - by_match) * holds[i].facing / holds[i].all;
-      const double honest = std::min(1.0 / std::max(by_planes + by_match, 1e-9), widest * widest);
+      const double by_others = covariance == &full.with_priors ? by_match + by_guess : by_match;
+      const double share = holds[i].all > 0.0 ? holds[i].facing / holds[i].all : 0.0;
+      const double by_planes = std::max(0.0, 1.0 / variance - by_others) * share;
+      const double honest = std::min(1.0 / std::max(by_planes + by_others, 1e-9), widest * widest);
       if (half == Half::place && rank == 0 && by_match > by_planes) out.only_matched[i] = axes[i];
       part += std::max(0.0, honest - variance) * axes[i] * axes[i].transpose();
     }
@@ -226,8 +274,7 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int
   full.with_priors = factor * inverse_information(sum.H);
   out.observable = observable_lidars(sum.H, full.with_priors, solved.layout, base);
   if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, full, out);
-  // Given poses and guesses hold what they hold.
-  if (solved.adjust.lidar_priors.empty()) widen_open_directions(solved, held, full, out);
+  widen_open_directions(solved, held, full, out);
   out.with_priors = blocks_of(full.with_priors, solved, base);
   out.data_only = blocks_of(full.data_only, solved, base);
   return out;

@@ -25,7 +25,19 @@ struct How {
   bool with_guess = true;
   std::string table = "0.35, -0.25";
   bool is_plumb = false;  ///< The table's axis.
+  bool with_poses = false;
+  bool base_sees_ground = true;
 };
+
+void take_ground_from(int lidar, sim::LightRig& light) {
+  constexpr double below_m = 0.2;
+  for (Patch& patch : light.patches) {
+    if (patch.sensor != lidar) continue;
+    const SE3 T =
+        light.T_G_base[static_cast<std::size_t>(patch.stop)] * light.T_base_sensor[static_cast<std::size_t>(lidar)];
+    std::erase_if(patch.points, [&](const Point& p) { return (T * Vector3d(p.x, p.y, p.z)).z() < below_m; });
+  }
+}
 
 Seen calibrate_in(const std::string& objects, const How& how) {
   const sim::Scene scene = bare_scene(objects, how.with_ground, how.table);
@@ -33,7 +45,13 @@ Seen calibrate_in(const std::string& objects, const How& how) {
   options.turntable.stops = 12;
   if (how.is_plumb) options.turntable.axis_tilt_deg = 0.0;
   options.shots_per_patch = 8000;
-  Seen seen{make_light_recording(*sim::make_light_rig(scene, options)), {}};
+  sim::LightRig light = *sim::make_light_rig(scene, options);
+  if (!how.base_sees_ground) take_ground_from(0, light);
+  Seen seen{make_light_recording(light), {}};
+  if (how.with_poses) {
+    seen.run.recording.trajectory.assign(seen.run.truth.T_G_base.begin(), seen.run.truth.T_G_base.end());
+    seen.run.recording.trajectory_is_prior = true;
+  }
   for (std::size_t i = 1; i < seen.run.guess.size() && !how.with_guess; ++i) seen.run.guess[i].reset();
   SilentReporter reporter;
   const auto result = calibrate_lidars(seen.run.rig, seen.run.recording, seen.run.guess, {}, RunContext{reporter});
@@ -91,6 +109,30 @@ TEST(DegenerateScenes, WallsFarAwayLeaveTheHeightOpen) {
     EXPECT_TRUE(sensor.weak_directions[0].is_frozen) << sensor.name;
     EXPECT_GT(std::abs(sensor.weak_directions[0].axis.z()), 0.97) << sensor.name;
     EXPECT_GT(sensor.weak_directions[0].bound, 0.15) << sensor.name;
+  }
+}
+
+// Poses that are given tell nothing of how high a LiDAR sits beside another, and a guess tells decimetres.
+TEST(DegenerateScenes, WallsFarAwayLeaveTheHeightOpenWithGivenPosesToo) {
+  std::string walls;
+  for (const double azimuth : {0.0, 63.0, 132.0, 200.0, 281.0}) {
+    walls += wall(45.0 * std::cos(to_rad(azimuth)), 45.0 * std::sin(to_rad(azimuth)), 12.0, 10.0, azimuth);
+  }
+  for (const bool with_guess : {true, false}) {
+    const Seen seen = calibrate_in(walls, {.with_ground = false, .with_guess = with_guess, .with_poses = true});
+    for (const SensorResult& sensor : seen.result.sensors) {
+      if (sensor.name == seen.result.base) continue;
+      EXPECT_NE(sensor.status, Status::good) << sensor.name;
+    }
+  }
+}
+
+// The floor that all LiDARs but the base see holds them to each other, not to the base.
+TEST(DegenerateScenes, AFloorThatTheBaseDoesNotSeeLeavesItsHeightOpen) {
+  const Seen seen = calibrate_in(walls_of_room(14.0, 9.0, 6.0), {.is_plumb = true, .base_sees_ground = false});
+  for (const SensorResult& sensor : seen.result.sensors) {
+    if (sensor.name == seen.result.base) continue;
+    EXPECT_NE(sensor.status, Status::good) << sensor.name;
   }
 }
 
