@@ -5,6 +5,8 @@
 #include <set>
 #include <tuple>
 
+#include "core/start/signed_turns.h"
+
 namespace rigcal {
 namespace {
 
@@ -64,6 +66,13 @@ bool has_guesses(const StartInput& input) {
     if (i != input.base && input.guess_T_base_sensor[static_cast<std::size_t>(i)]) return true;
   }
   return false;
+}
+
+template <class T>
+void fill_in(const std::vector<std::optional<T>>& from, std::vector<std::optional<T>>& to) {
+  for (std::size_t j = 0; j < std::min(from.size(), to.size()); ++j) {
+    if (from[j]) to[j] = from[j];
+  }
 }
 
 RegistrationResult inverse(const RegistrationResult& match) {
@@ -148,6 +157,22 @@ int solving_lidar(const StartInput& input, const std::vector<std::optional<GyroT
   return static_cast<double>(seen[static_cast<std::size_t>(*by_gyro)].directions) >= enough ? *by_gyro : most;
 }
 
+std::vector<std::optional<double>> with_signs(std::vector<std::optional<double>> turned_rad,
+                                              const std::vector<std::optional<GyroTurn>>& gyro_turns) {
+  std::set<int> lidars;
+  for (const auto& turn : gyro_turns) {
+    if (turn) lidars.insert(turn->lidar);
+  }
+  for (const int lidar : lidars) {
+    std::vector<std::optional<Matrix3d>> of_lidar(gyro_turns.size());
+    for (std::size_t j = 0; j < gyro_turns.size(); ++j) {
+      if (gyro_turns[j] && gyro_turns[j]->lidar == lidar) of_lidar[j] = gyro_turns[j]->R_previous_this;
+    }
+    fill_in(signed_turns(of_lidar), turned_rad);
+  }
+  return turned_rad;
+}
+
 StartInput seen_from(int lidar, const StartInput& input, const std::vector<std::optional<GyroTurn>>& gyro_turns) {
   StartInput out = input;
   out.turns_are_own = gyro_lidar(input, gyro_turns) == lidar;
@@ -162,10 +187,10 @@ StartInput seen_from(int lidar, const StartInput& input, const std::vector<std::
   out.guess_T_base_sensor[static_cast<std::size_t>(lidar)] = SE3{};
   out.R_previous_this.resize(static_cast<std::size_t>(input.stops));
   out.turned_rad.resize(static_cast<std::size_t>(input.stops));
+  fill_in(signed_turns(out.R_previous_this), out.turned_rad);
+  out.turned_rad = with_signs(std::move(out.turned_rad), gyro_turns);
   for (std::size_t j = 1; j < out.R_previous_this.size(); ++j) {
     std::optional<Matrix3d>& R = out.R_previous_this[j];
-    if (R) out.turned_rad[j] = log_so3(*R).norm();
-    if (j < gyro_turns.size() && gyro_turns[j]) out.turned_rad[j] = log_so3(gyro_turns[j]->R_previous_this).norm();
     if (out.turns_are_own) {
       R = gyro_turns[j]->R_previous_this;
     } else if (R && T_base_this) {

@@ -15,6 +15,11 @@ namespace rigcal {
 [[nodiscard]] int solving_lidar(const StartInput& input, const std::vector<std::optional<GyroTurn>>& gyro_turns,
                                 const std::vector<PatchSurfels>& patches);
 
+/// How far the rig turned before each stop (rad), by the gyros that told it: turns back get the other sign than turns
+/// forth. Those that no gyro of a LiDAR told stay as they are.
+[[nodiscard]] std::vector<std::optional<double>> with_signs(std::vector<std::optional<double>> turned_rad,
+                                                            const std::vector<std::optional<GyroTurn>>& gyro_turns);
+
 /// What is known, with another LiDAR as the base: guesses by its guess; turns as its own gyro told them, else by its
 /// guess, else only how far the rig turned.
 [[nodiscard]] StartInput seen_from(int lidar, const StartInput& input,

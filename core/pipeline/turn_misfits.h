@@ -9,9 +9,10 @@
 namespace rigcal {
 
 /// Known stops at which the rig stands turned otherwise than the gyro told, by 3 degrees and more against most of the
-/// others: little was seen from two of them, and they were laid on each other wrongly. In ascending order; none where
-/// fewer than half of the stops agree, since then nobody could say who is right. `R_previous_this`: turns since the
-/// stop before, in the base's frame; what follows a turn that nobody told is compared apart.
+/// others (and what a gyro's scale may make of the turns between them): little was seen from two of them, and they were
+/// laid on each other wrongly. In ascending order; none where fewer than half of the stops agree, since then nobody
+/// could say who is right. `R_previous_this`: turns since the stop before, in the base's frame; what follows a turn
+/// that nobody told is compared apart.
 [[nodiscard]] std::vector<std::size_t> misfit_turns(const std::vector<std::optional<Matrix3d>>& R_previous_this,
                                                     const std::vector<SE3>& T_G_base,
                                                     const std::vector<char>& stop_known);

@@ -12,7 +12,17 @@
 namespace rigcal {
 namespace {
 
-constexpr std::size_t grain = 128;
+constexpr std::size_t usual_grain = 128;
+
+// Each part has sums of its own: with thousands of stops these must not grow with the planes, too. By sizes alone, so
+// that the order of the sums is the same for any number of threads.
+std::size_t features_at_a_time(std::size_t features, std::size_t unknowns, std::size_t own_blocks) {
+  constexpr std::size_t least_sums = 16;  // for the threads
+  constexpr std::size_t most_bytes = std::size_t{256} << 20U;
+  const std::size_t each = sizeof(double) * unknowns + sizeof(Matrix6d) * own_blocks;
+  const std::size_t sums = std::max(least_sums, most_bytes / std::max<std::size_t>(each, 1));
+  return std::max(usual_grain, (features + sums - 1) / sums);
+}
 
 // One of the blocks of parameters that a plane touches, with its three coupling vectors projected onto it.
 struct TouchedBlock {
@@ -308,6 +318,7 @@ NormalEquations build_normal_equations(const std::vector<PlaneFeature>& features
   const int n = layout.size();
   const auto blocks = static_cast<std::size_t>(n / 6);
   const auto pairs = static_cast<std::size_t>(layout.stops() * layout.lidars());
+  const std::size_t grain = features_at_a_time(features.size(), static_cast<std::size_t>(n), blocks + pairs);
   const OwnBlocks zero{0.0, Eigen::VectorXd::Zero(n), std::vector<Matrix6d>(blocks, Matrix6d::Zero()),
                        std::vector<Matrix6d>(pairs, Matrix6d::Zero())};
   std::vector<Coupled> coupled((features.size() + grain - 1) / grain);
@@ -328,7 +339,7 @@ NormalEquations build_normal_equations(const std::vector<PlaneFeature>& features
 }
 
 double total_cost(const std::vector<PlaneFeature>& features, const RigState& state) {
-  return parallel_sum(features.size(), grain, 0.0, [&](std::size_t begin, std::size_t end) {
+  return parallel_sum(features.size(), usual_grain, 0.0, [&](std::size_t begin, std::size_t end) {
     double part = 0.0;
     for (std::size_t i = begin; i < end; ++i) part += plane_cost(features[i], state);
     return part;

@@ -1,11 +1,11 @@
 #include "core/start/multiview.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/parallel.h"
 #include "core/planes/point_to_plane.h"
+#include "core/planes/positive_solver.h"
 #include "core/start/surfel_index.h"
 
 namespace rigcal {
@@ -70,8 +70,7 @@ class Multiview {
     add_priors(layout_, options_.priors, state, sum);
     // Directions that no pair fixes stay where they are: the damping is that of one pair in ten thousand.
     sum.H.diagonal().array() += 1e-4 * sum.H.diagonal().mean() + 1e-9;
-    const Eigen::VectorXd dx = -sum.H.ldlt().solve(sum.g);
-    state = layout_.moved(state, dx);
+    if (const auto dx = solve_positive(sum.H, -sum.g)) state = layout_.moved(state, *dx);
   }
 
  private:

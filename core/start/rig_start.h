@@ -23,8 +23,8 @@ struct StartInput {
   /// the gyro sits turned them, or somebody's word.
   bool turns_are_own = false;
   std::vector<std::optional<SE3>> trajectory;  ///< Rough T_G_base; empty or one for each stop.
-  /// By how much the rig turned since the stop before, rad, without a sign: by the gyro of another sensor than the
-  /// base, or by the table. Empty, or one for each stop.
+  /// By how much the rig turned since the stop before, rad, by the gyro of another sensor than the base; turns back
+  /// have the other sign than turns forth. Empty, or one for each stop.
   std::vector<std::optional<double>> turned_rad;
   std::optional<Vector3d> axis;  ///< Of the table in the base frame; without one and without gyro it is searched for.
   /// What the surfels were made of; null: LiDARs with few surfels have only those.
@@ -47,7 +47,7 @@ struct Start {
 /// Poses of the rig by stop, T_first_base: seen from the first stop that is known.
 [[nodiscard]] std::vector<SE3> poses_from_first(const Start& start);
 
-/// Rough poses and extrinsics (architecture 3.4). Poses: from the trajectory, else by the gyro about a foot that the
+/// Rough poses and extrinsics. Poses: from the trajectory, else by the gyro about a foot that the
 /// scene shows, else by a search about the axis, or by equal steps all round where that fits clearly better; then each
 /// LiDAR with a guess is laid on the base's map around it, by surfels or, where few, by shapes, one without where its
 /// own panorama meets the base's; then all surfels on each other. Where stops slid off a table's turn it holds them;

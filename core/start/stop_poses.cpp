@@ -7,6 +7,7 @@
 #include "core/start/drive.h"
 #include "core/start/multiview.h"
 #include "core/start/own_view.h"
+#include "core/start/signed_turns.h"
 #include "core/start/step_search.h"
 #include "core/start/turning.h"
 
@@ -40,10 +41,11 @@ struct Turned {
 Turned turned_angles(const StartInput& input) {
   const auto stops = static_cast<std::size_t>(input.stops);
   Turned out{std::vector<double>(stops, 0.0), measured_step_sigma_rad};
+  const std::vector<std::optional<double>> by_gyro = signed_turns(input.R_previous_this);
   for (std::size_t j = 1; j < stops; ++j) {
     std::optional<double> step;
     if (j < input.turned_rad.size()) step = input.turned_rad[j];
-    if (j < input.R_previous_this.size() && input.R_previous_this[j]) step = log_so3(*input.R_previous_this[j]).norm();
+    if (j < by_gyro.size() && by_gyro[j]) step = by_gyro[j];
     if (!step) out.step_sigma_rad = assumed_step_sigma_rad;
     out.angle[j] = out.angle[j - 1] + step.value_or(2.0 * pi / input.stops);
   }

@@ -134,6 +134,17 @@ TEST(SeenFrom, TakesTurnsByTheGuessOrElseTheirAnglesOnly) {
   EXPECT_NEAR(*without.turned_rad[1], 0.3, 1e-12);
 }
 
+TEST(WithSigns, ATurnBackHasTheOtherSignWhicheverGyroTellsIt) {
+  const auto turn = [](double rad) { return exp_so3(rad * Vector3d(0.0, -0.6, 0.8)); };
+  const std::vector<std::optional<GyroTurn>> told{std::nullopt, GyroTurn{1, turn(0.5)}, GyroTurn{1, turn(0.5)},
+                                                  GyroTurn{1, turn(-0.9)}, std::nullopt};
+  const auto turned = with_signs({std::nullopt, 0.5, 0.5, 0.9, 0.4}, told);
+  EXPECT_FALSE(turned[0]);
+  EXPECT_NEAR(*turned[1], 0.5, 1e-12);
+  EXPECT_NEAR(*turned[3], -0.9, 1e-12);
+  EXPECT_NEAR(*turned[4], 0.4, 1e-12) << "as it was";
+}
+
 // The same run as it is told by who calls another LiDAR the base: the gyro is the first one's, its turns in the base's
 // axes hang on the guess.
 LightRecording named(const LightRecording& run, std::size_t base) {

@@ -42,6 +42,18 @@ TEST_F(MisfitTurns, AreTheStopsThatStandOtherwise) {
   EXPECT_THAT(find(), ElementsAre(2));
 }
 
+TEST_F(MisfitTurns, AreNotThoseThatTheGyrosScaleMakesOfManyRounds) {
+  for (int j = 8; j < 96; ++j) {
+    T_G_base_.push_back(T_G_base_.back());
+    T_G_base_.back().R = T_G_base_.back().R * exp_so3(to_rad(30.0) * Vector3d::UnitZ());
+    turns_.emplace_back(exp_so3(to_rad(30.3) * Vector3d::UnitZ()));
+  }
+  known_.assign(96, 1);
+  EXPECT_THAT(find(), IsEmpty());
+  turn(50, 40.0);
+  EXPECT_THAT(find(), ElementsAre(50));
+}
+
 TEST_F(MisfitTurns, AreTheSmallerPartAlsoWhereItComesFirst) {
   turn(0, 20.0);
   turn(1, 20.0);
