@@ -26,6 +26,20 @@ Expected<ReadResult> read_result(const std::string& path) {
   return wrong;
 }
 
+// A sensor with intrinsics is a camera, whatever else is known of it; what was found counts more than what was known
+// before.
+void add_intrinsics(const std::map<std::string, CameraIntrinsics>& intrinsics, std::optional<Rig>& rig) {
+  for (const auto& [name, found] : intrinsics) {
+    if (!rig) rig.emplace();
+    const int index = rig->find(name);
+    Sensor& sensor = index < 0 ? rig->sensors.emplace_back() : rig->sensors[static_cast<std::size_t>(index)];
+    sensor.name = name;
+    if (!sensor.camera) sensor.camera.emplace();
+    sensor.lidar.reset();
+    sensor.camera->intrinsics = found;
+  }
+}
+
 }  // namespace
 
 Expected<ResultExport> export_result_file(const std::string& path, const std::string& rig_path, ResultFormat format,
@@ -38,12 +52,8 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
     Expected<Rig> loaded = load_rig(rig_path);
     if (!loaded) return loaded.error();
     rig = std::move(*loaded);
-    // What was found counts more than what was known before.
-    for (Sensor& sensor : rig->sensors) {
-      const auto refined = read->intrinsics.find(sensor.name);
-      if (sensor.camera && refined != read->intrinsics.end()) sensor.camera->intrinsics = refined->second;
-    }
   }
+  add_intrinsics(read->intrinsics, rig);
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {
     return input_error("exists already", out, "choose another --out, or move it away yourself");

@@ -40,17 +40,27 @@ PlacedRig placed_rig(const CalibrationResult& result, const Rig* rig) {
     if (index < 0) continue;
     const Sensor& known = rig->sensors[static_cast<std::size_t>(index)];
     place.is_camera = known.camera.has_value();
+    if (known.camera) place.topic = known.camera->topic;
     if (known.camera && known.camera->intrinsics) place.intrinsics = &*known.camera->intrinsics;
   }
   return placed;
 }
 
-/// The cameras, or all sensors where none is known for a camera.
-PlacedRig cameras_of(PlacedRig rig) {
-  const auto is_no_camera = [](const PlacedSensor& sensor) { return !sensor.is_camera; };
-  if (std::all_of(rig.sensors.begin(), rig.sensors.end(), is_no_camera)) return rig;
-  std::erase_if(rig.sensors, is_no_camera);
-  return rig;
+bool is_camera(const Rig* rig, const std::string& name) {
+  const int index = rig == nullptr ? -1 : rig->find(name);
+  return index >= 0 && !rig->sensors[static_cast<std::size_t>(index)].is_lidar();
+}
+
+/// The cameras, or all sensors where none of the result's is known for a camera. Error: all cameras failed, and LiDARs
+/// would be taken for them.
+Expected<PlacedRig> cameras_of(const CalibrationResult& result, const Rig* rig, PlacedRig placed) {
+  if (std::none_of(result.sensors.begin(), result.sensors.end(),
+                   [&](const SensorResult& sensor) { return is_camera(rig, sensor.name); }))
+    return placed;
+  std::erase_if(placed.sensors, [](const PlacedSensor& sensor) { return !sensor.is_camera; });
+  if (!placed.sensors.empty()) return placed;
+  return input_error("none of its cameras has a transform, and this format holds cameras only", {},
+                     "mend what their reasons say, or choose a format that holds LiDARs, too");
 }
 
 /// The LiDARs beside the base.
@@ -63,16 +73,14 @@ PlacedRig lidars_around_base(PlacedRig rig) {
 /// Lines without names are told apart by their order alone.
 std::optional<Error> missing_line(const CalibrationResult& result, const Rig* rig) {
   for (const SensorResult& sensor : result.sensors) {
-    const int index = rig == nullptr ? -1 : rig->find(sensor.name);
-    const bool is_camera = index >= 0 && !rig->sensors[static_cast<std::size_t>(index)].is_lidar();
-    if (sensor.T_base_sensor || is_camera) continue;
+    if (sensor.T_base_sensor || is_camera(rig, sensor.name)) continue;
     const std::string why = sensor.reasons.empty() ? "" : " (" + sensor.reasons.front() + ")";
     return input_error(sensor.name + " is failed" + why +
                            ", and the lines of mlcc have no names: without its own those after it would be taken for "
                            "other LiDARs'",
                        {},
                        std::string("mend what its reasons say, or choose a format that has names") +
-                           (rig == nullptr ? "; if it is a camera, add --rig RIG" : ""));
+                           (rig == nullptr || rig->find(sensor.name) < 0 ? "; if it is a camera, add --rig RIG" : ""));
   }
   return std::nullopt;
 }
@@ -116,6 +124,11 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
     if (!sensor.T_base_sensor) out.warnings.push_back(sensor.name + " is failed: it has no transform and is left out");
     if (sensor.status == Status::weak) out.warnings.push_back(sensor.name + " is weak: see its reasons in the result");
   }
+  if (format == ResultFormat::kalibr || format == ResultFormat::colmap) {
+    Expected<PlacedRig> cameras = cameras_of(result, rig, std::move(placed));
+    if (!cameras) return cameras.error();
+    placed = *std::move(cameras);
+  }
   switch (format) {
     case ResultFormat::ros2_tf:
       out.text = ros2_launch(placed);
@@ -127,14 +140,12 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
       out.text = autoware_yaml(placed);
       break;
     case ResultFormat::kalibr:
-      placed = cameras_of(std::move(placed));
       out.text = kalibr_yaml(placed, out.warnings);
       break;
     case ResultFormat::opencv:
       out.text = opencv_yaml(placed);
       break;
     case ResultFormat::colmap:
-      placed = cameras_of(std::move(placed));
       out.text = colmap_json(placed);
       break;
     case ResultFormat::mlcc:

@@ -30,8 +30,8 @@ struct ExportedResult {
 };
 
 /// The text of a result in one of the formats. `rig` (or null) tells which sensors are cameras, and their intrinsics.
-/// Failed sensors have no transform and are left out, with a warning; Error, without a place: where a line too few
-/// would give the others the wrong names.
+/// Failed sensors have no transform and are left out, with a warning. Errors, without a place: a line too few would
+/// give the others the wrong names; of a format of cameras all have failed.
 [[nodiscard]] Expected<ExportedResult> export_result(const CalibrationResult& result, const Rig* rig,
                                                      ResultFormat format);
 

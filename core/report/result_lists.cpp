@@ -63,7 +63,8 @@ std::string mlcc_lines(const PlacedRig& rig) {
     for (const double value : {t.x(), t.y(), t.z(), q[3], q[0], q[1], q[2]}) {
       line += (line.empty() ? "" : " ") + number_text(value);
     }
-    text += line + "\n";
+    // Its reader takes what follows a last line end for one more pose.
+    text += (text.empty() ? "" : "\n") + line;
   }
   return text;
 }

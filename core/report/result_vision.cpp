@@ -30,12 +30,15 @@ std::string kalibr_camera(const PlacedSensor& sensor, std::vector<std::string>& 
     warnings.push_back(sensor.name + ": Kalibr's radtan has no k3, so that " + number_text(third_radial(camera)) +
                        " is lost");
   }
+  if (sensor.topic.empty())
+    warnings.push_back(sensor.name + " has no topic in the rig file, and Kalibr's own tools want its rostopic");
   const std::size_t kept = std::min<std::size_t>(camera.distortion.size(), 4);
   const Eigen::Vector4d pinhole(camera.fx, camera.fy, camera.cx, camera.cy);
   return "  camera_model: pinhole\n  intrinsics: " + list_text(pinhole) +
          "\n  distortion_model: " + (camera.model == DistortionModel::radtan ? "radtan" : "equidistant") +
          "\n  distortion_coeffs: " + list_text(vector_of(camera.distortion).head(static_cast<Eigen::Index>(kept))) +
-         "\n  resolution: [" + std::to_string(camera.width) + ", " + std::to_string(camera.height) + "]\n";
+         "\n  resolution: [" + std::to_string(camera.width) + ", " + std::to_string(camera.height) + "]\n" +
+         (sensor.topic.empty() ? "" : "  rostopic: " + quoted_text(sensor.topic) + "\n");
 }
 
 /// COLMAP counts pixels from the corner of the first one, not from its centre.

@@ -12,6 +12,7 @@ struct PlacedSensor {
   SE3 T_base_sensor;
   bool is_camera = false;
   const CameraIntrinsics* intrinsics = nullptr;
+  std::string topic;  ///< Of a camera's images in bags; may be empty.
 };
 
 struct PlacedRig {

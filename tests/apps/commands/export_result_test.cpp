@@ -56,6 +56,20 @@ TEST_F(ExportResult, WritesAGoodResultInEveryFormat) {
   }
 }
 
+TEST_F(ExportResult, TakesASensorWhoseIntrinsicsWereFoundForACamera) {
+  const fs::path file = scratch / "refined.yaml";
+  std::ofstream(file)
+      << "rigcal: 1\nbase: avia\nstatus: good\nsensors:\n"
+         "  avia: {status: good, translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n"
+         "  cam: {status: good, translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1], intrinsics: {model: radtan, "
+         "width: 640, height: 480, fx: 500, fy: 501, cx: 320, cy: 240, distortion: [0.1, 0, 0, 0]}}\n";
+  EXPECT_EQ(rigcal("export refined.yaml --format colmap --out rig_config.json").code, 0);
+  std::ifstream written(scratch / "rig_config.json");
+  const auto cameras = nlohmann::json::parse(written)[0]["cameras"];
+  ASSERT_EQ(cameras.size(), 1U) << "the LiDAR is none";
+  EXPECT_EQ(cameras[0]["camera_params"][1], 501.0);
+}
+
 TEST_F(ExportResult, LeavesAFailedSensorOutAndSaysSo) {
   const ProgramRun run = rigcal("export partly/extrinsics.yaml --format ros2-tf --out rig.launch.xml --json");
   EXPECT_EQ(run.code, 1);

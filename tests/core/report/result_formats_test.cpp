@@ -62,7 +62,8 @@ class ResultFormats : public testing::Test {
     const char* names[] = {"avia", "mid40_left", "mid40_right", "camera-left", "camera-right"};
     for (std::size_t i = 0; i < 5; ++i) rig.sensors[i].name = names[i];
     for (std::size_t i = 0; i < 3; ++i) rig.sensors[i].lidar.emplace();
-    for (std::size_t i = 3; i < 5; ++i) rig.sensors[i].camera.emplace();
+    for (std::size_t i = 3; i < 5; ++i)
+      rig.sensors[i].camera.emplace().topic = "/" + rig.sensors[i].name + "/image_raw";
     rig.sensors[3].camera->intrinsics = {DistortionModel::radtan,       1280, 1024, 863.1, 863.2, 639.5, 511.25,
                                          {-0.1, 0.09, 1e-4, -2e-4, 0.0}};
     rig.sensors[4].camera->intrinsics = {DistortionModel::equidistant, 1920, 1208, 900.0, 901.0, 960.0, 604.0,
@@ -167,6 +168,7 @@ TEST_F(ResultFormats, KalibrChainsTheCameras) {
             (std::vector<double>{-0.1, 0.09, 1e-4, -2e-4}));
   EXPECT_EQ(file["cam1"]["distortion_model"].as<std::string>(), "equidistant");
   EXPECT_EQ(file["cam1"]["resolution"].as<std::vector<int>>(), (std::vector<int>{1920, 1208}));
+  EXPECT_EQ(file["cam1"]["rostopic"].as<std::string>(), "/camera-right/image_raw");
   EXPECT_FALSE(file["cam0"]["T_cn_cnm1"]);
   EXPECT_EQ(matrix_of(file["cam0"]["T_cam_base"]), truth("camera-left").inverse().matrix());
   const Eigen::Matrix4d chained = matrix_of(file["cam1"]["T_cn_cnm1"]) * matrix_of(file["cam0"]["T_cam_base"]);
@@ -175,8 +177,10 @@ TEST_F(ResultFormats, KalibrChainsTheCameras) {
 
 TEST_F(ResultFormats, KalibrSaysWhatItCannotHold) {
   rig.sensors[3].camera->intrinsics->distortion[4] = 0.02;
+  rig.sensors[3].camera->topic.clear();
   rig.sensors[4].camera->intrinsics.reset();
   const ExportedResult out = write(ResultFormat::kalibr);
+  EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-left has no topic in the rig file")));
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("no k3")));
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-right has no intrinsics")));
 }
@@ -255,6 +259,18 @@ TEST_F(ResultFormats, MlccHasALineALidarBesideTheBase) {
   for (double value = 0.0; text >> value;) v.push_back(value);
   ASSERT_EQ(v.size(), 7U);
   expect_pose("mid40_left", {v[0], v[1], v[2]}, rotation_from_xyzw({v[4], v[5], v[6], v[3]}));
+  // mlcc itself reads poses until the file is at its end, and takes what follows a last line end for one more.
+  EXPECT_NE(out.text.back(), '\n');
+}
+
+TEST_F(ResultFormats, OfCamerasHoldNoLidarWhereAllCamerasFailed) {
+  for (std::size_t i = 3; i < 5; ++i) result.sensors[i].T_base_sensor.reset();
+  for (const ResultFormat format : {ResultFormat::kalibr, ResultFormat::colmap}) {
+    const Expected<ExportedResult> out = export_result(result, &rig, format);
+    ASSERT_FALSE(out);
+    EXPECT_THAT(out.error().message(), HasSubstr("none of its cameras has a transform"));
+  }
+  EXPECT_TRUE(export_result(result, &rig, ResultFormat::json));
 }
 
 TEST_F(ResultFormats, MlccIsRefusedWhereALineWouldBeMissing) {
