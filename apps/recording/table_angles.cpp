@@ -1,6 +1,7 @@
 #include "apps/recording/table_angles.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "core/base/text.h"
@@ -29,14 +30,15 @@ std::vector<TableAngle> session_table_angles(const std::string& session, Reporte
 std::optional<double> angle_in_stop(const std::vector<TableAngle>& angles, const Stop& stop) {
   const auto first = std::lower_bound(angles.begin(), angles.end(), stop.start_ns,
                                       [](const TableAngle& angle, std::int64_t ns) { return angle.stamp_ns < ns; });
-  double sum = 0.0;
+  // Of a table that counts within a turn 0.00 and 359.99 are neighbours.
+  double beyond_first = 0.0;
   int count = 0;
   for (auto angle = first; angle != angles.end() && angle->stamp_ns <= stop.end_ns; ++angle) {
-    sum += angle->angle_deg;
+    beyond_first += std::remainder(angle->angle_deg - first->angle_deg, 360.0);
     ++count;
   }
   if (count == 0) return std::nullopt;
-  return sum / count;
+  return first->angle_deg + beyond_first / count;
 }
 
 TableTurns table_turns(const Rig& rig, const std::vector<TableAngle>& angles, const std::vector<Stop>& stops) {

@@ -15,7 +15,8 @@ namespace rigcal {
 /// are a start where nothing else tells of a turn, and most sessions do without.
 [[nodiscard]] std::vector<TableAngle> session_table_angles(const std::string& session, Reporter& reporter);
 
-/// Where the table says it was in the middle of a stop: the mean of what it said in it; nothing where it said nothing.
+/// Where the table says it was in the middle of a stop: the mean of what it said in it, by the shortest way from
+/// one to the next, as a table may count within a turn; nothing where it said nothing.
 [[nodiscard]] std::optional<double> angle_in_stop(const std::vector<TableAngle>& angles, const Stop& stop);
 
 /// What a table's angles say of the turns between stops. They are a start where nothing else tells of a turn, never

@@ -34,6 +34,17 @@ TEST(TableAngles, AreMeansWithinTheStops) {
   EXPECT_FALSE(angle_in_stop({}, stops[0]).has_value());
 }
 
+TEST(TableAngles, OfATableThatCountsWithinATurnAreMeansAcrossItsZero) {
+  const std::vector<TableAngle> within_turn{{1 * second, 0.0},  {2 * second, 359.99}, {3 * second, 0.01},
+                                            {5 * second, 18.0}, {6 * second, 18.02},  {9 * second, 359.98},
+                                            {10 * second, 0.0}, {11 * second, 359.99}};
+  EXPECT_NEAR(*angle_in_stop(within_turn, stops[0]), 0.0, 1e-9);
+  EXPECT_NEAR(*angle_in_stop(within_turn, stops[2]), 359.99, 1e-9);
+  const TableTurns turns = table_turns(rig_with_axis(), within_turn, stops);
+  EXPECT_LT(rotation_distance(*turns.R_previous_this[1], exp_so3(Vector3d(0, 0, to_rad(18.01)))), 1e-9);
+  EXPECT_LT(rotation_distance(*turns.R_previous_this[2], exp_so3(Vector3d(0, 0, to_rad(-18.02)))), 1e-9);
+}
+
 TEST(TableAngles, TurnTheRigAboutItsAxis) {
   const TableTurns turns = table_turns(rig_with_axis(), angles, stops);
   ASSERT_EQ(turns.R_previous_this.size(), 3U);
