@@ -200,11 +200,10 @@ void BagBatches::set_times(Topic& topic, std::int64_t recorded_ns) {
   if (timed) {
     const std::int64_t span_ns = *last - *first;
     const std::int64_t end_ns = topic.session_ns(*last, recorded_ns);
-    constexpr std::uint16_t most_shots = std::numeric_limits<std::uint16_t>::max();
+    constexpr std::uint16_t last_shot = std::numeric_limits<std::uint16_t>::max();
     batch_.stamp_ns = end_ns - span_ns;
-    batch_.shot_interval_ns = static_cast<double>(span_ns) / most_shots;
-    batch_.shots = most_shots;
-    const double per_ns = span_ns > 0 ? most_shots / static_cast<double>(span_ns) : 0.0;
+    batch_.shot_interval_ns = static_cast<double>(span_ns) / last_shot;
+    const double per_ns = span_ns > 0 ? last_shot / static_cast<double>(span_ns) : 0.0;
     for (std::size_t i = 0; i < cloud_.points.size(); ++i) {
       cloud_.points[i].shot =
           static_cast<std::uint16_t>(static_cast<double>(cloud_.times_ns[i] - *first) * per_ns + 0.5);
@@ -218,7 +217,6 @@ void BagBatches::set_times(Topic& topic, std::int64_t recorded_ns) {
       topic.last_end_ns ? std::clamp<std::int64_t>(end_ns - *topic.last_end_ns, 0, longest_untimed_ns) : usual_cloud_ns;
   batch_.stamp_ns = end_ns - span_ns;
   batch_.shot_interval_ns = static_cast<double>(span_ns);
-  batch_.shots = 1;
   topic.last_end_ns = end_ns;
 }
 

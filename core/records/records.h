@@ -49,8 +49,10 @@ struct PointBatch {
   int sensor = 0;             ///< Index of the sensor in the rig.
   std::int64_t stamp_ns = 0;  ///< Session time of shot 0.
   double shot_interval_ns = 0.0;
-  std::uint16_t shots = 0;  ///< Shots fired, with or without a return.
-  /// The points have no times of their own: they came at some moment of the batch, which nobody knows.
+  /// Shots fired, with or without a return; 0: not known, as of a cloud, where Point::shot only divides its time.
+  std::uint16_t shots = 0;
+  /// The points have no times of their own: they came at some moment of the batch, which nobody knows. All of it is one
+  /// interval then.
   bool undivided = false;
   std::vector<Point> points;
 };

@@ -18,12 +18,12 @@ PatchCutter::PatchCutter(std::size_t max_held_points, PatchSink& sink)
 
 void PatchCutter::add(const PointBatch& batch) {
   if (batch.points.empty()) return;
-  // The last point's shot, not `shots`: that a batch reaches past a decision matters only where it has points.
+  // The last point's shot: that a batch reaches past a decision matters only where it has points.
   const std::uint16_t last_shot =
       std::max_element(batch.points.begin(), batch.points.end(), [](const Point& a, const Point& b) {
         return a.shot < b.shot;
       })->shot;
-  const int shots = batch.undivided ? batch.shots : last_shot;
+  const int shots = batch.undivided ? 1 : last_shot;
   const std::int64_t end_ns = batch.stamp_ns + static_cast<std::int64_t>(shots * batch.shot_interval_ns) + 1;
   Queue& queue = queues_[batch.sensor];
   for (std::size_t first = 0; first < batch.points.size(); first += block_points) {

@@ -55,12 +55,26 @@ bool PointSlots::accept_time(std::int64_t stamp_ns) {
   return stamp_ns >= start_ns(done_);
 }
 
+// Which of the points are kept, 0 .. 1. Shots are thinned whether they returned or not; of a cloud nobody knows how
+// many there were, so its points are counted.
+double PointSlots::share_of(const PointBatch& batch) const {
+  if (batch.shots > 0) return std::min(1.0, points_per_s_ * 1e-9 * batch.shot_interval_ns);
+  const auto last = std::max_element(batch.points.begin(), batch.points.end(),
+                                     [](const Point& a, const Point& b) { return a.shot < b.shot; });
+  const double span_ns = batch.shot_interval_ns * (batch.undivided ? 1.0 : last->shot);
+  const auto count = static_cast<double>(batch.points.size());
+  const double share = span_ns > 0.0 ? std::min(1.0, points_per_s_ * 1e-9 * span_ns / count) : 1.0;
+  // What lies in one slot is thinned before that is full: otherwise it would hold a sector of the view.
+  const bool in_one_slot = batch.undivided || span_ns < static_cast<double>(length_ns);
+  return in_one_slot ? std::min(share, static_cast<double>(most_in_slot) / count) : share;
+}
+
 void PointSlots::add(const PointBatch& batch) {
   if (batch.points.empty() || !(batch.shot_interval_ns >= 0.0)) return;
   if (!accept_time(batch.stamp_ns)) return;
   Lidar* lidar = find(batch.sensor);
   if (lidar == nullptr) return;
-  const double share = std::min(1.0, points_per_s_ * 1e-9 * batch.shot_interval_ns);
+  const double share = share_of(batch);
   for (const Point& point : batch.points) {
     lidar->share += share > 0.0 ? share : 1.0;
     if (lidar->share < 1.0) continue;

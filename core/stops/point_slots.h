@@ -42,6 +42,7 @@ class PointSlots {
   };
   [[nodiscard]] Lidar* find(int sensor);
   [[nodiscard]] bool accept_time(std::int64_t stamp_ns);
+  [[nodiscard]] double share_of(const PointBatch& batch) const;
   void restart(std::int64_t stamp_ns);
   static std::size_t place(std::int64_t slot);
 

@@ -1,0 +1,99 @@
+#include "apps/recording/bag_batches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/stops/point_slots.h"
+#include "tests/support/bag_bytes.h"
+#include "tests/support/ros_bytes.h"
+#include "tests/support/scratch_folder.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr int points_a_cloud = 10'000;  // each tenth of a second: what a MID-40 sees
+constexpr int clouds = 10;
+
+// A LiDAR's clouds, each all around, with the times of the points or without.
+BagBytes bag_of_clouds(bool timed) {
+  BagBytes bag;
+  for (int k = 0; k < clouds; ++k) {
+    const std::int64_t first_ns = (10'000 + 100 * k) * ms;
+    RosBytes data;
+    ByteWriter out(data);
+    for (int i = 0; i < points_a_cloud; ++i) {
+      const double angle = 2.0 * pi * i / points_a_cloud;
+      out.write(static_cast<float>(5.0 * std::cos(angle)));
+      out.write(static_cast<float>(5.0 * std::sin(angle)));
+      out.write(0.3F);
+      if (timed) out.write(static_cast<std::uint32_t>(i * 10'000));
+    }
+    std::vector<CloudField> fields{{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}};
+    if (timed) fields.push_back({"t", 12, 6});
+    const std::uint32_t step = timed ? 16 : 12;
+    bag.add("/points", cloud_type, cloud_md5, first_ns + 100 * ms,
+            cloud_message(static_cast<std::uint32_t>(k), first_ns + (timed ? 0 : 100 * ms), fields,
+                          {1, points_a_cloud, step, step * points_a_cloud, false}, data));
+  }
+  return bag;
+}
+
+struct Kept {
+  std::uint64_t points = 0;
+  std::uint64_t in_last = 0;  ///< Of those the ones of the last quarter of a turn.
+};
+
+// What PointSlots keep of the clouds, 120 000 points a second at most.
+Kept kept(bool timed) {
+  const fs::path folder = scratch_folder("bag_batches");
+  const auto bytes = bag_of_clouds(timed).finish();
+  const std::string path = (folder / "clouds.bag").string();
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  Rig rig;
+  rig.sensors.emplace_back();
+  rig.sensors.back().name = "top";
+  rig.sensors.back().lidar.emplace();
+  rig.sensors.back().lidar->model = LidarModel::other;
+  rig.sensors.back().lidar->topic = "/points";
+  PointSlots slots(120'000.0);
+  Kept kept;
+  const auto count_slots = [&](bool at_end) {
+    while (slots.complete_next(at_end)) {
+      for (const RangePoint& point : slots.points(0, slots.last())) {
+        const std::int32_t face = point.cell / (44 * 44);  // of a cube: +x, -x, +y, -y
+        if (face == 3) ++kept.in_last;
+      }
+    }
+  };
+  auto bag = open_bag_batches(path, rig,
+                              {[&](PointBatch& batch) {
+                                 slots.add(batch);
+                                 count_slots(false);
+                               },
+                               {},
+                               {}});
+  EXPECT_TRUE(bag) << bag.error().message();
+  while (*(*bag)->read_some()) continue;
+  count_slots(true);
+  fs::remove_all(folder);
+  kept.points = slots.used();
+  return kept;
+}
+
+TEST(BagBatches, LoseNoPointsOfASparseLidarToThinning) { EXPECT_EQ(kept(true).points, 1U * clouds * points_a_cloud); }
+
+TEST(BagBatches, WithoutTimesAreSeenAllAround) {
+  const Kept some = kept(false);
+  EXPECT_NEAR(static_cast<double>(some.points), clouds * 4096.0, clouds);
+  EXPECT_NEAR(static_cast<double>(some.in_last), 0.25 * static_cast<double>(some.points), 0.03 * clouds * 4096.0);
+}
+
+}  // namespace
+}  // namespace rigcal
