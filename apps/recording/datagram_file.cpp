@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "apps/recording/lvx_datagrams.h"
+#include "core/base/text.h"
+#include "core/clocks/onward_time.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
@@ -27,7 +29,7 @@ class PcapDatagrams final : public DatagramFile {
     while (reader_) {
       Expected<bool> more = reader_->next(datagram);
       if (!more && next_part_ > 0) return end_before_part(more.error());
-      if (more && *more) read_bytes_ += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of frame and file
+      if (more && *more) take(datagram);
       if (!more || *more || next_part_ == later_.size()) return more;
       add_up();
       Expected<PcapReader> opened = PcapReader::open(later_[next_part_++]);
@@ -42,11 +44,26 @@ class PcapDatagrams final : public DatagramFile {
   [[nodiscard]] FileNotes notes() const override {
     PcapCounters all = earlier_;
     if (reader_) all += reader_->counters();
-    return {capture_findings(all), all, {}};
+    FileNotes notes{capture_findings(all), all, {}};
+    if (const std::string step = step_text(); !step.empty()) notes.findings.push_back(step);
+    return notes;
   }
   [[nodiscard]] double fraction() const override { return std::min(1.0, read_bytes_ / bytes_); }
 
  private:
+  void take(Datagram& datagram) {
+    read_bytes_ += static_cast<double>(datagram.bytes.size()) + 60.0;  // headers of frame and file
+    datagram.stamp_ns = time_.add(datagram.stamp_ns, earlier_.frames + reader_->counters().frames);
+  }
+  // Empty where the clock of the recording machine was never set back.
+  [[nodiscard]] std::string step_text() const {
+    if (time_.steps() == 0) return {};
+    std::string text = "the clock of the recording machine was set back by " +
+                       fixed_text(1e-9 * static_cast<double>(time_.first_step_ns()), 1) + " s at frame " +
+                       std::to_string(time_.first_step_place());
+    if (time_.steps() > 1) text += ", and " + std::to_string(time_.steps() - 1) + " more time(s)";
+    return text + "; time goes on from there";
+  }
   // What the part that is over has told.
   void add_up() {
     earlier_ += reader_->counters();
@@ -63,6 +80,7 @@ class PcapDatagrams final : public DatagramFile {
   std::vector<std::string> later_;
   std::size_t next_part_ = 0;
   PcapCounters earlier_;
+  OnwardTime time_;
   std::string truncation_;
   double bytes_;
   double read_bytes_ = 0.0;

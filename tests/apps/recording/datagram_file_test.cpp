@@ -1,0 +1,95 @@
+#include "apps/recording/datagram_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "apps/recording/batch_source.h"
+#include "core/io/pcapng_writer.h"
+#include "drivers/livox_codec/sample_packet.h"
+#include "tests/support/scratch_folder.h"
+
+namespace rigcal {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+
+constexpr std::int64_t s = 1'000'000'000;
+constexpr std::int64_t start_ns = 1'700'000'000 * s;
+constexpr std::int64_t packet_ns = 400'000;
+constexpr int packets = 5000;
+
+class DatagramFileTest : public testing::Test {
+ protected:
+  void SetUp() override { folder_ = scratch_folder("datagrams"); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// A dump of an AVIA for two seconds; after half of them the clock of the recording machine is off by `step_ns`.
+  [[nodiscard]] std::string dump(std::int64_t step_ns) const {
+    std::string path = (folder_ / "dump.pcapng").string();
+    Expected<PcapngWriter> writer = PcapngWriter::create(path);
+    livox::SampleHeader header;
+    header.data_type = livox::DataType::cartesian_tagged;
+    std::vector<Point> points(96, Point{5.0F, 1.0F, 1.0F, 80, 0x10, 0});
+    for (std::size_t i = 0; i < points.size(); ++i) points[i].shot = static_cast<std::uint16_t>(i);
+    std::vector<std::uint8_t> bytes;
+    for (int i = 0; i < packets; ++i) {
+      header.device_stamp_ns = 5 * s + i * packet_ns;
+      livox::encode_points(header, points, bytes);
+      const std::int64_t stamp_ns = start_ns + i * packet_ns + (2 * i >= packets ? step_ns : 0);
+      EXPECT_TRUE(writer->write({stamp_ns, {{192, 168, 1, 179}, 60001}, {{192, 168, 1, 5}, 56001}, bytes}));
+    }
+    EXPECT_TRUE(writer->close());
+    return path;
+  }
+  fs::path folder_;
+};
+
+Rig one_avia() {
+  Rig rig;
+  Sensor sensor;
+  sensor.name = "top";
+  sensor.lidar.emplace();
+  sensor.lidar->model = LidarModel::livox_avia;
+  sensor.lidar->ip = {192, 168, 1, 179};
+  rig.sensors.push_back(sensor);
+  return rig;
+}
+
+struct Seen {
+  std::vector<std::int64_t> stamps;
+  std::vector<std::string> findings;
+};
+
+Seen points_of(const std::string& path) {
+  Seen seen;
+  auto source =
+      open_batches(path, one_avia(), {[&](PointBatch& batch) { seen.stamps.push_back(batch.stamp_ns); }, {}, {}});
+  EXPECT_TRUE(source) << source.error().message();
+  while (*(*source)->read_some()) continue;
+  seen.findings = (*source)->notes().findings;
+  return seen;
+}
+
+TEST_F(DatagramFileTest, GoesOnWhereTheClockOfTheMachineWasSetBack) {
+  const Seen seen = points_of(dump(-3600 * s));
+  ASSERT_GE(seen.stamps.size(), packets - 5U);
+  EXPECT_TRUE(std::is_sorted(seen.stamps.begin(), seen.stamps.end()));
+  EXPECT_NEAR(1e-9 * static_cast<double>(seen.stamps.back() - start_ns), 1e-9 * packets * packet_ns, 0.002);
+  EXPECT_THAT(seen.findings, ElementsAre("the clock of the recording machine was set back by 3600.0 s at frame 2501; "
+                                         "time goes on from there"));
+}
+
+TEST_F(DatagramFileTest, TellsNothingWhereItWasSetForwardOrALittleBack) {
+  for (const std::int64_t step_ns : {std::int64_t{0}, 3600 * s, -9 * s / 10}) {
+    const Seen seen = points_of(dump(step_ns));
+    EXPECT_THAT(seen.findings, testing::IsEmpty());
+    ASSERT_FALSE(seen.stamps.empty());
+    EXPECT_NEAR(1e-9 * static_cast<double>(seen.stamps.back() - start_ns - step_ns), 2.0, 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace rigcal
