@@ -29,6 +29,8 @@ std::uint64_t imu_samples(const IngestSummary& ingest, int sensor) {
 // Whether `read_stops` would read the finished session with this plan in the end.
 bool is_plan_of_the_whole(const Rig& rig, const PassPlan& plan, const StopPass& pass) {
   if (pass.better_codes) return false;
+  // A file is given more memory.
+  if (pass.reading.points.dropped[static_cast<std::size_t>(DropReason::overflow)] > 0) return false;
   StopOptions whole = first_plan(rig, {}).options;
   const IngestSummary& ingest = pass.reading.ingest;
   const bool is_anybody_turning = imu_samples(ingest, -1) > 0;

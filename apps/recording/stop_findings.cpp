@@ -12,6 +12,19 @@ constexpr double bumped_deg = 1.5;
 constexpr std::int64_t bumped_ns = 4'000'000'000;
 constexpr double notable_tremble_deg = 0.02;
 
+constexpr double worthy_share = 1e-3;
+
+std::uint64_t dropped(const PointCounts& points, DropReason reason) {
+  return points.dropped[static_cast<std::size_t>(reason)];
+}
+
+// Empty where there was none.
+std::string overflow_text(const PointCounts& points) {
+  const std::uint64_t overflow = dropped(points, DropReason::overflow);
+  if (overflow == 0) return {};
+  return std::to_string(overflow) + " points came too densely to be held until their stop was sure, and are left out";
+}
+
 // Empty where there were none.
 std::string brief_rests_text(const StillFigures& gyro) {
   if (gyro.brief_rests == 0) return {};
@@ -112,6 +125,14 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
                      "let it rest for two seconds and more at every stop");
 }
 
+Error no_points_error(const StreamSource& source, const StopReading& summary) {
+  const std::string overflow = overflow_text(summary.points);
+  if (!overflow.empty())
+    return input_error("no points while the rig stood still: " + overflow, source.path,
+                       "give it fewer points a second: a part of the LiDARs at a time, or thinner clouds");
+  return input_error("no points while the rig stood still", source.path, "check that sampling was on");
+}
+
 std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
   std::vector<std::string> warnings = summary.ingest.warnings;
   if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
@@ -127,9 +148,12 @@ std::vector<std::string> reading_warnings(const StreamSource& source, const Stop
                        " readings of the inertial unit were left out: they came too late, or no unit can read such "
                        "values; is the recording damaged?");
   }
-  const auto overflow = summary.points.dropped[static_cast<std::size_t>(DropReason::overflow)];
-  if (overflow > 0) {
-    warnings.push_back(std::to_string(overflow) + " points came too densely to be held until their stop was sure");
+  if (const std::string text = overflow_text(summary.points); !text.empty()) warnings.push_back(text);
+  const std::uint64_t late = dropped(summary.points, DropReason::late);
+  if (static_cast<double>(late) > worthy_share * static_cast<double>(summary.points.in_stops + late)) {
+    warnings.push_back(std::to_string(late) +
+                       " points came when their stop was long over, and are left out; are the clocks of the LiDARs far "
+                       "apart?");
   }
   append_stop_warnings(summary, warnings);
   return warnings;

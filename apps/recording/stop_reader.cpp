@@ -64,6 +64,7 @@ Expected<StopReading> read_stops(const StreamSource& source, const StopOptions& 
   };
   const bool has_rig = !source.rig.sensors.empty();  // not so where a dump is only looked at
   PassPlan plan = first_plan(source.rig, options);
+  plan.options.max_held_points = std::max(options.max_held_points, StopOptions::held_points_of_files);
   Expected<StopPass> pass = read_pass(open, source.path, plan, sink, context);
   if (!pass) return pass.error();
   const bool other_unit =

@@ -86,6 +86,9 @@ struct StopReading {
 [[nodiscard]] std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options,
                                                  const StopReading& summary);
 
+/// Why there are stops, and no point in them that could be used.
+[[nodiscard]] Error no_points_error(const StreamSource& source, const StopReading& summary);
+
 /// What a user should know of it, in sentences.
 [[nodiscard]] std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary);
 

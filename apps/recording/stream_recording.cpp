@@ -75,9 +75,7 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
   out.packets = packet_counters(out.rig, reading.ingest);
   out.clocks = clock_reports(out.rig, reading.ingest);
   for (const PatchCells& patch : out.lidar.patches) out.points += patch.points;
-  if (out.points == 0) {
-    return input_error("no points while the rig stood still", source.path, "check that sampling was on");
-  }
+  if (out.points == 0) return no_points_error(source, reading);
   take_rotations(out.rig, reading.stops, out.lidar);
   const std::vector<TableAngle> angles = session_table_angles(source.path, context.reporter);
   const std::string doubt = merge_table_turns(table_turns(out.rig, angles, out.lidar.stops), out.lidar.R_previous_this);

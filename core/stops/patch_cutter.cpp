@@ -3,17 +3,21 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/clocks/stamps.h"
 
 namespace rigcal {
 namespace {
 
 constexpr std::int64_t memory_ns = 2'000'000'000;  // batches later than this are counted, not looked up
+// So many points wait however long it takes, and more only where they come so densely: no verdict takes so long.
+constexpr std::size_t points_that_wait = 4'000'000;
+constexpr std::int64_t longest_wait_ns = 5'000'000'000;
 
 }  // namespace
 
 PatchCutter::PatchCutter(std::size_t max_held_points, PatchSink& sink)
-    : sink_(sink), blocks_left_(max_held_points / block_points) {
-  RIGCAL_ASSERT(blocks_left_ > 0, "max_held_points must be at least one block of " + std::to_string(block_points));
+    : sink_(sink), most_blocks_(max_held_points / block_points) {
+  RIGCAL_ASSERT(most_blocks_ > 0, "max_held_points must be at least one block of " + std::to_string(block_points));
 }
 
 void PatchCutter::add(const PointBatch& batch) {
@@ -26,18 +30,27 @@ void PatchCutter::add(const PointBatch& batch) {
   const int shots = batch.undivided ? 1 : last_shot;
   const std::int64_t end_ns = batch.stamp_ns + static_cast<std::int64_t>(shots * batch.shot_interval_ns) + 1;
   Queue& queue = queues_[batch.sensor];
-  for (std::size_t first = 0; first < batch.points.size(); first += block_points) {
-    const std::size_t count = std::min(block_points, batch.points.size() - first);
-    hold(queue, batch, std::span(batch.points).subspan(first, count), end_ns);
+  for (std::span<const Point> left(batch.points); !left.empty();) {
+    const std::size_t count = make_place(queue, left.size(), batch.stamp_ns);
+    if (count == 0) {
+      counts_.dropped[static_cast<std::size_t>(DropReason::overflow)] += left.size();
+      break;
+    }
+    hold(queue, batch, left.first(count), end_ns);
+    left = left.subspan(count);
   }
   drain(batch.sensor, queue);
 }
 
+// How many of `points` fit into the sensor's last block, or into a fresh one; 0: there is none. A packet stays whole.
+std::size_t PatchCutter::make_place(Queue& queue, std::size_t points, std::int64_t now_ns) {
+  constexpr std::size_t little = block_points / 16;
+  const std::size_t left = block_points - queue.filled;
+  if (points > left && left < little && !take_block(queue, now_ns)) return 0;
+  return std::min(points, block_points - queue.filled);
+}
+
 void PatchCutter::hold(Queue& queue, const PointBatch& batch, std::span<const Point> points, std::int64_t end_ns) {
-  if (queue.filled + points.size() > block_points && !take_block(queue)) {
-    counts_.dropped[static_cast<std::size_t>(DropReason::overflow)] += points.size();
-    return;
-  }
   Block* block = queue.blocks.back().get();
   std::copy(points.begin(), points.end(), block->points.begin() + static_cast<std::ptrdiff_t>(queue.filled));
   queue.held.push_back(
@@ -46,9 +59,9 @@ void PatchCutter::hold(Queue& queue, const PointBatch& batch, std::span<const Po
 }
 
 // A fresh last block: a used one, a new one, or the sensor's own oldest.
-bool PatchCutter::take_block(Queue& queue) {
-  if (free_blocks_.empty() && blocks_left_ > 0) {
-    --blocks_left_;
+bool PatchCutter::take_block(Queue& queue, std::int64_t now_ns) {
+  if (free_blocks_.empty() && may_make_block(queue, now_ns)) {
+    ++blocks_;
     free_blocks_.push_back(std::make_unique<Block>());
   }
   while (free_blocks_.empty() && !queue.held.empty()) {
@@ -60,6 +73,12 @@ bool PatchCutter::take_block(Queue& queue) {
   free_blocks_.pop_back();
   queue.filled = 0;
   return true;
+}
+
+bool PatchCutter::may_make_block(const Queue& queue, std::int64_t now_ns) const {
+  if (blocks_ >= most_blocks_) return false;
+  return blocks_ < points_that_wait / block_points || queue.held.empty() ||
+         stamp_difference(now_ns, queue.held.front().stamp_ns) < longest_wait_ns;
 }
 
 void PatchCutter::drop_head(Queue& queue, std::vector<std::unique_ptr<Block>>& free_blocks) {

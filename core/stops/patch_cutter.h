@@ -44,7 +44,8 @@ struct PointCounts {
 
 /// Holds points until it is told whether the rig stood still at their time, and hands those of stops to the sink. One
 /// queue a sensor, so that sensors may lag each other; the memory is taken in blocks up to `max_held_points` and used
-/// over and over. When that is full the sensor's oldest points are dropped and counted.
+/// over and over. When that is full the sensor's oldest points are dropped and counted; beyond 4 million so are those
+/// that wait for more than 5 s, for example where the inertial unit keeps silent.
 class PatchCutter final : public StillListener {
  public:
   PatchCutter(std::size_t max_held_points, PatchSink& sink);
@@ -86,11 +87,14 @@ class PatchCutter final : public StillListener {
   void hand_out(int sensor, Queue& queue, const Held& held);
   void deliver(int sensor, Queue& queue, const Verdict& verdict, const ShotTimes& times, std::span<const Point> points);
   void hold(Queue& queue, const PointBatch& batch, std::span<const Point> points, std::int64_t end_ns);
-  [[nodiscard]] bool take_block(Queue& queue);
+  [[nodiscard]] std::size_t make_place(Queue& queue, std::size_t points, std::int64_t now_ns);
+  [[nodiscard]] bool take_block(Queue& queue, std::int64_t now_ns);
+  [[nodiscard]] bool may_make_block(const Queue& queue, std::int64_t now_ns) const;
   static void drop_head(Queue& queue, std::vector<std::unique_ptr<Block>>& free_blocks);
 
   PatchSink& sink_;
-  std::size_t blocks_left_;  ///< That may still be made.
+  std::size_t most_blocks_;
+  std::size_t blocks_ = 0;  ///< Made so far.
   std::vector<std::unique_ptr<Block>> free_blocks_;
   std::map<int, Queue> queues_;
   std::deque<Verdict> verdicts_;  ///< In order of time; the last two seconds and what is later.

@@ -47,8 +47,11 @@ struct StopOptions {
   /// The table's axis (unit) in the frames of sensors where it is roughly known: the points of such a LiDAR need to
   /// show turns about it only. Those of others must show turns about any axis.
   std::map<int, Vector3d> turn_axes = {};
-  /// Points held until their time is decided, about 2 s of all sensors: 4 million hold 2 M points/s in 64 MB.
+  /// Points held until their time is decided, about 2 s of all sensors: 4 million hold 2 M points/s in 64 MB, and are
+  /// enough for what is live.
   std::size_t max_held_points = 4'000'000;
+  /// Of a file, where nobody is kept waiting: ten LiDARs of 128 beams, in 1 GB where they are that dense.
+  static constexpr std::size_t held_points_of_files = 64'000'000;
 };
 
 }  // namespace rigcal

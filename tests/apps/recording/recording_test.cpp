@@ -230,6 +230,45 @@ TEST(SessionOfPackets, OfARigWithoutLidarsIsInspectedButNotRead) {
   fs::remove_all(folder);
 }
 
+// Three seconds of rest, five million points a second: of a file so many are held until it is sure that it is a rest.
+TEST(RecordingOfABag, ThatIsDenseLosesNoPoints) {
+  const fs::path folder = scratch_folder("dense");
+  std::ofstream(folder / "rig.yaml") << "rigcal: 1\nname: one\nbase: top\nsensors:\n"
+                                        "  top: {type: lidar, topic: /points, imu_topic: /imu}\n";
+  constexpr std::uint32_t points = 500'000;
+  RosBytes data;
+  ByteWriter out(data);
+  for (std::uint32_t i = 0; i < points; ++i) {
+    for (const float value : {2.0F, 1.0F, 1.0F}) out.write(value);
+  }
+  BagBytes bytes;
+  bytes.compression = "lz4";
+  Random random(3);
+  for (std::int64_t ms = 0; ms < 3000; ms += 5) {
+    const std::int64_t now_ns = 1'000'000'000 + 1'000'000 * ms;
+    const Vector3d gyro(1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal());
+    bytes.add("/imu", imu_type, imu_md5, now_ns, imu_message(0, now_ns, gyro, Vector3d(0.0, 0.0, 9.8)));
+    if (ms % 100 != 0) continue;
+    bytes.add(
+        "/points", cloud_type, cloud_md5, now_ns,
+        cloud_message(0, now_ns, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}}, {1, points, 12, 12 * points, false}, data));
+    bytes.flush();
+  }
+  const auto bag = bytes.finish();
+  std::ofstream(folder / "dense.bag", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bag.data()), static_cast<std::streamsize>(bag.size()));
+  const auto source = open_stream((folder / "dense.bag").string(), (folder / "rig.yaml").string());
+  ASSERT_TRUE(source) << source.error().message();
+  SilentReporter silent;
+  NoPoints sink;
+  const auto reading = read_stops(*source, StopOptions{}, sink, {silent});
+  ASSERT_TRUE(reading) << reading.error().message();
+  EXPECT_EQ(reading->stops.size(), 1U);
+  EXPECT_EQ(reading->points.dropped[static_cast<std::size_t>(DropReason::overflow)], 0U);
+  EXPECT_GE(reading->points.in_stops, 20U * points);
+  fs::remove_all(folder);
+}
+
 // Three seconds of rest, clouds with one point that is very far, intensities up to 1.
 TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
   const fs::path folder = scratch_folder("far_points");

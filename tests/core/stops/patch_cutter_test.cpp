@@ -42,5 +42,48 @@ TEST(PatchCutter, TakesAPointsCloudWithoutTimesAsAWholeOrNotAtAll) {
   EXPECT_EQ(cutter.counts().dropped[static_cast<std::size_t>(DropReason::moving)], 40U);
 }
 
+PointBatch cloud(std::size_t points, std::int64_t stamp_ns) {
+  PointBatch batch;
+  batch.undivided = true;
+  batch.shot_interval_ns = 1.0 * ms;
+  batch.stamp_ns = stamp_ns;
+  batch.points.resize(points);
+  return batch;
+}
+
+std::uint64_t overflow(const PatchCutter& cutter) {
+  return cutter.counts().dropped[static_cast<std::size_t>(DropReason::overflow)];
+}
+
+TEST(PatchCutter, FillsItsBlocksBeforeItTakesOthers) {
+  constexpr std::size_t four_blocks = 4 * 16384;
+  Clouds clouds;
+  PatchCutter cutter(four_blocks, clouds);
+  for (int i = 0; i < 3; ++i) cutter.add(cloud(17'000, i * 100 * ms));
+  EXPECT_EQ(overflow(cutter), 0U);
+  cutter.still_until(1000 * ms, 0);
+  EXPECT_EQ(clouds.points_, 3U * 17'000);
+  // All of it is free again.
+  for (int i = 0; i < 3; ++i) cutter.add(cloud(20'000, (1100 + i * 100) * ms));
+  EXPECT_EQ(overflow(cutter), 0U);
+  cutter.still_until(2000 * ms, 0);
+  EXPECT_EQ(clouds.points_, 3U * 37'000);
+}
+
+// 64 MB of points wait however long it takes; where nobody says anything, the rest of the memory is not filled.
+TEST(PatchCutter, HoldsMoreThanUsualOnlyWherePointsComeDensely) {
+  constexpr std::size_t at_once = 100'000;
+  Clouds clouds;
+  PatchCutter dense(8'000'000, clouds);
+  for (int i = 0; i < 70; ++i) dense.add(cloud(at_once, i * 20 * ms));
+  EXPECT_EQ(overflow(dense), 0U);
+  dense.still_until(2000 * ms, 0);
+  EXPECT_EQ(clouds.points_, 70 * at_once);
+  PatchCutter unheard(8'000'000, clouds);
+  for (int i = 0; i < 70; ++i) unheard.add(cloud(at_once, i * 500 * ms));
+  EXPECT_GE(overflow(unheard), 29 * at_once);
+  EXPECT_LE(overflow(unheard), 32 * at_once);
+}
+
 }  // namespace
 }  // namespace rigcal
