@@ -51,6 +51,7 @@ void CellSink::stop_done(const StopRecord& record) {
     stop.turned_rad = turned_rad(record);
   }
   for (PatchCells& patch : patches) {
+    stop.too_far.push_back(patch.too_far);
     if (patch.points > 0) stop.patches.push_back(std::move(patch));
   }
   ++stops_;

@@ -8,6 +8,7 @@
 
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/bag_images.h"
+#include "apps/recording/far_points.h"
 #include "apps/recording/rig_lidars.h"
 #include "apps/recording/still_images.h"
 #include "apps/recording/stop_reader.h"
@@ -49,6 +50,7 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
   std::vector<Point> kept;
   const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
   const auto far2 = static_cast<float>(job.max_range_m * job.max_range_m);
+  std::uint64_t beyond_range = 0;
   const auto take = [&](std::span<const Point> points) {
     builder.add(points);
     add_near_points(points, std::min(keep_within_m, cells.max_range_m), out.near);
@@ -62,6 +64,7 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
     for (const Point& p : points) {
       const float square = p.x * p.x + p.y * p.y + p.z * p.z;
       if (square < near2 || square > far2) ++out.out_of_range;
+      if (square >= far2) ++beyond_range;
       if (square >= near2) kept.push_back(p);  // the cells know how far they go
     }
     take(kept);
@@ -72,6 +75,7 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
   }
   out.summary = *summary;
   out.cells = builder.finish();
+  out.cells.too_far -= std::min(out.cells.too_far, beyond_range);  // they are told of as out of range
   return out;
 }
 
@@ -214,12 +218,15 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   }
   warn_of(*folder, outcomes, context.reporter);
   warn_of_lidars(rig, outcomes, jobs, context.reporter);
+  out.lidar.too_far.resize(out.lidar.lidar_sensors.size());
   for (PatchOutcome& o : outcomes) {
     out.points += o.cells.points;
+    out.lidar.too_far[static_cast<std::size_t>(o.cells.lidar)] += o.cells.too_far;
     const int sensor = out.lidar.lidar_sensors[static_cast<std::size_t>(o.cells.lidar)];
     if (!o.near.empty()) out.near_points.push_back({sensor, o.cells.stop, std::move(o.near)});
     out.lidar.patches.push_back(std::move(o.cells));
   }
+  for (const std::string& warning : far_point_warnings(rig, out.lidar)) context.reporter.warn(warning);
   if (out.points == 0)
     return input_error("no usable point in any patch", path, "check that the files hold x, y, z in metres");
   if (folder->trajectory) {

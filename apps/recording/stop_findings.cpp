@@ -2,6 +2,8 @@
 #include <cstdio>
 
 #include "apps/recording/stop_reader.h"
+#include "core/base/text.h"
+#include "core/voxel/cells.h"
 
 // What is said about stops that were read: why they are of no use, and what a user should know of them.
 namespace rigcal {
@@ -125,7 +127,12 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
                      "let it rest for two seconds and more at every stop");
 }
 
-Error no_points_error(const StreamSource& source, const StopReading& summary) {
+Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far) {
+  if (too_far > 0) {
+    return input_error("all points while the rig stood still lie farther than " +
+                           fixed_text(CellOptions{}.max_range_m, 0) + " m, where none are used",
+                       source.path, "let the LiDARs see nearer surfaces, or check that what they see is in metres");
+  }
   const std::string overflow = overflow_text(summary.points);
   if (!overflow.empty())
     return input_error("no points while the rig stood still: " + overflow, source.path,

@@ -86,8 +86,8 @@ struct StopReading {
 [[nodiscard]] std::optional<Error> reading_error(const StreamSource& source, const StopOptions& options,
                                                  const StopReading& summary);
 
-/// Why there are stops, and no point in them that could be used.
-[[nodiscard]] Error no_points_error(const StreamSource& source, const StopReading& summary);
+/// Why there are stops, and no point in them that could be used. `too_far`: points that lie farther than cells reach.
+[[nodiscard]] Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far);
 
 /// What a user should know of it, in sentences.
 [[nodiscard]] std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary);

@@ -1,9 +1,11 @@
 #include "apps/recording/stream_recording.h"
 
+#include <numeric>
 #include <utility>
 
 #include "apps/ingest/lidar_findings.h"
 #include "apps/recording/cell_sink.h"
+#include "apps/recording/far_points.h"
 #include "apps/recording/rig_lidars.h"
 #include "apps/recording/table_angles.h"
 
@@ -75,7 +77,10 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
   out.packets = packet_counters(out.rig, reading.ingest);
   out.clocks = clock_reports(out.rig, reading.ingest);
   for (const PatchCells& patch : out.lidar.patches) out.points += patch.points;
-  if (out.points == 0) return no_points_error(source, reading);
+  for (const std::string& warning : far_point_warnings(out.rig, out.lidar)) context.reporter.warn(warning);
+  const std::vector<std::uint64_t>& too_far = out.lidar.too_far;
+  if (out.points == 0)
+    return no_points_error(source, reading, std::accumulate(too_far.begin(), too_far.end(), std::uint64_t{0}));
   take_rotations(out.rig, reading.stops, out.lidar);
   const std::vector<TableAngle> angles = session_table_angles(source.path, context.reporter);
   const std::string doubt = merge_table_turns(table_turns(out.rig, angles, out.lidar.stops), out.lidar.R_previous_this);
@@ -92,6 +97,7 @@ Expected<Recording> read_stream(const StreamSource& source, const CellOptions& c
       source.rig, cells, [&](CalibrationStop stop) { append(std::move(stop), lidar); },
       [&] {
         lidar.patches.clear();
+        lidar.too_far.clear();
         lidar.stops.clear();
       });
   std::vector<Patch> near_points;

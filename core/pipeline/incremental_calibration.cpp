@@ -153,6 +153,8 @@ void append(CalibrationStop stop, LidarRecording& recording) {
   // A trajectory has a pose for every stop or is none.
   if (stop.T_G_base) recording.trajectory.push_back(stop.T_G_base);
   recording.trajectory_is_prior = !recording.trajectory.empty();
+  recording.too_far.resize(std::max(recording.too_far.size(), stop.too_far.size()));
+  for (std::size_t i = 0; i < stop.too_far.size(); ++i) recording.too_far[i] += stop.too_far[i];
   for (PatchCells& patch : stop.patches) {
     patch.stop = index;
     recording.patches.push_back(std::move(patch));
@@ -162,7 +164,7 @@ void append(CalibrationStop stop, LidarRecording& recording) {
 std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
   std::vector<CalibrationStop> out;
   for (std::size_t j = 0; j < recording.stops.size(); ++j) {
-    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}, {}, {}});
+    CalibrationStop& stop = out.emplace_back(CalibrationStop{recording.stops[j], {}, {}, {}, {}, {}, {}});
     if (j < recording.R_previous_this.size()) stop.R_previous_this = recording.R_previous_this[j];
     if (j < recording.gyro_turns.size()) stop.gyro_turn = recording.gyro_turns[j];
     if (j < recording.turned_rad.size()) stop.turned_rad = recording.turned_rad[j];

@@ -27,6 +27,8 @@ struct LidarRecording {
   std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR; others of the rig fail.
   std::vector<Stop> stops;         ///< `index` is the number users see.
   std::vector<PatchCells> patches;
+  /// Of each LiDAR, those without a patch included: points too far to be used (CellOptions); empty: not counted.
+  std::vector<std::uint64_t> too_far;
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< Of the base, by the gyro; empty: no gyro.
   std::vector<std::optional<GyroTurn>> gyro_turns;       ///< The same as they were told, by stop; may be empty.
   std::vector<std::optional<double>> turned_rad;         ///< Likewise, by a gyro whose mounting is not known: no axis.

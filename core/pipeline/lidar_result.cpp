@@ -17,6 +17,12 @@ bool has_points(const LidarRecording& recording, int lidar) {
                      [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
 }
 
+// Of a LiDAR without points that could be used: whether it had some.
+bool saw_too_far(const LidarRecording& recording, int lidar) {
+  const auto i = static_cast<std::size_t>(lidar);
+  return i < recording.too_far.size() && recording.too_far[i] > 0;
+}
+
 // In which what it saw took part.
 std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolution& s) {
   std::set<int> stops;
@@ -66,6 +72,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.name = sensor.name;
   e.base_name = rig.base_sensor().name;
   e.has_points = has_points(recording, lidar);
+  e.saw_too_far = saw_too_far(recording, lidar);
   const std::size_t places = stops_of(lidar, recording, s);
   e.took_part = places > 0;
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
@@ -122,12 +129,13 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
 }
 
 // A LiDAR of the rig that the recording knows nothing of, or a base that took no part.
-SensorResult judge_absent(const std::string& name, const std::string& base, bool has_points,
+SensorResult judge_absent(const std::string& name, const std::string& base, const LidarRecording& recording, int lidar,
                           const Requirement& require) {
   LidarEvidence nothing;
   nothing.name = name;
   nothing.base_name = base;
-  nothing.has_points = has_points;
+  nothing.has_points = has_points(recording, lidar);
+  nothing.saw_too_far = saw_too_far(recording, lidar);
   nothing.took_part = false;
   Verdict verdict = judge_lidar(nothing, require);
   return {name, verdict.status, std::move(verdict.reasons), {}, {}};
@@ -171,10 +179,9 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     const auto at = std::find(recording.lidar_sensors.begin(), recording.lidar_sensors.end(), static_cast<int>(k));
     const int lidar = static_cast<int>(at - recording.lidar_sensors.begin());
     SensorResult one;
-    if (at == recording.lidar_sensors.end()) {
-      one = judge_absent(sensor.name, result.base, false, options.require);
-    } else if (lidar == base_lidar && stops_of(lidar, recording, s) == 0) {
-      one = judge_absent(sensor.name, result.base, has_points(recording, lidar), options.require);
+    const bool is_blind_base = lidar == base_lidar && stops_of(lidar, recording, s) == 0;
+    if (at == recording.lidar_sensors.end() || is_blind_base) {
+      one = judge_absent(sensor.name, result.base, recording, lidar, options.require);
     } else if (lidar == base_lidar) {
       one = {sensor.name, Status::good, {}, SE3{}, Matrix6d::Zero()};
       one.guess_T_base_sensor = SE3{};

@@ -5,6 +5,7 @@
 
 #include "core/camera/camera_calibration.h"
 #include "core/quality/verdict_text.h"
+#include "core/voxel/cells.h"
 
 namespace rigcal {
 namespace {
@@ -112,11 +113,17 @@ void judge_place(const LidarEvidence& e, Verdict& verdict) {
 // Why there is no place to be judged; empty: there is one.
 std::string why_no_place(const LidarEvidence& e) {
   const std::string match = "(best match " + number(100.0 * e.match_score, 0) + " %)";
+  const std::string another_base = e.name == e.base_name ? ", or name another base" : "";
+  if (!e.has_points && e.saw_too_far) {
+    return "all its points lie farther than " + number(CellOptions{}.max_range_m, 0) +
+           " m, where none are used; let it see nearer surfaces, or check that what it sees is in metres" +
+           another_base;
+  }
   if (!e.has_points) {
     return std::string(
                "it has no points in any stop; check its cable, its address and its entry in the rig file (range "
                "in metres, as clouds in files are)") +
-           (e.name == e.base_name ? ", or name another base" : "");
+           another_base;
   }
   if (!e.base_has_points) return blind_base_words(e.base_name);
   if (!e.found && !e.has_guess) {

@@ -24,6 +24,7 @@ struct LidarEvidence {
   std::string name;
   std::string base_name;
   bool has_points = true;
+  bool saw_too_far = false;     ///< Some of its points lie farther than cells reach.
   bool base_has_points = true;  ///< In a stop that took part, or given poses tell where it stood.
   bool took_part = true;        ///< One of the stops in which it saw something did.
   bool has_guess = true;

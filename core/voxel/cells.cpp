@@ -12,6 +12,7 @@ struct CellBuilder::Tables {
   int stop = 0;
   float max_range_m = 0.0F;
   std::uint64_t points = 0;
+  std::uint64_t too_far = 0;
   PointBlock block{};
   CubeTable cubes;
   RayTable rays;
@@ -32,6 +33,7 @@ struct CellBuilder::Tables {
     cubes.add(block);
     rays.add(block);
     points += block.count;
+    too_far += given.size() - block.count;
   }
 };
 
@@ -47,6 +49,7 @@ void CellBuilder::begin(int lidar, int stop, const CellOptions& options) {
   tables_->stop = stop;
   tables_->max_range_m = static_cast<float>(options.max_range_m);
   tables_->points = 0;
+  tables_->too_far = 0;
   tables_->cubes.begin(options);
   tables_->rays.begin(options);
 }
@@ -64,9 +67,11 @@ PatchCells CellBuilder::finish() {
   out.lidar = tables_->lidar;
   out.stop = tables_->stop;
   out.points = tables_->points;
+  out.too_far = tables_->too_far;
   tables_->cubes.finish(out);
   tables_->rays.finish(out);
   tables_->points = 0;
+  tables_->too_far = 0;
   return out;
 }
 

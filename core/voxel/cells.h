@@ -39,6 +39,7 @@ struct PatchCells {
   /// Pieces of surface by direction as the sensor sees them, flat as far as their points tell: what planes are made of.
   std::vector<Cell> pieces;
   std::vector<Point> thinned;  ///< One point for each 2 cm, for the fused map; empty unless asked for.
+  std::uint64_t too_far = 0;   ///< Points left out beyond CellOptions::max_range_m.
 };
 
 struct CellOptions {

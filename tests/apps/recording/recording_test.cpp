@@ -122,7 +122,30 @@ TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
   EXPECT_THAT(notes.warnings,
               ElementsAre("top: 3 points with NaN or infinite coordinates left out",
                           "top: 2 of its 3 clouds have no usable point, the first: " + first + "; are they in metres?",
-                          testing::HasSubstr("top: its clouds have a VIEWPOINT, which is not applied")));
+                          testing::HasSubstr("top: its clouds have a VIEWPOINT, which is not applied"),
+                          testing::HasSubstr("top: 2 of its 3 points in the stops lie farther than 60 m")));
+}
+
+// What its range leaves out was told of already.
+TEST_F(RecordingOfPatches, TellsOfPointsInRangeThatLieFartherThanCellsReach) {
+  for (const char* stop : {"3", "4"}) {
+    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+        << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\n"
+           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 2 3\n80 0 0\n90 0 0\n1000 0 0\n";
+  }
+  for (const auto& [range, told] :
+       {std::pair{"[1, 200]", "top: 4 of its 6 points in the stops lie farther than 60 m"}, {"[1, 50]", ""}}) {
+    std::ofstream(folder_ / "rig.yaml") << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, range: "
+                                        << range << "}\n";
+    NotingReporter notes;
+    const auto recording =
+        read_recording({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {}}, CellOptions{}, {notes});
+    ASSERT_TRUE(recording) << recording.error().message();
+    const auto of_far = [](const std::string& warning) { return warning.find("farther than") != std::string::npos; };
+    const auto far = std::find_if(notes.warnings.begin(), notes.warnings.end(), of_far);
+    EXPECT_THAT(far == notes.warnings.end() ? "" : *far, testing::StartsWith(told));
+    EXPECT_EQ(far == notes.warnings.end(), std::string(told).empty());
+  }
 }
 
 TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {

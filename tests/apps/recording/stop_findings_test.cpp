@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/recording/cell_sink.h"
+#include "apps/recording/far_points.h"
 #include "apps/recording/stop_reader.h"
 
 namespace rigcal {
@@ -12,6 +14,16 @@ using testing::IsEmpty;
 
 std::uint64_t& dropped(StopReading& reading, DropReason reason) {
   return reading.points.dropped[static_cast<std::size_t>(reason)];
+}
+
+Rig two_lidars() {
+  Rig rig;
+  for (const char* name : {"near", "far"}) {
+    rig.sensors.emplace_back();
+    rig.sensors.back().name = name;
+    rig.sensors.back().lidar.emplace();
+  }
+  return rig;
 }
 
 TEST(ReadingWarnings, TellOfPointsThatCameTooDenselyOrTooLate) {
@@ -31,9 +43,32 @@ TEST(NoPointsError, SaysWhatBecameOfThem) {
   StreamSource source;
   source.path = "run.bag";
   StopReading reading;
-  EXPECT_THAT(no_points_error(source, reading).message(), HasSubstr("check that sampling was on"));
+  EXPECT_THAT(no_points_error(source, reading, 0).message(), HasSubstr("check that sampling was on"));
   dropped(reading, DropReason::overflow) = 9'000'000;
-  EXPECT_THAT(no_points_error(source, reading).message(), HasSubstr("9000000 points came too densely"));
+  EXPECT_THAT(no_points_error(source, reading, 0).message(), HasSubstr("9000000 points came too densely"));
+  EXPECT_THAT(no_points_error(source, reading, 5).message(), HasSubstr("farther than 60 m"));
+}
+
+TEST(FarPoints, AreCountedWhereNoCellIsMadeOfThem) {
+  const Rig rig = two_lidars();
+  LidarRecording recording;
+  recording.lidar_sensors = {0, 1};
+  CellSink sink(rig, CellOptions{}, [&](CalibrationStop stop) { append(std::move(stop), recording); }, {});
+  ASSERT_TRUE(sink.restart());
+  for (int stop = 0; stop < 3; ++stop) {
+    const Point near{2.0F, 1.0F, 0.0F, 0, 0, 0};
+    const Point far{80.0F, 1.0F, 0.0F, 0, 0, 0};
+    sink.points(0, stop, std::vector{near, near, far});
+    sink.points(1, stop, std::vector{far, far});
+    StopRecord record;
+    record.stop.index = stop;
+    sink.stop_done(record);
+  }
+  EXPECT_THAT(recording.too_far, ElementsAre(3U, 6U));
+  EXPECT_EQ(recording.patches.size(), 3U);
+  EXPECT_THAT(far_point_warnings(rig, recording),
+              ElementsAre("far: 6 of its 6 points in the stops lie farther than 60 m, where none are used; let it see "
+                          "nearer surfaces"));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct GivenRun {
       views.push_back({stop, "", {}, nullptr});
     }
     for (int stop = 0; stop < clouds; ++stop) {
-      recording.patches.push_back({0, stop, 0, {Cell{}}, {}, {}});
+      recording.patches.push_back({0, stop, 0, {Cell{}}, {}, {}, 0});
       solution.use.push_back(1);
     }
     recording.trajectory_is_prior = true;

@@ -20,7 +20,7 @@ std::vector<PatchCells> random_patches() {
   Random random(3);
   std::vector<PatchCells> patches;
   for (int k = 0; k < static_cast<int>(patch_count); ++k) {
-    PatchCells patch{k % 2, k / 2 % 3, 0, {}, {}, {}};
+    PatchCells patch{k % 2, k / 2 % 3, 0, {}, {}, {}, 0};
     for (std::size_t i = 0; i < patch_points; ++i) {
       const auto part = [&] { return static_cast<float>(random.uniform(-0.5, 0.5)); };
       patch.thinned.push_back({part(), part(), part(), static_cast<std::uint8_t>(i), 0, 0});

@@ -134,6 +134,16 @@ TEST(IncrementalCalibration, AStopCostsTheSameHoweverManyPointsWereSeen) {
   EXPECT_LT(cells(80000), 2.0 * cells(20000));
 }
 
+TEST(IncrementalCalibration, CountsWhatLiesTooFarOverAllStops) {
+  LidarRecording recording;
+  CalibrationStop stop;
+  append(stop, recording);
+  stop.too_far = {7, 0, 2};
+  append(stop, recording);
+  append(stop, recording);
+  EXPECT_EQ(recording.too_far, (std::vector<std::uint64_t>{14, 0, 4}));
+}
+
 TEST(IncrementalCalibration, CanBeStopped) {
   const LightRecording run = make_light_recording(courtyard(2));
   IncrementalCalibration calibration = begin(run);

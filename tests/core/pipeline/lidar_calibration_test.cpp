@@ -87,6 +87,17 @@ TEST(CalibrateLidars, FailsALidarOfTheRigThatTheRecordingDoesNotName) {
   for (std::size_t i = 0; i < absent; ++i) EXPECT_EQ(result.sensors[i].status, Status::good) << i;
 }
 
+TEST(CalibrateLidars, SaysOfALidarThatSawNothingNearThatItSawTooFar) {
+  LightRecording run = make_light_recording(make_courtyard(1));
+  const int far = static_cast<int>(run.recording.lidar_sensors.size()) - 1;
+  std::erase_if(run.recording.patches, [&](const PatchCells& patch) { return patch.lidar == far; });
+  run.recording.too_far.resize(run.recording.lidar_sensors.size());
+  run.recording.too_far.back() = 5000;
+  const CalibrationResult result = calibrated(run);
+  EXPECT_EQ(result.sensors.back().status, Status::failed);
+  EXPECT_THAT(result.sensors.back().reasons, ElementsAre(HasSubstr("all its points lie farther than 60 m")));
+}
+
 TEST(CalibrateLidars, TellsWhatItChanged) {
   const LightRecording run = make_light_recording(make_courtyard(1));
   const CalibrationResult result = calibrated(run);
@@ -176,7 +187,7 @@ TEST(CalibrateLidars, TwoGroupsOfStopsDoNotSlideApart) {
 TEST(CalibrateLidars, ALidarWithoutPointsFailsAndTheOthersAreSolved) {
   LightRecording run = make_light_recording(make_courtyard(6));
   for (PatchCells& patch : run.recording.patches) {
-    if (patch.lidar == 2) patch = PatchCells{2, patch.stop, 0, {}, {}, {}};
+    if (patch.lidar == 2) patch = PatchCells{2, patch.stop, 0, {}, {}, {}, 0};
   }
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.status, Status::failed);
@@ -192,7 +203,7 @@ TEST(CalibrateLidars, ABaseWithoutPointsFailsAndIsTheReasonOfTheOthers) {
   LightRecording run = make_light_recording(make_courtyard(6, 6));
   const int base = run.rig.base;
   for (PatchCells& patch : run.recording.patches) {
-    if (patch.lidar == base) patch = PatchCells{base, patch.stop, 0, {}, {}, {}};
+    if (patch.lidar == base) patch = PatchCells{base, patch.stop, 0, {}, {}, {}, 0};
   }
   const CalibrationResult result = calibrated(run);
   for (const SensorResult& sensor : result.sensors) {
@@ -267,7 +278,7 @@ TEST(CalibrateLidars, ALidarThatCannotBeFoundWithoutAGuessFailsAndSaysSo) {
   run.guess[3].reset();
   // It looked away but once: nothing shows how it was carried round.
   for (PatchCells& patch : run.recording.patches) {
-    if (patch.lidar == 3 && patch.stop > 0) patch = PatchCells{3, patch.stop, 0, {}, {}, {}};
+    if (patch.lidar == 3 && patch.stop > 0) patch = PatchCells{3, patch.stop, 0, {}, {}, {}, 0};
   }
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.sensors[3].status, Status::failed);

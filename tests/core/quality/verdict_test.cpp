@@ -84,6 +84,12 @@ INSTANTIATE_TEST_SUITE_P(
              Status::failed,
              "it has no points in any stop; check its cable, its address and its entry in the rig file "
              "(range in metres, as clouds in files are), or name another base"},
+        Flaw{"PointsTooFar",
+             [](LidarEvidence& e) {
+               e.has_points = false;
+               e.saw_too_far = true;
+             },
+             Status::failed, "all its points lie farther than 60 m, where none are used"},
         Flaw{"NotFoundWithoutAGuess", [](LidarEvidence& e) { e.has_guess = e.found = false; }, Status::failed,
              "initial_extrinsics"},
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},

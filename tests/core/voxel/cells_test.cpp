@@ -153,6 +153,7 @@ TEST(Cells, LeaveOutWhatIsTooFarAndWhatIsNoNumber) {
   // 5 m is too far already: (3, 4, 0) stays out, only (0, 0, 4.999) is in.
   const PatchCells patch = cells_of(points, 0, 0, CellOptions{0.2, 5.0, true});
   EXPECT_EQ(1U, patch.points);
+  EXPECT_EQ(7U, patch.too_far);
   ASSERT_EQ(1U, patch.cells.size());
   EXPECT_EQ(1U, patch.pieces.size());
   EXPECT_FLOAT_EQ(4.999F, static_cast<float>(patch.cells[0].mean.z()));
