@@ -58,15 +58,18 @@ void add_calibration_options(CLI::App& command, CalibrateOptions& options) {
 }
 
 void check_calibration_options(const CalibrateOptions& options, const CLI::App& command) {
+  const auto refuse = [&](const std::vector<const char*>& names, const std::string& with) {
+    for (const char* name : names) {
+      const CLI::Option* option = command.get_option_no_throw(name);
+      if (option != nullptr && option->count() > 0) throw CLI::ValidationError(name, "is of no use with " + with);
+    }
+  };
   std::vector<const char*> useless;
   if (options.method == "planes")
     useless = {"--stages", "--images", "--refine-intrinsics", "--pose-prior", "--incremental"};
   if (options.method == "checkerboard") useless = {"--stages", "--pose-prior", "--full-map", "--incremental"};
-  for (const char* name : useless) {
-    const CLI::Option* option = command.get_option_no_throw(name);
-    if (option != nullptr && option->count() > 0)
-      throw CLI::ValidationError(name, "is of no use with --method " + options.method);
-  }
+  refuse(useless, "--method " + options.method);
+  if (options.stages != "cameras") refuse({"--images", "--refine-intrinsics"}, "--stages " + options.stages);
 }
 
 std::vector<std::string> arguments_of(const CalibrateOptions& options) {

@@ -184,6 +184,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   }
   if (*initial) warn_of_unused(recording->rig, **initial, options.initial, context.reporter);
   if (options.initial == no_guess) forget_initial_extrinsics(recording->rig);
+  if (!options.initial.empty()) tell_turns_by(lidar_guesses(*recording, *initial), *recording);
   for (CameraRecording& camera : recording->cameras) {
     camera.guess_T_base_camera = guess_of(recording->rig.sensors[static_cast<std::size_t>(camera.sensor)], *initial);
   }

@@ -204,6 +204,15 @@ Expected<ExportReading> read_recording_of_patches(const StreamSource& source, Pa
   return out;
 }
 
+// Stops before which a gyro told how far the rig turned, and that have no pose all the same.
+std::size_t turns_left_out(const std::vector<StopRecord>& stops, const std::map<int, SE3>& poses) {
+  std::size_t count = 0;
+  for (std::size_t j = 1; j < stops.size(); ++j) {
+    if (stops[j].rotation_known && poses.count(stops[j].stop.index) == 0) ++count;
+  }
+  return count;
+}
+
 }  // namespace
 
 std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops) {
@@ -230,6 +239,14 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
     context.reporter.warn(std::to_string(files.left_out()) +
                           " points lie farther than a .las file can say (214 km) and are left out; give the LiDAR a "
                           "range in the rig file");
+  }
+  const std::size_t lost = patches ? 0 : turns_left_out(reading->stops.stops, reading->poses);
+  if (lost > 0) {
+    context.reporter.warn(
+        "the turns before " + std::to_string(lost) +
+        " stops, which a gyro told, are not in trajectory.tum: it has all turns up to the first that is "
+        "not known in the base's frame, and calibrating these patches may go worse than the recording; "
+        "give the LiDAR with the gyro an initial_extrinsics in the rig file");
   }
   const Expected<std::uint64_t> written = files.finish(source, reading->stops.stops, reading->poses, context);
   if (!written) return written.error();

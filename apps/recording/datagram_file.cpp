@@ -70,7 +70,8 @@ class PcapDatagrams final : public DatagramFile {
     if (truncation_.empty()) truncation_ = reader_->truncation();
   }
   // A power cut may leave the newest part without its head, or without a whole packet; what is before it is whole.
-  bool end_before_part(const Error& error) {
+  Expected<bool> end_before_part(const Error& error) {
+    if (error.kind == ErrorKind::system) return error;
     truncation_ = "ends before its last part: " + error.what;
     reader_.reset();
     return false;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/recording/stop_image_cache.h"
+#include "apps/recording/table_angles.h"
 #include "core/base/run_context.h"
 #include "core/io/patch_folder.h"
 #include "core/pipeline/rig_calibration.h"
@@ -26,6 +27,7 @@ struct Recording {
   /// Packets by the name of the sensor and what became of them ("point_lost"); empty where it came as patches.
   std::map<std::string, std::map<std::string, std::uint64_t>> packets;
   std::vector<ClockReport> clocks;  ///< Likewise empty.
+  TableTurns table_turns;           ///< What the table said of the turns; empty where it said nothing.
 };
 
 /// Where a recording lies, and what is kept of it. `rig` may be empty where a folder has its own; `images` where
@@ -47,11 +49,15 @@ void add_near_points(std::span<const Point> points, double within_m, std::vector
 void take_cameras(const RecordingPaths& paths, Recording& recording,
                   const std::shared_ptr<StopImageCache>& ahead = nullptr);
 
-/// Reads a packet dump, a session or a patch folder. What is
-/// worth telling (losses, a cut dump, unknown folders) goes to the reporter as warnings. Errors as the contract's exit
-/// code 3 wants them: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never stands
-/// still.
+/// Reads a packet dump, a session or a patch folder. What is worth telling (losses, a cut dump, unknown folders) goes to
+/// the reporter as warnings. Errors: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never
+/// stands still.
 [[nodiscard]] Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells,
                                                  const RunContext& context);
+
+/// Tells the turns in the base's frame anew, by these guesses (one for each LiDAR, the base's own included) in place of
+/// the rig file's: the gyro may be on another LiDAR than the base. What it told and no guess leads to is left to the
+/// table.
+void tell_turns_by(const std::vector<std::optional<SE3>>& guess_T_base_sensor, Recording& recording);
 
 }  // namespace rigcal

@@ -1,5 +1,6 @@
 #include "apps/recording/stream_recording.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -73,6 +74,10 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
   for (const std::string& warning : reading_warnings(source, reading)) context.reporter.warn(warning);
   Recording out;
   out.rig = source.rig;
+  // What stands in the place of a ring's number here is the time of the shot.
+  for (Sensor& sensor : out.rig.sensors) {
+    if (sensor.lidar) sensor.lidar->rings = false;
+  }
   out.lidar = std::move(lidar);
   out.packets = packet_counters(out.rig, reading.ingest);
   out.clocks = clock_reports(out.rig, reading.ingest);
@@ -83,10 +88,24 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
     return no_points_error(source, reading, std::accumulate(too_far.begin(), too_far.end(), std::uint64_t{0}));
   take_rotations(out.rig, reading.stops, out.lidar);
   const std::vector<TableAngle> angles = session_table_angles(source.path, context.reporter);
-  const std::string doubt = merge_table_turns(table_turns(out.rig, angles, out.lidar.stops), out.lidar.R_previous_this);
+  out.table_turns = table_turns(out.rig, angles, out.lidar.stops);
+  const std::string doubt = merge_table_turns(out.table_turns, out.lidar.R_previous_this);
   if (!doubt.empty()) context.reporter.warn(doubt);
   context.reporter.debug(source.path + ": " + std::to_string(reading.stops.size()) + " stops");
   return out;
+}
+
+void tell_turns_by(const std::vector<std::optional<SE3>>& guess_T_base_sensor, Recording& recording) {
+  LidarRecording& lidar = recording.lidar;
+  for (std::size_t j = 0; j < std::min(lidar.gyro_turns.size(), lidar.R_previous_this.size()); ++j) {
+    const std::optional<GyroTurn>& told = lidar.gyro_turns[j];
+    if (!told) continue;
+    const std::optional<SE3>& guess = guess_T_base_sensor[static_cast<std::size_t>(told->lidar)];
+    lidar.R_previous_this[j].reset();
+    if (guess) lidar.R_previous_this[j] = guess->R * told->R_previous_this * guess->R.transpose();
+  }
+  // Where the two disagree was told when the recording was read.
+  static_cast<void>(merge_table_turns(recording.table_turns, lidar.R_previous_this));
 }
 
 Expected<Recording> read_stream(const StreamSource& source, const CellOptions& cells, double keep_points_within_m,

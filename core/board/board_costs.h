@@ -14,8 +14,8 @@ class CostFunction;
 }
 
 /// Residuals of the joint adjustment for any scalar: double, or the dual numbers of Ceres. A pose is `start` times a
-/// small motion x = [rotation; translation], so that derivatives at x = 0 are those of the contract's right
-/// perturbation.
+/// small motion x = [rotation; translation], so that derivatives at x = 0 are those of the right
+/// perturbation of all results.
 namespace rigcal::board {
 
 template <class T>

@@ -15,6 +15,7 @@ namespace rigcal {
 namespace {
 
 constexpr double wrong_scale = 0.02;
+constexpr double largest_square_m = 2.0;
 constexpr std::size_t least_for_hold_out = 8;  // boards, of which every fourth is held out
 
 Error stopped() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
@@ -70,6 +71,11 @@ class BoardCalibration {
                                "; parts are used where the other sensors tell which part it is");
       }
       all_.insert(all_.end(), seen_[s].sightings.begin(), seen_[s].sightings.end());
+    }
+    // Cameras alone do not mind the unit, but what is asked of a result is in metres.
+    if (board_.square() > largest_square_m) {
+      context_.reporter.warn("board.square is " + number(board_.square(), 1) +
+                             ", and bounds and --require are in metres; give it in metres, too, where statuses matter");
     }
     doubt_ = doubt_of_corners(all_, board_);
     scale_ = scale_between(all_);

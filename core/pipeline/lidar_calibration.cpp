@@ -111,7 +111,7 @@ class Calibration {
     input.R_previous_this = recording_.R_previous_this;
     input.trajectory = recording_.trajectory;
     input.cells = &recording_.patches;
-    input.turned_rad = recording_.turned_rad;
+    input.turned_rad = with_signs(recording_.turned_rad, recording_.gyro_turns);
     if (rig_.turntable) input.axis = rig_.turntable->axis;
     warn_of_mixups(surfels);
     Expected<Start> start = start_in(solving_lidar(input, recording_.gyro_turns, surfels), input, surfels);

@@ -31,7 +31,7 @@ struct LidarRecording {
   std::vector<std::uint64_t> too_far;
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< Of the base, by the gyro; empty: no gyro.
   std::vector<std::optional<GyroTurn>> gyro_turns;       ///< The same as they were told, by stop; may be empty.
-  std::vector<std::optional<double>> turned_rad;         ///< Likewise, by a gyro whose mounting is not known: no axis.
+  std::vector<std::optional<double>> turned_rad;         ///< By how much, by any gyro: neither axis nor sign.
   std::vector<std::optional<SE3>> trajectory;            ///< Rough T_G_base; empty: none.
   bool trajectory_is_prior = false;                      ///< It comes from the user: see `pose_prior`.
   /// What depends on one patch alone, of each, where somebody has found it already (while the rest was still recorded);

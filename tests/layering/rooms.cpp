@@ -125,7 +125,7 @@ const Table& rooms() {
     };
     rows["apps/common"] = {"core/quality"};
     rows["apps/evaluation"] = {"apps/common", "core/io"};
-    rows["apps/ingest"] = {"core/io", "core/quality", "drivers/livox_codec"};
+    rows["apps/ingest"] = {"core/clocks", "core/io", "core/quality", "drivers/livox_codec"};
     rows["apps/recording"] = {"apps/ingest", "core/pipeline"};
     rows["apps/calibration"] = {"apps/recording", "core/report"};
     rows["apps/exchange"] = {"apps/recording"};

@@ -199,6 +199,15 @@ TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
   }
 }
 
+TEST_F(CalibrateRefusal, OfWhatCamerasWouldNeedWhereTheirStageIsLeftOut) {
+  for (const std::string option : {"--images .", "--refine-intrinsics"}) {
+    const ProgramRun run =
+        run_program("'" RIGCAL_PROGRAM "' calibrate . --stages joint --out result " + option, scratch);
+    EXPECT_EQ(run.code, 2) << option;
+    EXPECT_THAT(run.err, HasSubstr("is of no use with --stages joint")) << option;
+  }
+}
+
 TEST_F(CalibrateRefusal, OfARecordingThatIsNotThere) {
   expect_refused("nowhere.pcapng --rig rig.yaml", "nowhere.pcapng: ", "no such file", "check the path");
   const ProgramRun run =

@@ -108,6 +108,18 @@ TEST_F(BoardCalibrationTest, SaysWhyTheBaseSawNoBoard) {
   EXPECT_THAT(camera.reasons, Contains(HasSubstr("but not in what front, the base, saw")));
 }
 
+TEST_F(BoardCalibrationTest, SaysOfSquaresInMillimetresThatBoundsAreInMetres) {
+  rig_.sensors[0].lidar.reset();
+  rig_.sensors[0].camera.emplace().intrinsics = test_camera();
+  with_camera();
+  stops_.push_back({0, 0, 0});
+  side();
+  EXPECT_THAT(reporter_.warnings, Not(Contains(HasSubstr("are in metres"))));
+  rig_.board = BoardSettings{"checkerboard", {7, 5}, 30.0, {0.0, 0.0}, {0.0, 0.0}};
+  side();
+  EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("board.square is 30.0, and bounds and --require are in metres")));
+}
+
 TEST_F(BoardCalibrationTest, IsTheSameWhateverIsDrawn) {
   with_lidar();
   for (int k = 0; k < 6; ++k)
