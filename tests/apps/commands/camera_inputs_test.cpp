@@ -81,10 +81,10 @@ TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(nlohmann::json::parse(run.out)["images"], stops);
   const SE3 of_patches = found_from("patches");
-  // The turns of the gyro have gone through a trajectory: the map is micrometres apart, and edges of a small image
-  // with it.
-  EXPECT_LT((of_patches.t - of_session.t).norm(), 3e-3);
-  EXPECT_LT(to_deg(rotation_distance(of_patches.R, of_session.R)), 0.02);
+  // The turns of the gyro have gone through a trajectory: the map is micrometres apart, and what the few edges of a
+  // small image are matched with may be others. A stop's image at another stop would be decimetres off.
+  EXPECT_LT((of_patches.t - of_session.t).norm(), 1e-2);
+  EXPECT_LT(to_deg(rotation_distance(of_patches.R, of_session.R)), 0.05);
 }
 
 TEST_F(CameraInputs, AnLvxFileTakesImagesWithStampsOfItsOwnTime) {
