@@ -49,9 +49,9 @@ void add_near_points(std::span<const Point> points, double within_m, std::vector
 void take_cameras(const RecordingPaths& paths, Recording& recording,
                   const std::shared_ptr<StopImageCache>& ahead = nullptr);
 
-/// Reads a packet dump, a session or a patch folder. What is worth telling (losses, a cut dump, unknown folders) goes to
-/// the reporter as warnings. Errors: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that never
-/// stands still.
+/// Reads a packet dump, a session or a patch folder. What is worth telling (losses, a cut dump, unknown folders) goes
+/// to the reporter as warnings. Errors: nothing there, no Livox packet, a LiDAR of the rig without packets, a rig that
+/// never stands still.
 [[nodiscard]] Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells,
                                                  const RunContext& context);
 
