@@ -240,8 +240,8 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
                           " points lie farther than a .las file can say (214 km) and are left out; give the LiDAR a "
                           "range in the rig file");
   }
-  const std::size_t lost = patches ? 0 : turns_left_out(reading->stops.stops, reading->poses);
-  if (lost > 0) {
+  const bool has_turns = layout == PatchLayout::patches && !patches;
+  if (const std::size_t lost = turns_left_out(reading->stops.stops, reading->poses); has_turns && lost > 0) {
     context.reporter.warn(
         "the turns before " + std::to_string(lost) +
         " stops, which a gyro told, are not in trajectory.tum: it has all turns up to the first that is "

@@ -187,8 +187,9 @@ StartInput seen_from(int lidar, const StartInput& input, const std::vector<std::
   out.guess_T_base_sensor[static_cast<std::size_t>(lidar)] = SE3{};
   out.R_previous_this.resize(static_cast<std::size_t>(input.stops));
   out.turned_rad.resize(static_cast<std::size_t>(input.stops));
-  fill_in(signed_turns(out.R_previous_this), out.turned_rad);
-  out.turned_rad = with_signs(std::move(out.turned_rad), gyro_turns);
+  std::vector<std::optional<double>> turned = signed_turns(out.R_previous_this);
+  fill_in(out.turned_rad, turned);
+  out.turned_rad = std::move(turned);
   for (std::size_t j = 1; j < out.R_previous_this.size(); ++j) {
     std::optional<Matrix3d>& R = out.R_previous_this[j];
     if (out.turns_are_own) {

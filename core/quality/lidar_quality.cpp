@@ -103,42 +103,33 @@ struct Hold {
 constexpr double facing_cos_of_place = 0.1;
 constexpr double facing_cos_of_turn = 0.05;
 
-// By how much one plane holds a LiDAR along a direction. A plane stands where all who see it say: where a LiDAR alone
-// sees it, and from all stops alike (a floor, and the height), it goes with the LiDAR and holds nothing.
-class PlaceHold {
- public:
-  void add_any(const PlaneObservation& o) { all_weight_ += 1.0 / o.offset_variance; }
-  void add_own(const PlaneObservation& o, double cosine) {
-    const double weight = 1.0 / o.offset_variance;
-    all_ += weight * Eigen::Vector2d(cosine, cosine * cosine);
-    if (std::abs(cosine) > facing_cos_of_place) facing_ += weight * Eigen::Vector2d(cosine, cosine * cosine);
-  }
-  void add_to(Hold& hold) const {
-    hold.all += left_of(all_);
-    hold.facing += left_of(facing_);
-  }
-
- private:
-  // Once the plane's own offset is solved for.
-  [[nodiscard]] double left_of(const Eigen::Vector2d& sums) const {
-    return std::max(0.0, sums[1] - sums[0] * sums[0] / all_weight_);
-  }
-
-  double all_weight_ = 0.0;
-  Eigen::Vector2d all_ = Eigen::Vector2d::Zero();  // weight * cosine, weight * cosine^2
-  Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
+// Of one plane, what one LiDAR's observations sum to along a direction: weight * cosine, weight * cosine^2.
+struct PlaceSums {
+  Eigen::Vector2d all = Eigen::Vector2d::Zero();
+  Eigen::Vector2d facing = Eigen::Vector2d::Zero();
 };
 
+// A plane stands where all who see it say: where a LiDAR alone sees it, and from all stops alike (a floor, and the
+// height), it goes with the LiDAR and holds nothing.
 void add_place_holds(const SolvedPlanes& solved, const PlaneFeature& feature, const Vector3d& normal_G,
                      const std::vector<Vector3d>& axes, std::vector<Hold>& holds) {
-  std::vector<PlaceHold> of_plane(axes.size());
+  std::vector<PlaceSums> sums(axes.size());
+  double all_weight = 0.0;
   for (const PlaneObservation& o : feature.observations) {
     if (!(o.offset_variance > 0.0)) continue;
-    for (PlaceHold& each : of_plane) each.add_any(o);
     const auto i = static_cast<std::size_t>(o.lidar);
-    of_plane[i].add_own(o, axes[i].dot(solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * normal_G));
+    const double weight = 1.0 / o.offset_variance;
+    const double cosine = axes[i].dot(solved.state.T_G_sensor(o.stop, o.lidar).R.transpose() * normal_G);
+    all_weight += weight;
+    sums[i].all += weight * Eigen::Vector2d(cosine, cosine * cosine);
+    if (std::abs(cosine) > facing_cos_of_place) sums[i].facing += weight * Eigen::Vector2d(cosine, cosine * cosine);
   }
-  for (std::size_t i = 0; i < axes.size(); ++i) of_plane[i].add_to(holds[i]);
+  // Once the plane's own offset is solved for.
+  const auto left_of = [&](const Eigen::Vector2d& sum) { return std::max(0.0, sum[1] - sum[0] * sum[0] / all_weight); };
+  for (std::size_t i = 0; i < axes.size() && all_weight > 0.0; ++i) {
+    holds[i].all += left_of(sums[i].all);
+    holds[i].facing += left_of(sums[i].facing);
+  }
 }
 
 void add_turn_holds(const SolvedPlanes& solved, const PlaneFeature& feature, const Vector3d& normal_G,
