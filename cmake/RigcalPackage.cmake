@@ -54,7 +54,8 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libgpiod-dev, "
-  "libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev, libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
+  "libjpeg-dev, libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, libopencv-imgproc-dev, libpng-dev, "
+  "libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 if(RIGCAL_OPENCV_ARUCO_LIBRARY MATCHES "opencv_aruco")
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopencv-contrib-dev")
 elseif(RIGCAL_OPENCV_ARUCO_LIBRARY MATCHES "opencv_objdetect")

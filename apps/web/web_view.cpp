@@ -13,6 +13,7 @@
 #include "apps/web/page.h"
 #include "core/io/image_file.h"
 #include "core/io/image_folder.h"
+#include "core/io/jpeg_file.h"
 #include "core/pipeline/camera_stage.h"
 #include "core/report/overlay.h"
 

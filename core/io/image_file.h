@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
@@ -11,17 +9,13 @@
 namespace rigcal {
 
 /// Reads a PNG or JPEG file (told by its first bytes, not its name): grey or colour, 8 or 16 bits as they are;
-/// opacity is left out. `pixel_format` stays empty. Errors (kind input): missing, another kind of file, damaged or cut
-/// short, more than 65535 pixels along a side or 100 million in all.
+/// opacity is left out. `pixel_format` stays empty. Errors (kind input): missing, another kind of file, colours of
+/// ink, damaged or cut short, more than 65535 pixels along a side or 100 million in all.
 [[nodiscard]] Expected<Image> read_image(const std::string& path);
 /// The same from a file's bytes; `name` stands for the file in errors.
 [[nodiscard]] Expected<Image> decode_image(ByteView file, const std::string& name);
 
 /// Writes a PNG file without loss. Errors: an image whose sizes contradict each other (kind input), the disk (system).
 Expected<void> write_image(const std::string& path, const Image& image);
-
-/// An 8 bit image as a JPEG file's bytes; `quality` 0 .. 100. Errors (kind input): sizes that contradict each other,
-/// 16 bits.
-[[nodiscard]] Expected<std::vector<std::uint8_t>> encode_jpeg(const Image& image, int quality);
 
 }  // namespace rigcal

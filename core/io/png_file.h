@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/records/image.h"
 
 namespace rigcal {
 
@@ -27,5 +29,9 @@ struct PixelView {
 /// Writes a PNG file without loss: the values read back as they were. Errors: a size that contradicts itself (kind
 /// input), the disk (kind system).
 Expected<void> write_png(const std::string& path, const PixelView& pixels);
+
+/// The pixels of a PNG file as they are, 8 or 16 bits, grey or colour (a palette's are colour), without opacity.
+/// Nothing for what is damaged. The size is that of the file's head: see that it is sane first.
+[[nodiscard]] std::optional<Image> decode_png(ByteView file);
 
 }  // namespace rigcal

@@ -9,7 +9,7 @@
 #include "core/camera/depth_buffer.h"
 #include "core/camera/sample_blocks.h"
 #include "core/camera/sightings.h"
-#include "core/io/image_file.h"
+#include "core/io/jpeg_file.h"
 
 namespace rigcal {
 namespace {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
-#include <opencv2/imgcodecs.hpp>
+
+#include "core/edges/grey_image.h"
+#include "core/io/image_file.h"
 
 namespace rigcal {
 namespace {
@@ -16,8 +18,12 @@ struct Features {
 
 Features features_of(const std::filesystem::path& path) {
   Features out;
-  const cv::Mat image = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
-  if (!image.empty()) cv::SIFT::create(5000)->detectAndCompute(image, cv::noArray(), out.points, out.descriptors);
+  const Expected<Image> image = read_image(path.string());
+  if (!image) return out;
+  GreyImage grey = to_grey(*image, image->bits);
+  cv::Mat pixels;
+  cv::Mat(grey.height, grey.width, CV_32F, grey.values.data()).convertTo(pixels, CV_8U);
+  cv::SIFT::create(5000)->detectAndCompute(pixels, cv::noArray(), out.points, out.descriptors);
   return out;
 }
 

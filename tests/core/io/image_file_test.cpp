@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/base/random.h"
+#include "core/io/jpeg_file.h"
 
 namespace rigcal {
 namespace {
@@ -58,6 +59,48 @@ TEST(ImageFile, ReadsAJpegWithRedFirst) {
   ASSERT_EQ(3, image->channels);
   for (int c = 0; c < 3; ++c) EXPECT_GT(image->at(8 * c + 4, 4, c), 230) << c;
   EXPECT_LT(image->at(4, 4, 2), 30);
+}
+
+Expected<Image> sample(const std::string& name) {
+  return read_image(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/" + name);
+}
+
+TEST(ImageFile, ReadsEveryKindOfPng) {
+  const auto palette = sample("palette.png");  // red, green, blue and another; then backwards
+  ASSERT_TRUE(palette.has_value()) << palette.error().message();
+  EXPECT_EQ(3, palette->channels);
+  EXPECT_EQ((Bytes{255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 9, 8, 7, 0, 0, 255, 0, 255, 0, 255, 0, 0}),
+            palette->bytes);
+  const auto one_bit = sample("one_bit.png");
+  ASSERT_TRUE(one_bit.has_value()) << one_bit.error().message();
+  EXPECT_EQ(1, one_bit->channels);
+  EXPECT_EQ((Bytes{255, 0, 255, 0, 255, 0, 255, 0, 0, 0, 0, 0, 255, 255, 255, 255}), one_bit->bytes);
+  const auto opaque = sample("grey_opaque.png");
+  ASSERT_TRUE(opaque.has_value()) << opaque.error().message();
+  EXPECT_EQ(1, opaque->channels);
+  EXPECT_EQ((Bytes{10, 200}), opaque->bytes);
+  const auto interlaced = sample("interlaced.png");
+  ASSERT_TRUE(interlaced.has_value()) << interlaced.error().message();
+  EXPECT_EQ((Bytes{1, 2, 3, 4}), interlaced->bytes);
+}
+
+// As webcams send it: without the tables that every decoder of Motion JPEG knows.
+TEST(ImageFile, ReadsMotionJpeg) {
+  const auto whole = sample("colours.jpg");
+  const auto motion = sample("motion.jpg");
+  ASSERT_TRUE(motion.has_value()) << motion.error().message();
+  EXPECT_EQ(whole->bytes, motion->bytes);
+}
+
+TEST(ImageFile, ReadsProgressiveJpegOfAsManyPassesAsOneNeeds) {
+  const auto progressive = sample("progressive.jpg");
+  ASSERT_TRUE(progressive.has_value()) << progressive.error().message();
+  EXPECT_NEAR(16 * 9, progressive->at(9, 5), 3);
+  EXPECT_FALSE(sample("many_scans.jpg").has_value()) << "each is work for all pixels";
+}
+
+TEST(ImageFile, RefusesInkColours) {
+  EXPECT_THAT(sample("four_inks.jpg").error().message(), HasSubstr("four_inks.jpg: the image has colours of ink"));
 }
 
 TEST(ImageFile, RefusesWhatIsCutOrChangedAnywhere) {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/base/random.h"
-#include "core/io/image_file.h"
+#include "core/io/jpeg_file.h"
 #include "core/report/html/page.h"
 #include "tests/core/report/make_result.h"
 #include "tests/support/headless_browser.h"
