@@ -25,10 +25,9 @@ livox::DeviceSettings settings_of(const LidarSettings& lidar) {
     settings.coordinates = *lidar.coordinates == CoordinateSystem::spherical ? livox::Coordinates::spherical
                                                                              : livox::Coordinates::cartesian;
   if (lidar.return_mode) settings.return_mode = echoes_of(*lidar.return_mode);
-  const bool may_have_imu = lidar.model != LidarModel::livox_mid40 && lidar.model != LidarModel::livox_mid70;
   if (lidar.imu) {
     settings.imu_rate = *lidar.imu ? livox::ImuRate::hz_200 : livox::ImuRate::off;
-  } else if (may_have_imu) {
+  } else if (facts_of(lidar.model).has_imu) {
     settings.imu_rate = livox::ImuRate::hz_200;  // Stops are found by it.
   }
   if (!lidar.scan_pattern.empty())

@@ -21,24 +21,6 @@ std::string name_of(const Rig& rig, const DeviceIngest& device) {
   return to_string(device.ip) + " (broadcast code " + device.broadcast_code + ")";
 }
 
-bool is_model(LidarModel model, livox::DeviceType type) {
-  switch (model) {
-    case LidarModel::livox_avia:
-      return type == livox::DeviceType::avia;
-    case LidarModel::livox_mid40:
-      return type == livox::DeviceType::mid40;
-    case LidarModel::livox_mid70:
-      return type == livox::DeviceType::mid70;
-    case LidarModel::livox_horizon:
-      return type == livox::DeviceType::horizon;
-    case LidarModel::livox_tele15:
-      return type == livox::DeviceType::tele15;
-    case LidarModel::other:
-      return true;
-  }
-  return true;
-}
-
 void warn_of_identity(const Rig& rig, const DeviceIngest& device, std::vector<std::string>& warnings) {
   const std::string ip = to_string(device.ip);
   const int by_ip = sensor_by_ip(rig, device.ip);
@@ -58,7 +40,8 @@ void warn_of_identity(const Rig& rig, const DeviceIngest& device, std::vector<st
   }
   if (device.sensor < 0 || !device.type) return;
   const Sensor& sensor = sensor_of(rig, device);
-  if (!is_model(sensor.lidar->model, *device.type)) {
+  const LidarModel model = sensor.lidar->model;
+  if (model != LidarModel::other && model != livox::lidar_model(*device.type)) {
     warnings.push_back(sensor.name + " has another type in the rig file than the device at " + ip +
                        " says it is: " + livox::model_name(*device.type));
   }

@@ -13,9 +13,7 @@ namespace {
 
 // A rig has a dozen sensors; more addresses than this are somebody's noise and are not told apart.
 constexpr std::size_t kMaxDevices = 256;
-constexpr double kMidShotNs = 10'000.0;           // 100 000 shots a second.
-constexpr double kOtherShotNs = 1e9 / 240'000.0;  // Horizon, Tele-15, Avia.
-constexpr double kImuIntervalNs = 5e6;            // 200 Hz.
+constexpr double kImuIntervalNs = 5e6;  // 200 Hz.
 
 struct Device {
   DeviceIngest counts;
@@ -24,19 +22,21 @@ struct Device {
   StreamLedger points;
   StreamLedger imu;
   std::optional<std::uint16_t> imu_port;  ///< Where its IMU packets come from, when that is not where its points do.
-  bool mid70 = false;
+  LidarModel model = LidarModel::other;
   PointFilter filter;
 };
 
-bool is_mid70(const Rig& rig, const DeviceIngest& device) {
-  if (device.type) return *device.type == livox::DeviceType::mid70;
-  return device.sensor >= 0 &&
-         rig.sensors[static_cast<std::size_t>(device.sensor)].lidar->model == LidarModel::livox_mid70;
+LidarModel model_of(const Rig& rig, const DeviceIngest& device) {
+  if (device.type) return livox::lidar_model(*device.type);
+  return device.sensor < 0 ? LidarModel::other : rig.sensors[static_cast<std::size_t>(device.sensor)].lidar->model;
 }
 
-double shot_interval_ns(const Device& device, livox::DataType type) {
-  const bool mid = type == livox::DataType::cartesian || type == livox::DataType::spherical || device.mid70;
-  return mid ? kMidShotNs : kOtherShotNs;
+// Whatever a rig file says: points without tags are sent by a MID-40, and it sends no others.
+double shot_interval_ns(LidarModel model, livox::DataType type) {
+  const bool has_tags = type != livox::DataType::cartesian && type != livox::DataType::spherical;
+  if (!has_tags) model = LidarModel::livox_mid40;
+  if (has_tags && model == LidarModel::livox_mid40) model = LidarModel::other;
+  return 1e9 / facts_of(model).shots_per_s;
 }
 
 /// Takes echoes out that say the same as the one before them of their shot: a device that saw one surface only and
@@ -114,7 +114,7 @@ void LidarIngest::Devices::assign(Device& device) {
   device.counts.sensor = sensor;
   const auto told = codes_.find(device.counts.ip);
   if (told != codes_.end()) device.counts.broadcast_code = told->second;
-  device.mid70 = is_mid70(rig_, device.counts);
+  device.model = model_of(rig_, device.counts);
   device.filter =
       sensor < 0 ? PointFilter() : PointFilter(true, rig_.sensors[static_cast<std::size_t>(sensor)].lidar->range_m);
 }
@@ -201,7 +201,8 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
     return;
   }
   const double interval =
-      imu ? kImuIntervalNs : shot_interval_ns(device, header.data_type) * livox::record_layout(header.data_type).slots;
+      imu ? kImuIntervalNs
+          : shot_interval_ns(device.model, header.data_type) * livox::record_layout(header.data_type).slots;
   if (ledger.add(device_ns, interval, stamp.stamp_ns) == Arrival::duplicate) {
     ++counts.unused_packets;
     return;
@@ -219,7 +220,7 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
 void LidarIngest::Devices::add_points(Device& device, const livox::SamplePacket& packet, std::int64_t stamp_ns) {
   batch_.sensor = device.counts.sensor;
   batch_.stamp_ns = stamp_ns;
-  batch_.shot_interval_ns = shot_interval_ns(device, packet.header.data_type);
+  batch_.shot_interval_ns = shot_interval_ns(device.model, packet.header.data_type);
   batch_.shots = livox::record_layout(packet.header.data_type).slots;
   livox::decode_points(packet, batch_.points);
   if (livox::record_layout(packet.header.data_type).echoes > 1) drop_repeated(device, batch_.points);

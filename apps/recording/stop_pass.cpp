@@ -8,9 +8,7 @@ namespace {
 
 bool has_imu(const Sensor& sensor) {
   if (!sensor.is_lidar() || sensor.lidar->imu == false) return false;
-  if (!sensor.lidar->imu_topic.empty()) return true;
-  const LidarModel model = sensor.lidar->model;
-  return model == LidarModel::livox_avia || model == LidarModel::livox_horizon || model == LidarModel::livox_tele15;
+  return !sensor.lidar->imu_topic.empty() || facts_of(sensor.lidar->model).has_imu;
 }
 
 /// Notes the stops on their way to the sink.

@@ -79,7 +79,7 @@ DeviceIdentity identity_of(const RecordedDevice& device, const Rig& rig) {
   if (const int sensor = sensor_by_ip(rig, device.ip); sensor >= 0) {
     const LidarSettings& lidar = *rig.sensors[static_cast<std::size_t>(sensor)].lidar;
     identity.broadcast.broadcast_code = lidar.broadcast_code;
-    if (const auto type = sim::device_type(lidar.model)) {
+    if (const auto type = livox::device_type(lidar.model)) {
       identity.broadcast.type = *type;
       identity.is_guessed = false;
     }

@@ -66,20 +66,10 @@ void insert_in_order(const Rig& rig, const std::vector<SensorResult>& cameras, C
   result.sensors = std::move(all);
 }
 
-// By the data sheets; of others nothing is known but that beams are about that wide.
 BeamWidth beam_of(LidarModel model) {
-  switch (model) {
-    case LidarModel::livox_avia:
-    case LidarModel::livox_mid40:
-    case LidarModel::livox_mid70:
-    case LidarModel::livox_horizon:
-      return {to_rad(0.28), to_rad(0.03)};
-    case LidarModel::livox_tele15:
-      return {to_rad(0.12), to_rad(0.02)};
-    case LidarModel::other:
-      break;
-  }
-  return {};
+  const LidarFacts& facts = facts_of(model);
+  if (facts.beam_upright_deg <= 0.0) return {};
+  return {to_rad(facts.beam_upright_deg), to_rad(facts.beam_level_deg)};
 }
 
 Vector3d middle_of_placed(const std::vector<PatchCells>& patches, const RigState& state, const std::vector<char>& use) {

@@ -10,10 +10,10 @@
 
 #include "core/base/error.h"
 #include "core/geometry/se3.h"
+#include "core/records/lidar_models.h"
 
 namespace rigcal {
 
-enum class LidarModel { livox_avia, livox_mid40, livox_mid70, livox_horizon, livox_tele15, other };
 enum class ReturnMode { first, strongest, dual, triple };
 enum class CoordinateSystem { cartesian, spherical };
 
@@ -141,9 +141,6 @@ struct Rig {
 [[nodiscard]] Expected<Rig> parse_rig(const std::string& text, const std::string& name);
 /// A rig file that reads back to the same rig (rotations to the last bit or two).
 [[nodiscard]] std::string write_rig(const Rig& rig);
-
-/// The word of a rig file for a LiDAR model, for example "livox_avia"; `other` is "lidar".
-[[nodiscard]] const char* to_string(LidarModel model);
 
 /// Four dotted numbers, or nothing.
 [[nodiscard]] std::optional<std::array<std::uint8_t, 4>> parse_ip(std::string_view text);

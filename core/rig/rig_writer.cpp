@@ -40,7 +40,7 @@ class Lines {
 };
 
 void write_lidar(Lines out, const LidarSettings& lidar) {
-  out.word("type", to_string(lidar.model));
+  out.word("type", facts_of(lidar.model).word);
   out.text("broadcast_code", lidar.broadcast_code);
   if (lidar.ip) out.word("ip", to_string(*lidar.ip));
   if (lidar.rings) out.word("rings", "true");
@@ -144,12 +144,6 @@ void write_board(std::string& text, const BoardSettings& board) {
 }
 
 }  // namespace
-
-const char* to_string(LidarModel model) {
-  constexpr const char* words[] = {"livox_avia",    "livox_mid40",  "livox_mid70",
-                                   "livox_horizon", "livox_tele15", "lidar"};
-  return words[static_cast<int>(model)];
-}
 
 std::string write_rig(const Rig& rig) {
   std::string text = "rigcal: 1\n";

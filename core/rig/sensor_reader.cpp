@@ -149,6 +149,14 @@ CameraSettings read_camera(const YamlMap& map) {
   return camera;
 }
 
+// The LiDAR models in their order, then cameras.
+std::vector<std::string_view> sensor_types() {
+  std::vector<std::string_view> types;
+  for (const LidarFacts& model : lidar_models()) types.emplace_back(model.word);
+  types.emplace_back("camera");
+  return types;
+}
+
 // With a focal length of so few pixels the image's corner would be at the tangent of 85 degrees: no lens sees so far.
 double read_focal_length(const YamlMap& map, const char* key, const CameraIntrinsics& size) {
   constexpr double shortest_share = 1.0 / 11.43;
@@ -219,10 +227,9 @@ Sensor read_sensor(const std::string& name, const YamlNode& node, YamlErrors& er
     misspelt.require("type", "say what it is, for example livox_mid40 or camera");
     return sensor;
   }
-  const auto type = any.choice(
-      "type", {"livox_avia", "livox_mid40", "livox_mid70", "livox_horizon", "livox_tele15", "lidar", "camera"});
+  const auto type = any.choice("type", sensor_types());
   if (!type) return sensor;
-  if (*type == 6) {
+  if (*type == lidar_models().size()) {
     const YamlMap map(node, full_name, errors,
                       {"type", "driver", "device", "pixel_format", "exposure_us", "trigger", "intrinsics", "gain",
                        "frame_rate", "packet_size", "packet_delay", "ptp", "strobe", "topic", "folder"});

@@ -207,7 +207,7 @@ std::optional<std::vector<int>> YamlMap::integers(std::string_view key, std::siz
   return values;
 }
 
-std::optional<std::size_t> YamlMap::choice(std::string_view key, std::initializer_list<std::string_view> words) const {
+std::optional<std::size_t> YamlMap::choice(std::string_view key, const std::vector<std::string_view>& words) const {
   const YamlNode* node = get(key);
   if (node == nullptr) return std::nullopt;
   const auto word = std::find(words.begin(), words.end(), std::string_view(node->text));

@@ -85,7 +85,7 @@ class YamlMap {
                                                          int high) const;
   /// Index of the word in `words`.
   [[nodiscard]] std::optional<std::size_t> choice(std::string_view key,
-                                                  std::initializer_list<std::string_view> words) const;
+                                                  const std::vector<std::string_view>& words) const;
   /// The map below a key.
   [[nodiscard]] std::optional<YamlMap> map(std::string_view key, std::initializer_list<std::string_view> known) const;
 

@@ -1,5 +1,7 @@
 #include "drivers/livox_codec/discovery.h"
 
+#include <algorithm>
+
 #include "drivers/livox_codec/wire_fields.h"
 
 namespace rigcal::livox {
@@ -9,34 +11,30 @@ constexpr std::size_t kBroadcastBytes = 19;
 constexpr std::size_t kHandshakeBytes = 10;
 constexpr std::size_t kOldHandshakeBytes = 8;
 
-bool is_device_type(std::uint8_t type) { return type <= 3 || type == 6 || type == 7; }
+constexpr std::uint8_t code_of(DeviceType type) { return static_cast<std::uint8_t>(type); }
+
+bool is_device_type(DeviceType type) { return type == DeviceType::hub || lidar_model(type) != LidarModel::other; }
 
 }  // namespace
 
+std::optional<DeviceType> device_type(LidarModel model) {
+  const std::uint8_t code = rigcal::facts_of(model).livox.type_code;
+  return code == code_of(DeviceType::hub) ? std::nullopt : std::optional(static_cast<DeviceType>(code));
+}
+
+LidarModel lidar_model(DeviceType type) {
+  const auto rows = lidar_models();
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [&](const LidarFacts& facts) { return facts.livox.type_code == code_of(type); });
+  return type == DeviceType::hub || row == rows.end() ? LidarModel::other : row->model;
+}
+
+const LidarFacts& facts_of(DeviceType type) { return rigcal::facts_of(lidar_model(type)); }
+
 std::string model_name(DeviceType type) {
-  switch (type) {
-    case DeviceType::hub:
-      return "Hub";
-    case DeviceType::mid40:
-      return "Mid-40";
-    case DeviceType::tele15:
-      return "Tele-15";
-    case DeviceType::horizon:
-      return "Horizon";
-    case DeviceType::mid70:
-      return "Mid-70";
-    case DeviceType::avia:
-      return "Avia";
-  }
-  return "device type " + std::to_string(static_cast<int>(type));
-}
-
-bool has_imu(DeviceType type) {
-  return type == DeviceType::avia || type == DeviceType::horizon || type == DeviceType::tele15;
-}
-
-double shots_per_second(DeviceType type) {
-  return type == DeviceType::mid40 || type == DeviceType::mid70 ? 100'000.0 : 240'000.0;
+  if (type == DeviceType::hub) return "Hub";
+  const LidarFacts& facts = facts_of(type);
+  return facts.model == LidarModel::other ? "device type " + std::to_string(code_of(type)) : facts.name;
 }
 
 bool is_broadcast(const ControlFrame& frame) {
@@ -57,11 +55,11 @@ Expected<Broadcast> parse_broadcast(const ControlFrame& frame) {
   ByteReader reader(frame.payload);
   std::optional<std::string> code = read_broadcast_code(reader);
   if (!code) return input_error("the broadcast code is not 15 printable characters", "broadcast");
-  const auto type = reader.read<std::uint8_t>();
-  if (!is_device_type(type)) return input_error("unknown device type " + std::to_string(type), "broadcast");
+  const auto type = static_cast<DeviceType>(reader.read<std::uint8_t>());
+  if (!is_device_type(type)) return input_error("unknown " + model_name(type), "broadcast");
   Broadcast broadcast;
   broadcast.broadcast_code = std::move(*code);
-  broadcast.type = static_cast<DeviceType>(type);
+  broadcast.type = type;
   broadcast.command_port = reader.read<std::uint16_t>();
   return broadcast;
 }
@@ -70,7 +68,7 @@ std::vector<std::uint8_t> make_broadcast(const Broadcast& broadcast, std::uint16
   std::vector<std::uint8_t> payload;
   ByteWriter writer(payload);
   write_broadcast_code(broadcast.broadcast_code, writer);
-  writer.write(static_cast<std::uint8_t>(broadcast.type));
+  writer.write(code_of(broadcast.type));
   writer.write(broadcast.command_port);
   return make_control_frame(frame_of(Command::broadcast, FrameType::message, seq, payload));
 }

@@ -6,24 +6,27 @@
 #include <string>
 #include <vector>
 
+#include "core/records/lidar_models.h"
 #include "drivers/livox_codec/commands.h"
 
 namespace rigcal::livox {
 
+/// The type codes of core/records/lidar_models.h, and the Hub's.
 enum class DeviceType : std::uint8_t {
   hub = 0,
-  mid40 = 1,  ///< Also each third of a Mid-100.
+  mid40 = 1,
   tele15 = 2,
   horizon = 3,
   mid70 = 6,
   avia = 7,
 };
 
+/// What a device of this model says that it is; nothing for LiDARs of other makers.
+[[nodiscard]] std::optional<DeviceType> device_type(LidarModel model);
+/// Of a Hub and of an unknown type: `other`.
+[[nodiscard]] LidarModel lidar_model(DeviceType type);
+[[nodiscard]] const LidarFacts& facts_of(DeviceType type);
 [[nodiscard]] std::string model_name(DeviceType type);
-/// Whether the model has an inertial unit (an unknown one has none).
-[[nodiscard]] bool has_imu(DeviceType type);
-/// Shots of the laser a second: 100 000 of the Mid models, 240 000 of the others.
-[[nodiscard]] double shots_per_second(DeviceType type);
 
 /// UDP port of the host that broadcasts go to, and the device's own port for commands.
 constexpr std::uint16_t kDiscoveryPort = 55000;

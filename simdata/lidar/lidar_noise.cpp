@@ -6,48 +6,15 @@
 
 namespace rigcal::sim {
 
-LidarNoise LidarNoise::avia() {
-  LidarNoise noise;
-  noise.angle_sigma_rad = to_rad(0.02);
-  noise.divergence_y_rad = to_rad(0.03);
-  noise.divergence_z_rad = to_rad(0.28);
-  return noise;
-}
-
-LidarNoise LidarNoise::mid40() {
-  LidarNoise noise = avia();
-  noise.angle_sigma_rad = to_rad(0.03);
-  noise.max_range = 260.0;
-  noise.range_at_10_percent = 90.0;
-  return noise;
-}
-
 LidarNoise LidarNoise::of(LidarModel model) {
-  LidarNoise noise = avia();
-  switch (model) {
-    case LidarModel::livox_avia:
-    case LidarModel::other:
-      break;
-    case LidarModel::livox_mid40:
-      return mid40();
-    case LidarModel::livox_mid70:
-      noise = mid40();
-      noise.min_range = 0.05;
-      break;
-    case LidarModel::livox_horizon:
-      noise.min_range = 0.5;
-      noise.max_range = 260.0;
-      noise.range_at_10_percent = 90.0;
-      break;
-    case LidarModel::livox_tele15:
-      noise.angle_sigma_rad = to_rad(0.012);
-      noise.divergence_y_rad = to_rad(0.02);
-      noise.divergence_z_rad = to_rad(0.12);
-      noise.min_range = 3.0;
-      noise.max_range = 500.0;
-      noise.range_at_10_percent = 320.0;
-      break;
-  }
+  const LidarFacts& facts = facts_of(model);
+  LidarNoise noise;
+  noise.angle_sigma_rad = to_rad(facts.angle_sigma_deg);
+  noise.min_range = facts.min_range_m;
+  noise.max_range = facts.max_range_m;
+  noise.range_at_10_percent = facts.range_at_10_percent_m;
+  noise.divergence_y_rad = to_rad(facts.beam_level_deg);
+  noise.divergence_z_rad = to_rad(facts.beam_upright_deg);
   return noise;
 }
 

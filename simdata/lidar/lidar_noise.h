@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/rig/rig.h"
+#include "core/records/lidar_models.h"
 
 namespace rigcal::sim {
 
@@ -21,12 +21,7 @@ struct LidarNoise {
   double second_ray_share = 0.2;       ///< Shots of which a second part of the footprint is looked at.
   double pulse_length = 0.75;  ///< Two surfaces in one footprint nearer together than this (5 ns) come as one point.
 
-  /// 15 mm + 0.25 mm/m; directions 0.02 deg AVIA, 0.03 deg MID-40 (data sheets: below 0.05 and below 0.1 deg);
-  /// divergence 0.03 x 0.28 deg; ranges from the data sheets.
-  [[nodiscard]] static LidarNoise avia();
-  [[nodiscard]] static LidarNoise mid40();
-  /// The others, from their data sheets too: the HORIZON sees as far as the MID-40 with the beam and angles of the
-  /// AVIA, the MID-70 from 5 cm on, the TELE-15 from 3 to 500 m with a narrow beam (0.02 x 0.12 deg).
+  /// 15 mm + 0.25 mm/m, all else as core/records/lidar_models.h has it.
   [[nodiscard]] static LidarNoise of(LidarModel model);
   /// No noise, no losses, no bleeding: for tests.
   [[nodiscard]] static LidarNoise none();

@@ -1,5 +1,6 @@
 #include "simdata/lidar/prism_scanner.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rigcal::sim {
@@ -8,74 +9,43 @@ namespace {
 // Refractive index of the wedges in the published fits.
 constexpr double glass = 1.51;
 
-std::vector<double> avia_beams() {
-  return {to_rad(-2.99), to_rad(-1.86), to_rad(-0.62), to_rad(0.62), to_rad(1.86), to_rad(3.04)};
+// The prisms of a model as they stand this time.
+std::vector<Prism> draw_prisms(const ScanPattern& pattern, Random& phases) {
+  std::vector<Prism> prisms;
+  for (const ScanPrism& part : pattern.prisms) {
+    if (part.wedge_deg == 0.0) break;
+    Prism prism{to_rad(part.wedge_deg), 0.0, 0.0};
+    if (part.is_geared()) {
+      for (std::size_t i = 0; i < std::min(prisms.size(), part.gear.size()); ++i) {
+        prism.turns_per_s += part.gear[i] * prisms[i].turns_per_s;
+        prism.phase_turns += part.gear[i] * prisms[i].phase_turns;
+      }
+    } else {
+      prism.turns_per_s = part.turns_per_s;
+      prism.phase_turns = phases.uniform();
+    }
+    prisms.push_back(prism);
+  }
+  return prisms;
 }
 
 }  // namespace
 
-// The published speeds are -131.5463, 40.8032 and 213.1611 Hz: the third is twice the second less the first but for
-// 0.008 Hz. Only where its phase follows that rule too do all prisms ever lean the same way, which gives the published
-// field of view; otherwise it is up to 5 degrees smaller. So the third is geared to the others here: with the fitted
-// speed the field would breathe with a period of two minutes.
-PrismScanner PrismScanner::avia(Random& phases) {
-  const Prism first{to_rad(30.8856), -131.5463, phases.uniform()};
-  const Prism second{to_rad(29.7735), 40.8032, phases.uniform()};
-  const Prism third{to_rad(3.1351), 2.0 * second.turns_per_s - first.turns_per_s,
-                    2.0 * second.phase_turns - first.phase_turns};
-  return {{first, second, third}, avia_beams(), 240000.0};
-}
-
-PrismScanner PrismScanner::mid40(Random& phases) {
-  return {
-      {{to_rad(18.7481), -121.5657, phases.uniform()}, {to_rad(17.9634), 77.7430, phases.uniform()}}, {0.0}, 100000.0};
-}
-
-PrismScanner PrismScanner::mid70(Random& phases) {
-  return {
-      {{to_rad(32.65), -121.5657, phases.uniform()}, {to_rad(31.2834), 77.7430, phases.uniform()}}, {0.0}, 100000.0};
-}
-
-PrismScanner PrismScanner::tele15(Random& phases) {
-  return {{{to_rad(7.235), -121.5657, phases.uniform()}, {to_rad(6.9322), 77.7430, phases.uniform()}},
-          {to_rad(0.80), to_rad(0.48), to_rad(0.16), to_rad(-0.16), to_rad(-0.48), to_rad(-0.80)},
-          240000.0};
-}
-
-// Two equal wedges that turn against each other draw a line, and it lies level where their phases are opposite too; a
-// third one makes a band of it.
-PrismScanner PrismScanner::horizon(Random& phases) {
-  const Prism first{to_rad(28.2), -121.5657, phases.uniform()};
-  const Prism second{to_rad(28.2), -first.turns_per_s, -first.phase_turns};
-  return {{first, second, {to_rad(16.3), 77.7430, phases.uniform()}}, avia_beams(), 240000.0};
-}
-
 std::optional<PrismScanner> PrismScanner::of(LidarModel model, Random& phases) {
-  switch (model) {
-    case LidarModel::livox_avia:
-      return avia(phases);
-    case LidarModel::livox_mid40:
-      return mid40(phases);
-    case LidarModel::livox_mid70:
-      return mid70(phases);
-    case LidarModel::livox_horizon:
-      return horizon(phases);
-    case LidarModel::livox_tele15:
-      return tele15(phases);
-    case LidarModel::other:
-      break;
-  }
-  return std::nullopt;
+  const LidarFacts& facts = facts_of(model);
+  if (facts.scan.beams_deg.empty()) return std::nullopt;
+  return PrismScanner(draw_prisms(facts.scan, phases), facts.scan.beams_deg, facts.shots_per_s);
 }
 
-PrismScanner::PrismScanner(std::vector<Prism> prisms, std::vector<double> beams_rad, double shots_per_s)
+PrismScanner::PrismScanner(const std::vector<Prism>& prisms, std::span<const double> beams_deg, double shots_per_s)
     : shots_per_s_(shots_per_s) {
   for (const Prism& prism : prisms) {
     const double step = 2.0 * pi * prism.turns_per_s / shots_per_s;
     elements_.push_back(
         {prism, {std::cos(prism.wedge_rad), std::sin(prism.wedge_rad), 0.0}, {std::cos(step), std::sin(step)}});
   }
-  for (const double beam : beams_rad) beams_.emplace_back(std::cos(beam), 0.0, std::sin(beam));
+  for (const double beam_deg : beams_deg)
+    beams_.emplace_back(std::cos(to_rad(beam_deg)), 0.0, std::sin(to_rad(beam_deg)));
 }
 
 PrismScanner::Angle PrismScanner::angle_at(const Element& element, std::int64_t shot) const {

@@ -3,11 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/random.h"
 #include "core/geometry/se3.h"
-#include "core/rig/rig.h"
+#include "core/records/lidar_models.h"
 
 namespace rigcal::sim {
 
@@ -23,18 +24,7 @@ struct Prism {
 /// plane of the AVIA's six beams is upright. Directions are a pure function of the prisms' phases and the time.
 class PrismScanner {
  public:
-  /// AVIA (six beams, three prisms, 240 k shots/s) or MID-40 (one beam, two prisms, 100 k shots/s).
-  /// `phases` draws where the prisms stand at time 0.
-  [[nodiscard]] static PrismScanner avia(Random& phases);
-  [[nodiscard]] static PrismScanner mid40(Random& phases);
-  /// No fit of these is published: wedges that give the field of view of the data sheet, at the speeds of the MID-40.
-  /// MID-70: a round field of 70.4 degrees, one beam, 100 k shots/s. TELE-15: 14.5 degrees across and 16.1 upright, six
-  /// beams 0.32 degrees apart with the highest first, as packets of real ones show, 240 k shots/s. HORIZON: 81.7 by
-  /// 25.1 degrees, six beams like the AVIA's, 240 k shots/s.
-  [[nodiscard]] static PrismScanner mid70(Random& phases);
-  [[nodiscard]] static PrismScanner tele15(Random& phases);
-  [[nodiscard]] static PrismScanner horizon(Random& phases);
-  /// That of a model; nothing for one that is not known.
+  /// Of a model; nothing for one whose pattern is not known. `phases` draws where the prisms stand at time 0.
   [[nodiscard]] static std::optional<PrismScanner> of(LidarModel model, Random& phases);
 
   /// Unit direction of shot `shot` since time 0 (line = shot mod lines()).
@@ -58,7 +48,7 @@ class PrismScanner {
     Angle step;       ///< Turn from one shot to the next.
   };
 
-  PrismScanner(std::vector<Prism> prisms, std::vector<double> beams_rad, double shots_per_s);
+  PrismScanner(const std::vector<Prism>& prisms, std::span<const double> beams_deg, double shots_per_s);
   [[nodiscard]] Angle angle_at(const Element& element, std::int64_t shot) const;
   [[nodiscard]] static Vector3d refract(const Element& element, const Angle& angle, const Vector3d& direction);
 

@@ -271,7 +271,7 @@ Expected<LiveSummary> serve_live(const Scene& scene, const Rig& rig, const LiveO
                                             options.run.seed, options.run.unit_errors);
   if (!simulated) return simulated.error();
   // Whether an inertial unit sends is up to the device's owner.
-  for (SimDevice& device : *devices) device.has_imu = livox::has_imu(device.broadcast.type);
+  for (SimDevice& device : *devices) device.has_imu = livox::facts_of(device.broadcast.type).has_imu;
   auto rack = VirtualRack::open(rack_devices(*devices, rig, broadcast_address(*host, options.discovery_port), options),
                                 {*std::move(incidents), options.run.faults, options.run.seed});
   if (!rack) return rack.error();

@@ -17,28 +17,14 @@ constexpr std::size_t most_delayed = 64;
 
 std::int64_t to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
-livox::FirmwareVersion late_firmware(livox::DeviceType type) {
-  switch (type) {
-    case livox::DeviceType::mid40:
-      return {3, 8, 0, 0};
-    case livox::DeviceType::tele15:
-      return {7, 9, 0, 0};
-    case livox::DeviceType::horizon:
-      return {6, 11, 0, 0};
-    case livox::DeviceType::mid70:
-      return {10, 3, 0, 0};
-    default:
-      return {11, 9, 0, 0};
-  }
-}
-
 bool is_error(std::uint32_t status) { return livox::decode_status(status).system == livox::Level::error; }
 
 }  // namespace
 
 VirtualLivox::VirtualLivox(VirtualLivoxOptions options, std::int64_t now_ns)
     : options_(std::move(options)),
-      settings_(options_.identity, options_.ip, options_.firmware.value_or(late_firmware(options_.identity.type))),
+      settings_(options_.identity, options_.ip,
+                options_.firmware.value_or(livox::facts_of(options_.identity.type).livox.newest_firmware)),
       time_(options_.time),
       random_(options_.seed) {
   start(now_ns);

@@ -9,19 +9,13 @@ using livox::ParameterKey;
 using livox::ReturnCode;
 
 std::map<std::uint16_t, std::uint8_t> default_parameters(DeviceType type) {
-  constexpr auto sensitivity = static_cast<std::uint16_t>(ParameterKey::high_sensitivity);
-  constexpr auto pattern = static_cast<std::uint16_t>(ParameterKey::scan_pattern);
-  constexpr auto slot = static_cast<std::uint16_t>(ParameterKey::slot_number);
-  switch (type) {
-    case DeviceType::avia:
-      return {{sensitivity, 1}, {pattern, 0}, {slot, 1}};
-    case DeviceType::tele15:
-      return {{sensitivity, 1}};
-    case DeviceType::mid70:
-      return {{slot, 1}};
-    default:
-      return {};
-  }
+  const LivoxFacts& model = livox::facts_of(type).livox;
+  std::map<std::uint16_t, std::uint8_t> values;
+  const auto add = [&](ParameterKey key, std::uint8_t value) { values[static_cast<std::uint16_t>(key)] = value; };
+  if (model.has_sensitivity) add(ParameterKey::high_sensitivity, 1);
+  if (model.has_scan_choice) add(ParameterKey::scan_pattern, 0);
+  if (model.has_slot) add(ParameterKey::slot_number, 1);
+  return values;
 }
 
 // The tens of 192.168.1.x that old firmware lets a unit of a Mid-100 have.
@@ -37,10 +31,6 @@ int echoes_of(livox::Echoes mode) { return mode == livox::Echoes::triple ? 3 : m
 VirtualSettings::VirtualSettings(const livox::Broadcast& identity, const livox::Ipv4& ip,
                                  const livox::FirmwareVersion& firmware)
     : identity_(identity), firmware_(firmware), ip_(ip), parameters_(default_parameters(identity.type)) {}
-
-bool VirtualSettings::has_fan() const {
-  return is_mid40() || identity_.type == DeviceType::horizon || identity_.type == DeviceType::tele15;
-}
 
 void VirtualSettings::set(livox::DataType points, bool nearest_only) {
   const livox::RecordLayout& layout = livox::record_layout(points);
@@ -100,7 +90,7 @@ ParameterError VirtualSettings::check(const livox::Parameter& parameter) const {
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::WriteParametersRequest& request) {
-  if (is_mid40()) return std::nullopt;
+  if (!model().livox.parameters) return std::nullopt;
   for (const livox::Parameter& parameter : request.parameters) {
     const ParameterError error = check(parameter);
     if (error != ParameterError::none) return livox::WriteParametersAck{ReturnCode::failure, parameter.key, error};
@@ -110,7 +100,7 @@ VirtualSettings::Answer VirtualSettings::on(const livox::WriteParametersRequest&
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::ReadParametersRequest& request) {
-  if (is_mid40()) return std::nullopt;
+  if (!model().livox.parameters) return std::nullopt;
   livox::ReadParametersAck ack;
   for (const std::uint16_t key : request.keys) {
     const auto found = parameters_.find(key);
@@ -125,7 +115,7 @@ VirtualSettings::Answer VirtualSettings::on(const livox::ReadParametersRequest& 
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::ResetParametersRequest& request) {
-  if (is_mid40() || identity_.type == DeviceType::horizon) return std::nullopt;
+  if (!model().livox.resets_parameters) return std::nullopt;
   const auto defaults = default_parameters(identity_.type);
   if (request.scope == livox::ParameterReset::all) {
     parameters_ = defaults;
@@ -148,43 +138,42 @@ VirtualSettings::Answer VirtualSettings::on(const livox::ReadExtrinsicsRequest&)
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::RainSuppressionRequest& request) {
-  if (!is_mid40()) return std::nullopt;
+  if (!model().livox.suppresses_rain) return std::nullopt;
   rain_ = request.value;
   return livox::RainSuppressionAck{};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::SetFanRequest& request) {
-  if (!has_fan()) return std::nullopt;
+  if (!model().livox.fan) return std::nullopt;
   fan_ = request.value;
   return livox::SetFanAck{};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::GetFanRequest&) {
-  if (!has_fan()) return std::nullopt;
+  if (!model().livox.fan) return std::nullopt;
   return livox::GetFanAck{ReturnCode::success, fan_};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::SetReturnModeRequest& request) {
-  if (is_mid40()) return std::nullopt;
-  if (request.value == livox::Echoes::triple && identity_.type != DeviceType::avia) return std::nullopt;
+  if (echoes_of(request.value) > model().echoes || !model().livox.return_mode) return std::nullopt;
   if (keeps_echoes_ && echoes_of(request.value) != echoes_of(echoes_)) return std::nullopt;
   echoes_ = request.value;
   return livox::SetReturnModeAck{};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::GetReturnModeRequest&) {
-  if (is_mid40()) return std::nullopt;
+  if (!model().livox.return_mode) return std::nullopt;
   return livox::GetReturnModeAck{ReturnCode::success, echoes_};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::SetImuRateRequest& request) {
-  if (!livox::has_imu(identity_.type)) return std::nullopt;
+  if (!model().has_imu) return std::nullopt;
   imu_rate_ = request.value;
   return livox::SetImuRateAck{};
 }
 
 VirtualSettings::Answer VirtualSettings::on(const livox::GetImuRateRequest&) {
-  if (!livox::has_imu(identity_.type)) return std::nullopt;
+  if (!model().has_imu) return std::nullopt;
   return livox::GetImuRateAck{ReturnCode::success, imu_rate_};
 }
 

@@ -22,7 +22,7 @@ class VirtualSettings {
   [[nodiscard]] livox::DataType point_type() const;
   /// Single return: the first echo, not the strongest.
   [[nodiscard]] bool nearest_only() const { return echoes_ == livox::Echoes::first; }
-  [[nodiscard]] bool sends_imu() const { return livox::has_imu(identity_.type) && imu_rate_ == livox::ImuRate::hz_200; }
+  [[nodiscard]] bool sends_imu() const { return model().has_imu && imu_rate_ == livox::ImuRate::hz_200; }
   [[nodiscard]] bool suppresses_rain() const { return rain_ == livox::Switch::on; }
   /// As it wakes up: set by the rig file of a simulation, by an earlier owner of a real one.
   void set(livox::DataType points, bool nearest_only);
@@ -52,8 +52,8 @@ class VirtualSettings {
     return std::nullopt;
   }
 
+  [[nodiscard]] const LidarFacts& model() const { return livox::facts_of(identity_.type); }
   [[nodiscard]] bool is_mid40() const { return identity_.type == livox::DeviceType::mid40; }
-  [[nodiscard]] bool has_fan() const;
   [[nodiscard]] livox::ParameterError check(const livox::Parameter& parameter) const;
 
   livox::Broadcast identity_;

@@ -22,12 +22,15 @@ Expected<livox::DataType> data_type_of(const Sensor& sensor) {
   const bool spherical = lidar.coordinates == CoordinateSystem::spherical;
   const ReturnMode mode = lidar.return_mode.value_or(ReturnMode::strongest);
   const bool single = mode == ReturnMode::first || mode == ReturnMode::strongest;
-  if (lidar.model == LidarModel::livox_mid40) {
-    if (!single) return device_error(sensor, "a MID-40 has no such return mode", "take return_mode away");
+  const LidarFacts& model = facts_of(lidar.model);
+  if (model.echoes == 1) {
+    if (!single)
+      return device_error(sensor, std::string("a ") + model.name + " has no such return mode", "take return_mode away");
     return spherical ? livox::DataType::spherical : livox::DataType::cartesian;
   }
-  if (mode == ReturnMode::triple && lidar.model != LidarModel::livox_avia)
-    return device_error(sensor, "only an AVIA has the return mode triple", "write return_mode: dual, or take it away");
+  if (mode == ReturnMode::triple && model.echoes < 3)
+    return device_error(sensor, std::string("a ") + model.name + " has no return mode triple",
+                        "write return_mode: dual, or take it away");
   if (mode == ReturnMode::dual) return spherical ? livox::DataType::dual_spherical : livox::DataType::dual_cartesian;
   if (mode == ReturnMode::triple)
     return spherical ? livox::DataType::triple_spherical : livox::DataType::triple_cartesian;
@@ -40,33 +43,10 @@ std::string code_of(const LidarSettings& lidar, livox::DeviceType type, int sens
 
 }  // namespace
 
-std::optional<livox::DeviceType> device_type(LidarModel model) {
-  switch (model) {
-    case LidarModel::livox_avia:
-      return livox::DeviceType::avia;
-    case LidarModel::livox_mid40:
-      return livox::DeviceType::mid40;
-    case LidarModel::livox_mid70:
-      return livox::DeviceType::mid70;
-    case LidarModel::livox_horizon:
-      return livox::DeviceType::horizon;
-    case LidarModel::livox_tele15:
-      return livox::DeviceType::tele15;
-    case LidarModel::other:
-      break;
-  }
-  return std::nullopt;
-}
-
 std::string made_up_code(livox::DeviceType type, int number) {
   std::string digits = std::to_string(number);
   digits.insert(0, 4 - std::min<std::size_t>(4, digits.size()), '0');
-  const char* prefix = "3JED";
-  if (type == livox::DeviceType::mid40) prefix = "0TFD";
-  if (type == livox::DeviceType::mid70) prefix = "3GGD";
-  if (type == livox::DeviceType::horizon) prefix = "1HDD";
-  if (type == livox::DeviceType::tele15) prefix = "1PQD";
-  return std::string(prefix) + "SIM000" + digits + "1";
+  return livox::facts_of(type).livox.code_letters + ("SIM000" + digits) + "1";
 }
 
 std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
@@ -76,7 +56,7 @@ std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
 void set_data_type(SimDevice& device, livox::DataType type) {
   device.points = type;
   device.packet_interval_ns =
-      std::llround(livox::record_layout(type).slots / livox::shots_per_second(device.broadcast.type) * 1e9);
+      std::llround(livox::record_layout(type).slots / livox::facts_of(device.broadcast.type).shots_per_s * 1e9);
 }
 
 Endpoint broadcast_address(const livox::Ipv4& host, std::uint16_t port) {
@@ -108,7 +88,7 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
     const Sensor& sensor = rig.sensors[i];
     if (!sensor.is_lidar()) continue;
-    const auto model = device_type(sensor.lidar->model);
+    const auto model = livox::device_type(sensor.lidar->model);
     if (!model)
       return device_error(sensor, "how a LiDAR of the type 'lidar' scans is not known",
                           "simulate LiDARs of Livox: livox_avia, livox_mid40 and so on");
@@ -126,7 +106,7 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
     const char digit = device.broadcast.broadcast_code.back();
     if (*model == livox::DeviceType::mid40 && digit >= '1' && digit <= '3')
       device.lidar_id = static_cast<std::uint8_t>(digit - '0');
-    device.has_imu = livox::has_imu(*model) && sensor.lidar->imu.value_or(true);
+    device.has_imu = livox::facts_of(*model).has_imu && sensor.lidar->imu.value_or(true);
     device.point_source = {*sensor.lidar->ip, livox::kPointSourcePort};
     device.imu_source = {*sensor.lidar->ip, livox::kImuSourcePort};
     device.data_sink = {*host, static_cast<std::uint16_t>(first_data_port + devices.size())};

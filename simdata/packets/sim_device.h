@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,9 +42,6 @@ constexpr double imu_interval_s = 0.005;
 
 /// Another data type of its points, with the interval between packets that belongs to it.
 void set_data_type(SimDevice& device, livox::DataType type);
-
-/// What a device of this model says that it is; nothing for LiDARs of other makers.
-[[nodiscard]] std::optional<livox::DeviceType> device_type(LidarModel model);
 
 /// A broadcast code for a device that has none, with the first letters of its model's real ones; `number` from 0 to
 /// 9999.

@@ -53,7 +53,7 @@ void cast_rays(benchmark::State& state) {
   const auto scene = load_scene(scenes[state.range(0)]);
   const RayCaster caster(*scene);
   Random random(1);
-  const PrismScanner scanner = PrismScanner::avia(random);
+  const PrismScanner scanner = *PrismScanner::of(LidarModel::livox_avia, random);
   std::vector<Vector3d> directions(96);
   std::int64_t shot = 0;
   for (auto _ : state) {
@@ -69,7 +69,7 @@ BENCHMARK(cast_rays)->DenseRange(0, 2);
 
 void scan_directions(benchmark::State& state) {
   Random random(1);
-  const PrismScanner scanner = PrismScanner::avia(random);
+  const PrismScanner scanner = *PrismScanner::of(LidarModel::livox_avia, random);
   std::vector<Vector3d> directions(96);
   std::int64_t shot = 0;
   for (auto _ : state) {

@@ -10,8 +10,7 @@
 namespace rigcal::speed {
 namespace {
 
-constexpr double seen_share = 0.95;         // of the shots in a courtyard; the others see the sky
-constexpr double slowest_shots_hz = 100e3;  // of a MID-40
+constexpr double seen_share = 0.95;  // of the shots in a courtyard; the others see the sky
 
 // The usual rig, or its first LiDARs, or it and more units like its last around the base.
 Rig rig_with(int lidars) {
@@ -44,6 +43,7 @@ Expected<SpeedSet> make_set(const SetOptions& options) {
   light.seed = options.seed;
   light.turntable.stops = options.stops;
   light.shots_per_patch = std::max(200, static_cast<int>(options.points / options.lidars / options.stops / seen_share));
+  const double slowest_shots_hz = facts_of(LidarModel::livox_mid40).shots_per_s;
   light.turntable.dwell_s = std::max(2.0, light.shots_per_patch / slowest_shots_hz + 0.1);
   Expected<sim::LightRig> made = sim::make_light_rig(*scene, light, rig_with(options.lidars));
   if (!made) return made.error();

@@ -9,32 +9,6 @@ namespace {
 
 constexpr int steps_a_side = 8;
 
-struct Angles {
-  double across_deg = 0.0;  ///< In all.
-  double up_deg = 0.0;
-  bool round = false;
-};
-
-// Data sheets of Livox: Avia 70.4 x 77.2 (not repetitive), Mid-40 38.4 round, Mid-70 70.4 round, Horizon 81.7 x
-// 25.1, Tele-15 14.5 x 16.2.
-Angles angles_of(LidarModel model) {
-  switch (model) {
-    case LidarModel::livox_avia:
-      return {70.4, 77.2, true};
-    case LidarModel::livox_mid40:
-      return {38.4, 38.4, true};
-    case LidarModel::livox_mid70:
-      return {70.4, 70.4, true};
-    case LidarModel::livox_horizon:
-      return {81.7, 25.1, false};
-    case LidarModel::livox_tele15:
-      return {14.5, 16.2, true};
-    case LidarModel::other:
-      break;
-  }
-  return {};
-}
-
 // Corners of a square from -1 to 1 and points between them, around it once.
 std::vector<Eigen::Vector2d> square() {
   std::vector<Eigen::Vector2d> out;
@@ -63,12 +37,12 @@ std::vector<Vector3d> field_of_view(const Sensor& sensor) {
       if (const auto ray = model.ray(pixel)) out.push_back(*ray);
     }
   } else if (sensor.lidar) {
-    const Angles angles = angles_of(sensor.lidar->model);
-    if (angles.across_deg <= 0.0) return out;
+    const LidarField& field = facts_of(sensor.lidar->model).field;
+    if (field.across_deg <= 0.0) return out;
     for (const Eigen::Vector2d& p : square()) {
-      const Eigen::Vector2d q = angles.round ? p.normalized() : p;
-      const double across = to_rad(0.5 * angles.across_deg) * q.x();
-      const double up = to_rad(0.5 * angles.up_deg) * q.y();
+      const Eigen::Vector2d q = field.is_round ? p.normalized() : p;
+      const double across = to_rad(0.5 * field.across_deg) * q.x();
+      const double up = to_rad(0.5 * field.upright_deg) * q.y();
       out.emplace_back(std::cos(up) * std::cos(across), std::cos(up) * std::sin(across), std::sin(up));
     }
   }

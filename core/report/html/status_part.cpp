@@ -25,7 +25,7 @@ std::string type_of(const Rig* rig, const std::string& name) {
   const int index = rig == nullptr ? -1 : rig->find(name);
   if (index < 0) return {};
   const Sensor& sensor = rig->sensors[static_cast<std::size_t>(index)];
-  return sensor.lidar ? to_string(sensor.lidar->model) : "camera";
+  return sensor.lidar ? facts_of(sensor.lidar->model).word : "camera";
 }
 
 std::string list_of(std::vector<std::string>::const_iterator begin, std::vector<std::string>::const_iterator end) {

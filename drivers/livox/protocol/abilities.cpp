@@ -8,56 +8,33 @@
 namespace rigcal::livox {
 namespace {
 
-// The first two numbers of a firmware from which on a model can do something.
-struct Since {
-  DeviceType type = DeviceType::avia;
-  std::uint8_t major = 0;
-  std::uint8_t minor = 0;
-};
-
-template <std::size_t size>
-bool is_listed(const std::array<Since, size>& table, DeviceType type, const FirmwareVersion& firmware) {
-  const auto row = std::find_if(table.begin(), table.end(), [type](const Since& since) { return since.type == type; });
-  if (row == table.end()) return false;
-  return firmware[0] != row->major ? firmware[0] > row->major : firmware[1] >= row->minor;
+bool is_since(const std::optional<FirmwareSince>& since, const FirmwareVersion& firmware) {
+  if (!since) return false;
+  return firmware[0] != since->major ? firmware[0] > since->major : firmware[1] >= since->minor;
 }
 
-constexpr std::array<Since, 5> kReboot{{{DeviceType::mid40, 3, 7},
-                                        {DeviceType::mid70, 10, 3},
-                                        {DeviceType::horizon, 6, 4},
-                                        {DeviceType::tele15, 7, 3},
-                                        {DeviceType::avia, 11, 6}}};
-constexpr std::array<Since, 4> kParameters{
-    {{DeviceType::horizon, 6, 11}, {DeviceType::tele15, 7, 9}, {DeviceType::mid70, 10, 3}, {DeviceType::avia, 11, 6}}};
-constexpr std::array<Since, 3> kFan{
-    {{DeviceType::mid40, 3, 7}, {DeviceType::horizon, 6, 4}, {DeviceType::tele15, 7, 3}}};
-constexpr std::array<Since, 4> kReturnMode{
-    {{DeviceType::mid70, 10, 3}, {DeviceType::horizon, 6, 4}, {DeviceType::tele15, 7, 3}, {DeviceType::avia, 11, 6}}};
-constexpr std::array<Since, 3> kImu{
-    {{DeviceType::horizon, 0, 0}, {DeviceType::tele15, 0, 0}, {DeviceType::avia, 0, 0}}};
-
-bool has_key(DeviceType type, std::uint16_t key) {
+bool has_key(const LivoxFacts& model, std::uint16_t key) {
   switch (static_cast<ParameterKey>(key)) {
     case ParameterKey::high_sensitivity:
-      return type == DeviceType::tele15 || type == DeviceType::avia;
+      return model.has_sensitivity;
     case ParameterKey::scan_pattern:
-      return type == DeviceType::avia;
+      return model.has_scan_choice;
     case ParameterKey::slot_number:
-      return type == DeviceType::mid70 || type == DeviceType::avia;
+      return model.has_slot;
   }
   return false;
 }
 
-bool has_parameters_of(DeviceType type, const ControlPayload& request) {
+bool has_parameters_of(const LivoxFacts& model, const ControlPayload& request) {
   if (const auto* write = std::get_if<WriteParametersRequest>(&request))
     return std::all_of(write->parameters.begin(), write->parameters.end(),
-                       [type](const Parameter& parameter) { return has_key(type, parameter.key); });
+                       [&](const Parameter& parameter) { return has_key(model, parameter.key); });
   return true;
 }
 
-bool is_return_mode_of(DeviceType type, const ControlPayload& request) {
+bool is_return_mode_of(const LidarFacts& model, const ControlPayload& request) {
   const auto* mode = std::get_if<SetReturnModeRequest>(&request);
-  return mode == nullptr || mode->value != Echoes::triple || type == DeviceType::avia;
+  return mode == nullptr || mode->value != Echoes::triple || model.echoes >= 3;
 }
 
 }  // namespace
@@ -80,27 +57,29 @@ Command command_of(const ControlPayload& payload) {
 }
 
 bool can_do(DeviceType type, const FirmwareVersion& firmware, const ControlPayload& request) {
+  const LidarFacts& model = facts_of(type);
+  const LivoxFacts& livox = model.livox;
   switch (command_of(request)) {
     case Command::reboot:
-      return is_listed(kReboot, type, firmware);
+      return is_since(livox.reboot, firmware);
     case Command::set_utc_time:
-      return type != DeviceType::mid40 || is_listed(kReboot, type, firmware);
+      return type != DeviceType::mid40 || is_since(livox.reboot, firmware);
     case Command::reset_parameters:
-      return type != DeviceType::horizon && is_listed(kParameters, type, firmware);
+      return livox.resets_parameters && is_since(livox.parameters, firmware);
     case Command::write_parameters:
     case Command::read_parameters:
-      return is_listed(kParameters, type, firmware) && has_parameters_of(type, request);
+      return is_since(livox.parameters, firmware) && has_parameters_of(livox, request);
     case Command::set_fan:
     case Command::get_fan:
-      return is_listed(kFan, type, firmware);
+      return is_since(livox.fan, firmware);
     case Command::set_return_mode:
     case Command::get_return_mode:
-      return is_listed(kReturnMode, type, firmware) && is_return_mode_of(type, request);
+      return is_since(livox.return_mode, firmware) && is_return_mode_of(model, request);
     case Command::set_imu_rate:
     case Command::get_imu_rate:
-      return is_listed(kImu, type, firmware);
+      return model.has_imu;
     case Command::rain_suppression:
-      return type == DeviceType::mid40;
+      return livox.suppresses_rain;
     default:
       return static_cast<unsigned>(command_of(request)) >> 8U != static_cast<unsigned>(CommandSet::hub);
   }

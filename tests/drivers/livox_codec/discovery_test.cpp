@@ -110,5 +110,22 @@ TEST(Handshake, IsNotTheAnswerToOne) {
   EXPECT_FALSE(parse_handshake(*frame));
 }
 
+TEST(DeviceTypes, AreTheCodesOfTheModels) {
+  EXPECT_EQ(DeviceType::avia, device_type(LidarModel::livox_avia));
+  EXPECT_EQ(DeviceType::mid40, device_type(LidarModel::livox_mid40));
+  EXPECT_EQ(DeviceType::mid70, device_type(LidarModel::livox_mid70));
+  EXPECT_EQ(DeviceType::horizon, device_type(LidarModel::livox_horizon));
+  EXPECT_EQ(DeviceType::tele15, device_type(LidarModel::livox_tele15));
+  EXPECT_EQ(std::nullopt, device_type(LidarModel::other));
+  for (const LidarFacts& row : lidar_models()) {
+    if (const auto type = device_type(row.model)) {
+      EXPECT_EQ(row.model, lidar_model(*type)) << row.word;
+    }
+  }
+  EXPECT_EQ(LidarModel::other, lidar_model(DeviceType::hub));
+  EXPECT_EQ("Hub", model_name(DeviceType::hub));
+  EXPECT_EQ("device type 4", model_name(static_cast<DeviceType>(4)));
+}
+
 }  // namespace
 }  // namespace rigcal::livox

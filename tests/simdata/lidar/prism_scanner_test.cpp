@@ -26,7 +26,8 @@ constexpr double field_tolerance_deg = 0.15;
 TEST(PrismScanner, Mid40SeesAConeOf38Degrees) {
   Random random(1);
   double widest = 0.0;
-  for (const Vector3d& d : seconds_of(PrismScanner::mid40(random), 2.0)) widest = std::max(widest, std::acos(d.x()));
+  for (const Vector3d& d : seconds_of(*PrismScanner::of(LidarModel::livox_mid40, random), 2.0))
+    widest = std::max(widest, std::acos(d.x()));
   EXPECT_NEAR(38.3, 2.0 * to_deg(widest), field_tolerance_deg);
 }
 
@@ -53,7 +54,7 @@ Field field_of(const PrismScanner& scanner) {
 
 TEST(PrismScanner, AviaSees70DegreesAcrossAnd77Upright) {
   Random random(1);
-  const Field field = field_of(PrismScanner::avia(random));
+  const Field field = field_of(*PrismScanner::of(LidarModel::livox_avia, random));
   EXPECT_NEAR(70.5, field.across_deg, field_tolerance_deg);
   EXPECT_NEAR(77.1, field.upright_deg, field_tolerance_deg);
 }
@@ -73,8 +74,8 @@ TEST(PrismScanner, TheOtherModelsSeeWhatTheirDataSheetsSay) {
     const auto scanner = PrismScanner::of(expected.model, random);
     ASSERT_TRUE(scanner.has_value());
     const Field field = field_of(*scanner);
-    EXPECT_NEAR(expected.field.across_deg, field.across_deg, field_tolerance_deg) << to_string(expected.model);
-    EXPECT_NEAR(expected.field.upright_deg, field.upright_deg, field_tolerance_deg) << to_string(expected.model);
+    EXPECT_NEAR(expected.field.across_deg, field.across_deg, field_tolerance_deg) << facts_of(expected.model).word;
+    EXPECT_NEAR(expected.field.upright_deg, field.upright_deg, field_tolerance_deg) << facts_of(expected.model).word;
     EXPECT_EQ(expected.lines, scanner->lines());
     EXPECT_EQ(expected.shots_per_s, scanner->shots_per_s());
   }
@@ -84,7 +85,8 @@ TEST(PrismScanner, TheOtherModelsSeeWhatTheirDataSheetsSay) {
 
 TEST(PrismScanner, TurnsAPacketAsItTurnsEachShot) {
   Random random(4);
-  for (const PrismScanner& scanner : {PrismScanner::avia(random), PrismScanner::mid40(random)}) {
+  for (const PrismScanner& scanner :
+       {*PrismScanner::of(LidarModel::livox_avia, random), *PrismScanner::of(LidarModel::livox_mid40, random)}) {
     const std::int64_t first = 60 * static_cast<std::int64_t>(scanner.shots_per_s());  // after a minute
     std::vector<Vector3d> packet(96);
     scanner.directions(first, packet);
@@ -101,7 +103,7 @@ TEST(PrismScanner, FillsTheFieldRatherThanDrawingOneCurve) {
   Random random(2);
   // In two seconds the scan fills the cone: of cells of one degree inside it nearly all are seen.
   std::vector<bool> seen(40 * 40, false);
-  for (const Vector3d& d : seconds_of(PrismScanner::mid40(random), 2.0)) {
+  for (const Vector3d& d : seconds_of(*PrismScanner::of(LidarModel::livox_mid40, random), 2.0)) {
     const int column = static_cast<int>(std::floor(to_deg(std::atan2(d.y(), d.x())))) + 20;
     const int row = static_cast<int>(std::floor(to_deg(std::atan2(d.z(), d.x())))) + 20;
     seen[static_cast<std::size_t>(row * 40 + column)] = true;

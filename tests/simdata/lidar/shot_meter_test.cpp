@@ -21,7 +21,7 @@ Scene wall_at(double distance, double reflectivity) {
 TEST(ShotMeter, ScattersRangesAsItSays) {
   const Scene scene = wall_at(20.0, 60.0);
   const RayCaster caster(scene);
-  const ShotMeter meter(caster, scene.materials, LidarNoise::avia());
+  const ShotMeter meter(caster, scene.materials, LidarNoise::of(LidarModel::livox_avia));
   Random random(1);
   double sum = 0.0;
   double squares = 0.0;
@@ -41,7 +41,7 @@ TEST(ShotMeter, ScattersRangesAsItSays) {
 TEST(ShotMeter, ScattersDirectionsByTwoHundredthsOfADegree) {
   const Scene scene = wall_at(10.0, 60.0);
   const RayCaster caster(scene);
-  const ShotMeter meter(caster, scene.materials, LidarNoise::avia());
+  const ShotMeter meter(caster, scene.materials, LidarNoise::of(LidarModel::livox_avia));
   Random random(2);
   double squares = 0.0;
   int count = 0;
@@ -67,10 +67,10 @@ double share_returned(double distance, double reflectivity, const LidarNoise& no
 
 TEST(ShotMeter, LosesShotsWithRangeAndDarkness) {
   // Half at the data sheet's range of a 10 % target: five sigma of 4000 are 4 %.
-  EXPECT_NEAR(0.5, share_returned(90.0, 10.0, LidarNoise::mid40()), 0.04);
-  EXPECT_GT(share_returned(10.0, 10.0, LidarNoise::mid40()), 0.98);
-  EXPECT_GT(share_returned(90.0, 80.0, LidarNoise::mid40()), 0.95);
-  EXPECT_EQ(0.0, share_returned(0.8, 50.0, LidarNoise::mid40()));  // nearer than the least range
+  EXPECT_NEAR(0.5, share_returned(90.0, 10.0, LidarNoise::of(LidarModel::livox_mid40)), 0.04);
+  EXPECT_GT(share_returned(10.0, 10.0, LidarNoise::of(LidarModel::livox_mid40)), 0.98);
+  EXPECT_GT(share_returned(90.0, 80.0, LidarNoise::of(LidarModel::livox_mid40)), 0.95);
+  EXPECT_EQ(0.0, share_returned(0.8, 50.0, LidarNoise::of(LidarModel::livox_mid40)));  // nearer than the least range
 }
 
 TEST(ShotMeter, PutsPointsBetweenTwoSurfacesAtADepthEdge) {
@@ -78,7 +78,7 @@ TEST(ShotMeter, PutsPointsBetweenTwoSurfacesAtADepthEdge) {
   // A board 30 cm before the wall whose upper edge the beam straddles: 0.28 degrees are 49 mm there.
   add_box(scene, {Matrix3d::Identity(), Vector3d(10.0, 0.0, -1.0 + 0.005)}, Vector3d(0.02, 4.0, 2.0), 0);
   const RayCaster caster(scene);
-  const ShotMeter meter(caster, scene.materials, LidarNoise::avia());
+  const ShotMeter meter(caster, scene.materials, LidarNoise::of(LidarModel::livox_avia));
   Random random(4);
   int between = 0;
   int tagged = 0;
@@ -97,7 +97,7 @@ TEST(ShotMeter, GivesASecondEchoWhereSurfacesAreFarApart) {
   Scene scene = wall_at(15.0, 60.0);
   add_box(scene, {Matrix3d::Identity(), Vector3d(10.0, 0.0, -1.0 + 0.005)}, Vector3d(0.02, 4.0, 2.0), 0);
   const RayCaster caster(scene);
-  const ShotMeter meter(caster, scene.materials, LidarNoise::avia());
+  const ShotMeter meter(caster, scene.materials, LidarNoise::of(LidarModel::livox_avia));
   Random random(5);
   int second = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -123,8 +123,8 @@ double beyond(double h) {
 TEST(ShotMeter, HasAFootprintAsHighAndAsWideAsTheBeam) {
   // A quarter plane at 10 m before a wall at 30 m: its edges are crossed as far from the beam as the beam is wide.
   LidarNoise noise = LidarNoise::none();
-  noise.divergence_y_rad = LidarNoise::avia().divergence_y_rad;
-  noise.divergence_z_rad = LidarNoise::avia().divergence_z_rad;
+  noise.divergence_y_rad = LidarNoise::of(LidarModel::livox_avia).divergence_y_rad;
+  noise.divergence_z_rad = LidarNoise::of(LidarModel::livox_avia).divergence_z_rad;
   noise.second_ray_share = 1.0;
   EXPECT_NEAR(0.03, to_deg(noise.divergence_y_rad), 1e-12);
   EXPECT_NEAR(0.28, to_deg(noise.divergence_z_rad), 1e-12);
@@ -199,7 +199,7 @@ TEST(ShotMeter, GivesUpToThreeEchoesInTheOrderOfTheirRange) {
 }
 
 TEST(ShotMeter, IsOffByItsBiasAndOnDarkTargetsByMore) {
-  LidarNoise noise = LidarNoise::avia();
+  LidarNoise noise = LidarNoise::of(LidarModel::livox_avia);
   noise.range_bias = -0.012;
   noise.dark_bias = 0.02;
   for (const double reflectivity : {10.0, 50.0, 100.0, 140.0}) {
