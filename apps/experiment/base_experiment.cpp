@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/independent_trials.h"
 #include "apps/experiment/light_runs.h"
 #include "core/base/random.h"
@@ -127,20 +127,19 @@ std::string base_experiment_text(const std::vector<BaseRow>& rows) {
 }
 
 std::string base_experiment_json(const std::vector<BaseRow>& rows) {
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  nlohmann::ordered_json json = experiment_head("base");
+  json["rows"] = nlohmann::ordered_json::array();
   for (const BaseRow& row : rows)
-    all.push_back({{"seed", row.seed},
-                   {"scene", row.scene},
-                   {"stops", row.stops},
-                   {"lidars", row.lidars},
-                   {"failed", row.failed},
-                   {"worst_mm", row.worst_mm},
-                   {"worst_deg", row.worst_deg},
-                   {"good_worst_mm", row.good_worst_mm},
-                   {"good_worst_deg", row.good_worst_deg}});
-  return nlohmann::ordered_json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "base"}, {"rows", all}}.dump(
-             2) +
-         "\n";
+    json["rows"].push_back({{"seed", row.seed},
+                            {"scene", row.scene},
+                            {"stops", row.stops},
+                            {"lidars", row.lidars},
+                            {"failed", row.failed},
+                            {"worst_mm", row.worst_mm},
+                            {"worst_deg", row.worst_deg},
+                            {"good_worst_mm", row.good_worst_mm},
+                            {"good_worst_deg", row.good_worst_deg}});
+  return json_text(json);
 }
 
 }  // namespace rigcal

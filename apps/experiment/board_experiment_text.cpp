@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/svg_file.h"
 #include "core/base/text.h"
 #include "core/geometry/se3.h"
@@ -183,7 +183,8 @@ std::string board_experiment_text(const BoardExperiment& experiment) {
 }
 
 std::string board_experiment_json(const BoardExperiment& experiment) {
-  Json json{{"rigcal", 1}, {"command", "experiment"}, {"paper", "checkerboard"}};
+  Json json = experiment_head("checkerboard");
+  json["paper"] = "checkerboard";  // The older name.
   json["claims"] = Json::array();
   for (const BoardClaim& claim : published_claims()) {
     json["claims"].push_back(
@@ -219,7 +220,7 @@ std::string board_experiment_json(const BoardExperiment& experiment) {
                              {"signs", row.signs},
                              {"signs_right", row.signs_right}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::vector<std::pair<std::string, std::string>> board_experiment_pictures(const std::vector<BoardRow>& rows) {
@@ -234,7 +235,7 @@ std::vector<std::pair<std::string, std::string>> board_experiment_pictures(const
 }
 
 std::vector<std::string> board_experiment_files() {
-  std::vector<std::string> out{"table.txt", "table.json"};
+  std::vector<std::string> out;
   for (const BoardClaim& claim : published_claims()) {
     for (const Figure& figure : figures()) {
       if (has_figure(claim, figure)) out.push_back(file_name(claim.pair, figure));

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/svg_file.h"
 #include "core/report/svg_plot.h"
 
@@ -65,7 +64,9 @@ std::string planes_experiment_text(const PlanesExperiment& experiment) {
 }
 
 std::string planes_experiment_json(const PlanesExperiment& experiment) {
-  Json json{{"rigcal", 1}, {"command", "experiment"}, {"paper", "planes"}, {"trials", experiment.trials}};
+  Json json = experiment_head("planes");
+  json["paper"] = "planes";  // The older name.
+  json["trials"] = experiment.trials;
   json["table"] = Json::array();
   for (const CornerRow& row : experiment.table) {
     json["table"].push_back({{"configuration", row.configuration},
@@ -96,7 +97,7 @@ std::string planes_experiment_json(const PlanesExperiment& experiment) {
                                  {"translation_m", way.translation_m}});
     }
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string moment_svg(const VehicleMoment& moment, const SE3& T_a_b, const std::string& title) {

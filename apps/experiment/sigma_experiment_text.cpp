@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/sigma_experiment.h"
 #include "apps/experiment/svg_file.h"
 #include "core/geometry/se3.h"
@@ -53,7 +53,8 @@ std::string sigma_experiment_text(const std::vector<SigmaRow>& rows) {
 }
 
 std::string sigma_experiment_json(const std::vector<SigmaRow>& rows) {
-  Json json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "sigma"}, {"rows", Json::array()}};
+  Json json = experiment_head("sigma");
+  json["rows"] = Json::array();
   for (const SigmaRow& row : rows) {
     Json scenes = Json::array();
     for (const std::string& scene : scenes_of(row)) {
@@ -76,7 +77,7 @@ std::string sigma_experiment_json(const std::vector<SigmaRow>& rows) {
                             {"failed", row.failed},
                             {"scenes", std::move(scenes)}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string nees_svg(const std::vector<SigmaRow>& rows) {

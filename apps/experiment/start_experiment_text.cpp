@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/start_experiment.h"
 
 namespace rigcal {
@@ -45,9 +44,10 @@ std::string start_experiment_text(const std::vector<StartRow>& rows) {
 }
 
 std::string start_experiment_json(const std::vector<StartRow>& rows) {
-  Json all = Json::array();
-  for (const StartRow& row : rows) all.push_back(json_of(row));
-  return Json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "start"}, {"rows", all}}.dump(2) + "\n";
+  Json json = experiment_head("start");
+  json["rows"] = Json::array();
+  for (const StartRow& row : rows) json["rows"].push_back(json_of(row));
+  return json_text(json);
 }
 
 }  // namespace rigcal

@@ -5,10 +5,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "apps/experiment/bound/light_rig_bound.h"
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/independent_trials.h"
 #include "apps/experiment/light_runs.h"
 #include "core/base/median.h"
@@ -140,15 +140,12 @@ std::string bound_experiment_text(const BoundExperiment& experiment) {
 }
 
 std::string bound_experiment_json(const BoundExperiment& experiment) {
-  Json json{{"rigcal", 1},
-            {"command", "experiment"},
-            {"experiment", "bound"},
-            {"rigs", experiment.options.rigs},
-            {"seed", experiment.options.seed},
-            {"points", experiment.options.points},
-            {"failed", experiment.failed},
-            {"scenes", Json::array()},
-            {"trials", Json::array()}};
+  Json json = experiment_head("bound");
+  json["rigs"] = experiment.options.rigs;
+  json["seed"] = experiment.options.seed;
+  json["points"] = experiment.options.points;
+  json["failed"] = experiment.failed;
+  json["scenes"] = Json::array();
   for (const std::string& scene : scenes_of(experiment)) {
     const BoundFigures f = bound_figures(experiment, scene);
     json["scenes"].push_back({{"scene", scene.empty() ? "all" : scene},
@@ -165,6 +162,7 @@ std::string bound_experiment_json(const BoundExperiment& experiment) {
                               {"median_bound_mm", f.bound_mm},
                               {"median_bound_deg", f.bound_deg}});
   }
+  json["trials"] = Json::array();
   for (const BoundTrial& trial : experiment.trials) {
     json["trials"].push_back(
         {{"scene", trial.scene},
@@ -183,7 +181,7 @@ std::string bound_experiment_json(const BoundExperiment& experiment) {
          {"sigma_deg", to_deg(std::sqrt(trial.sigma_rad2))},
          {"whitened", trial.whitened}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal::bound

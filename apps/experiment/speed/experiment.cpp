@@ -4,6 +4,7 @@
 #include <array>
 #include <iterator>
 
+#include "apps/experiment/parts.h"
 #include "apps/experiment/speed/stopwatch.h"
 #include "core/base/parallel.h"
 #include "core/planes/adjust.h"
@@ -71,13 +72,10 @@ Expected<ManyScans> time_scans(const ExperimentOptions& options, const RunContex
 std::vector<std::string> part_names() { return {"programs", "stages", "scans", "growth"}; }
 
 Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContext& context) {
-  const auto wanted = [&](const char* part) {
-    return options.parts.empty() || std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
-  };
   Experiment out;
   out.threads = thread_count();
   // First, while this process is small.
-  if (wanted("programs")) {
+  if (is_wanted("programs", options.parts)) {
     ProgramOptions programs = options.programs;
     programs.scale = options.scale;
     Expected<std::vector<ProgramRun>> done = time_programs(programs, context);
@@ -86,7 +84,7 @@ Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContex
   }
   context.reporter.progress("bandwidth", -1.0);
   out.bandwidth = measure_bandwidth(static_cast<std::size_t>(std::min(1.0, 10.0 * options.scale) * bandwidth_bytes));
-  if (wanted("stages")) {
+  if (is_wanted("stages", options.parts)) {
     for (const double points : table_points) {
       if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
       context.reporter.progress("stages", static_cast<double>(out.tables.size()) / table_points.size());
@@ -100,13 +98,13 @@ Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContex
       out.tables.push_back(std::move(*table));
     }
   }
-  if (wanted("scans")) {
+  if (is_wanted("scans", options.parts)) {
     context.reporter.progress("scans", -1.0);
     Expected<ManyScans> done = time_scans(options, context);
     if (!done) return done.error();
     out.scans = std::move(*done);
   }
-  if (wanted("growth")) {
+  if (is_wanted("growth", options.parts)) {
     GrowthOptions growth = options.growth;
     growth.scale = options.scale;
     growth.seed = options.seed;

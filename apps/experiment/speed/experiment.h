@@ -60,7 +60,7 @@ struct ExperimentOptions {
 [[nodiscard]] std::string experiment_text(const Experiment& experiment);
 /// See docs/schema/experiment_speed.json.
 [[nodiscard]] std::string experiment_json(const Experiment& experiment);
-/// Names and contents of what is written into a folder: the two above, tables as CSV, pictures.
+/// Names and contents of what is written into a folder beside the two above: tables as CSV, pictures.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> experiment_files(const Experiment& experiment);
 /// All names that there may be.
 [[nodiscard]] std::vector<std::string> experiment_file_names();

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "apps/experiment/experiment_json.h"
 #include "apps/experiment/speed/experiment.h"
 #include "apps/experiment/svg_file.h"
 #include "core/base/text.h"
@@ -133,12 +133,10 @@ Json json_of(const GrowthRow& row) {
 }  // namespace
 
 std::string experiment_json(const Experiment& experiment) {
-  Json json{{"rigcal", 1},
-            {"command", "experiment"},
-            {"experiment", "speed"},
-            {"threads", experiment.threads},
-            {"read_bytes_per_s", experiment.bandwidth.read_bytes_per_s},
-            {"copy_bytes_per_s", experiment.bandwidth.copy_bytes_per_s}};
+  Json json = experiment_head("speed");
+  json["threads"] = experiment.threads;
+  json["read_bytes_per_s"] = experiment.bandwidth.read_bytes_per_s;
+  json["copy_bytes_per_s"] = experiment.bandwidth.copy_bytes_per_s;
   json["goals"] = Json::array();
   for (const Goal& goal : goals_of(experiment)) {
     json["goals"].push_back({{"what", goal.what},
@@ -162,12 +160,11 @@ std::string experiment_json(const Experiment& experiment) {
                      {"iteration_s", scans.iteration_s}};
   }
   for (const GrowthRow& row : experiment.growth) json["growth"].push_back(json_of(row));
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::vector<std::pair<std::string, std::string>> experiment_files(const Experiment& experiment) {
-  std::vector<std::pair<std::string, std::string>> out{{"table.txt", experiment_text(experiment)},
-                                                       {"table.json", experiment_json(experiment)}};
+  std::vector<std::pair<std::string, std::string>> out;
   if (!experiment.tables.empty()) out.emplace_back("stages.csv", stages_csv(experiment));
   if (experiment.growth.empty()) return out;
   out.emplace_back("growth.csv", growth_csv(experiment.growth));
@@ -182,7 +179,7 @@ std::vector<std::pair<std::string, std::string>> experiment_files(const Experime
 }
 
 std::vector<std::string> experiment_file_names() {
-  std::vector<std::string> names{"table.txt", "table.json", "stages.csv", "growth.csv"};
+  std::vector<std::string> names{"stages.csv", "growth.csv"};
   for (const char* by : grown_by) {
     names.push_back("time_by_" + small_letters(by) + ".svg");
     names.push_back("memory_by_" + small_letters(by) + ".svg");

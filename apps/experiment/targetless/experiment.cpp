@@ -1,6 +1,6 @@
 #include "apps/experiment/targetless/experiment.h"
 
-#include <algorithm>
+#include "apps/experiment/parts.h"
 
 namespace rigcal::targetless {
 namespace {
@@ -30,26 +30,23 @@ CameraSetOptions camera_options(const ExperimentOptions& options) {
 std::vector<std::string> part_names() { return {"iterations", "basin", "chain", "time", "cameras"}; }
 
 Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContext& context) {
-  const auto wanted = [&](const char* part) {
-    return options.parts.empty() || std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
-  };
   Experiment out;
-  if (wanted("iterations")) {
+  if (is_wanted("iterations", options.parts)) {
     Expected<IterationsExperiment> done = try_iterations(lidar_options(options, iterations_trials), context);
     if (!done) return done.error();
     out.iterations = std::move(*done);
   }
-  if (wanted("basin")) {
+  if (is_wanted("basin", options.parts)) {
     Expected<std::vector<BasinCell>> done = try_basin(lidar_options(options, basin_trials), context);
     if (!done) return done.error();
     out.basin = std::move(*done);
   }
-  if (wanted("chain")) {
+  if (is_wanted("chain", options.parts)) {
     Expected<std::vector<ChainRow>> done = try_chain(lidar_options(options, chain_trials), context);
     if (!done) return done.error();
     out.chain = std::move(*done);
   }
-  if (wanted("time")) {
+  if (is_wanted("time", options.parts)) {
     Expected<TimeExperiment> done = measure_times(lidar_options(options, 1), context);
     if (!done) return done.error();
     out.time = std::move(*done);
@@ -57,7 +54,7 @@ Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContex
     if (!cameras) return cameras.error();
     out.camera_time = std::move(*cameras);
   }
-  if (wanted("cameras")) {
+  if (is_wanted("cameras", options.parts)) {
     Expected<CameraExperiment> done =
         try_cameras(options.trials.value_or(cameras_trials), camera_options(options), context);
     if (!done) return done.error();

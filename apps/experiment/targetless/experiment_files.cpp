@@ -150,8 +150,7 @@ std::string basin_svg(const std::vector<BasinCell>& cells) {
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> experiment_files(const Experiment& experiment) {
-  std::vector<std::pair<std::string, std::string>> out{{"table.txt", experiment_text(experiment)},
-                                                       {"table.json", experiment_json(experiment)}};
+  std::vector<std::pair<std::string, std::string>> out;
   if (experiment.iterations) {
     const IterationsExperiment& iterations = *experiment.iterations;
     out.emplace_back("iterations.csv", iterations_csv(iterations));
@@ -203,9 +202,9 @@ std::vector<std::pair<std::string, std::string>> experiment_files(const Experime
 }
 
 std::vector<std::string> experiment_file_names() {
-  return {"table.txt", "table.json",      "iterations.csv", "iterations_rotation.svg", "iterations_translation.svg",
-          "basin.csv", "basin.svg",       "chain.csv",      "chain_rotation.svg",      "chain_translation.svg",
-          "time.csv",  "camera_time.csv", "cameras.csv",    "cameras_rotation.svg",    "cameras_translation.svg"};
+  return {"iterations.csv", "iterations_rotation.svg", "iterations_translation.svg", "basin.csv", "basin.svg",
+          "chain.csv",      "chain_rotation.svg",      "chain_translation.svg",      "time.csv",  "camera_time.csv",
+          "cameras.csv",    "cameras_rotation.svg",    "cameras_translation.svg"};
 }
 
 }  // namespace rigcal::targetless

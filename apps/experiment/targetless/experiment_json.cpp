@@ -1,4 +1,4 @@
-#include <nlohmann/json.hpp>
+#include "apps/experiment/experiment_json.h"
 
 #include "apps/experiment/targetless/experiment.h"
 #include "core/geometry/se3.h"
@@ -112,14 +112,14 @@ void put_rows(const char* name, const std::vector<Row>& rows, Json& json) {
 }  // namespace
 
 std::string experiment_json(const Experiment& experiment) {
-  Json json{{"rigcal", 1}, {"command", "experiment"}, {"experiment", "targetless"}};
+  Json json = experiment_head("targetless");
   if (experiment.iterations) json["iterations"] = json_of(*experiment.iterations);
   put_rows("basin", experiment.basin, json);
   put_rows("chain", experiment.chain, json);
   if (experiment.time) json["time"] = json_of(*experiment.time);
   put_rows("camera_time", experiment.camera_time, json);
   if (experiment.cameras) json["cameras"] = json_of(*experiment.cameras);
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace rigcal::targetless

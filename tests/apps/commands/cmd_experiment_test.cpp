@@ -43,6 +43,7 @@ TEST_F(ExperimentCommand, RefusesOptionsOfOtherExperiments) {
            Case{"targetless --mountings 2", "--mountings: is of planes, not of targetless;"},
            Case{"planes --rigs 2", "--rigs: is of checkerboard, sigma, bound, start, base, not of planes;"},
            Case{"planes --part pairs", "--part: is of targetless, checkerboard, speed, not of planes;"},
+           Case{"speed --part pairs", "--part: speed has no part 'pairs';"},
            Case{"speed --draws 2", "--draws: is of checkerboard, not of speed;"},
            Case{"speed --sets 2", "--sets: is of checkerboard, not of speed;"},
            Case{"speed --boards 3", "--boards: is of checkerboard, not of speed;"},
