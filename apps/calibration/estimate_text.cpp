@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 namespace rigcal {
 namespace {
@@ -110,7 +109,7 @@ std::vector<std::string> estimate_block(const StopEstimate& estimate) {
   return lines;
 }
 
-std::string estimates_json(const std::vector<StopEstimate>& estimates) {
+Json estimates_json(const std::vector<StopEstimate>& estimates) {
   Json json = Json::array();
   for (const StopEstimate& estimate : estimates) {
     Json lidars = Json::array();
@@ -122,7 +121,7 @@ std::string estimates_json(const std::vector<StopEstimate>& estimates) {
                     {"lidars", std::move(lidars)},
                     {"advice", advice_json(estimate)}});
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json;
 }
 
 }  // namespace rigcal

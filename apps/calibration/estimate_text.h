@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,6 @@ namespace rigcal {
 /// The same for a terminal of 80 columns.
 [[nodiscard]] std::vector<std::string> estimate_block(const StopEstimate& estimate);
 /// All that is known after each stop, as the JSON array `estimates` of docs/schema/calibrate.json.
-[[nodiscard]] std::string estimates_json(const std::vector<StopEstimate>& estimates);
+[[nodiscard]] nlohmann::ordered_json estimates_json(const std::vector<StopEstimate>& estimates);
 
 }  // namespace rigcal

@@ -257,12 +257,9 @@ std::string capture_json(const CaptureSummary& summary, const LiveResult* calibr
   json["gaps"] = summary.gaps;
   json["notes"] = summary.notes;
   if (calibration != nullptr) {
-    json["calibration"] = {{"out", calibration->out},
-                           {"status", to_string(calibration->result.status)},
-                           {"closing_s", summary.closing_s},
-                           {"solved_s", calibration->solved_s},
-                           {"wall_s", calibration->wall_s},
-                           {"estimates", nlohmann::ordered_json::parse(estimates_json(calibration->estimates))}};
+    json["calibration"] = {{"out", calibration->out},        {"status", to_string(calibration->result.status)},
+                           {"closing_s", summary.closing_s}, {"solved_s", calibration->solved_s},
+                           {"wall_s", calibration->wall_s},  {"estimates", estimates_json(calibration->estimates)}};
   }
   return json_text(json);
 }

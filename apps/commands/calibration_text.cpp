@@ -44,7 +44,7 @@ std::string calibration_json(const CalibrationResult& result, const std::string&
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(report_json(result));
   json["command"] = "calibrate";
   json["out"] = out;
-  if (!estimates.empty()) json["estimates"] = nlohmann::ordered_json::parse(estimates_json(estimates));
+  if (!estimates.empty()) json["estimates"] = estimates_json(estimates);
   return json_text(json);
 }
 

@@ -103,7 +103,7 @@ std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEst
             {"result", nullptr}};
   for (const CaptureDevice& device : status.devices) json["sensors"].push_back(sensor_json(device));
   for (const CaptureCamera& camera : status.cameras) json["cameras"].push_back(camera_json(camera));
-  if (known != nullptr) json["estimates"] = Json::parse(estimates_json(known->estimates));
+  if (known != nullptr) json["estimates"] = estimates_json(known->estimates);
   if (result != nullptr) json["result"] = result_json(*result);
   // A browser asks again for the pictures.
   for (Json& camera : json["cameras"]) {

@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "core/base/text.h"
 #include "core/base/version.h"
-#include "core/report/camera_texts.h"
 #include "core/report/matrix_text.h"
 
 namespace rigcal {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Vector3d rotation_stddev_deg(const SensorResult& sensor) {
   return sensor.covariance.diagonal().head<3>().cwiseSqrt() * (180.0 / pi);
@@ -50,6 +46,17 @@ std::string sensor_yaml(const SensorResult& sensor) {
   return text;
 }
 
+std::string intrinsics_text(const CameraIntrinsics& intrinsics) {
+  const auto entry = [](const char* key, double value) { return std::string(", ") + key + ": " + number_text(value); };
+  return std::string("{model: ") + (intrinsics.model == DistortionModel::radtan ? "radtan" : "equidistant") +
+         ", width: " + std::to_string(intrinsics.width) + ", height: " + std::to_string(intrinsics.height) +
+         entry("fx", intrinsics.fx) + entry("fy", intrinsics.fy) + entry("cx", intrinsics.cx) +
+         entry("cy", intrinsics.cy) + ", distortion: " +
+         list_text(Eigen::Map<const Eigen::VectorXd>(intrinsics.distortion.data(),
+                                                     static_cast<Eigen::Index>(intrinsics.distortion.size()))) +
+         "}";
+}
+
 // Intrinsics are part of a result where they were to be found, too.
 std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& result) {
   for (const CameraEvidence& camera : result.cameras) {
@@ -57,86 +64,6 @@ std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& re
     return "    intrinsics: " + intrinsics_text(camera.estimate.intrinsics) + "\n";
   }
   return {};
-}
-
-Json weak_json(const WeakDirection& weak) {
-  Json json{{"of", weak.is_turn ? "turn" : "place"}, {"axis", {weak.axis.x(), weak.axis.y(), weak.axis.z()}}};
-  if (weak.is_turn) json["bound_deg"] = to_deg(weak.bound);
-  if (!weak.is_turn) json["bound_m"] = weak.bound;
-  json["open"] = weak.is_open;
-  json["frozen"] = weak.is_frozen;
-  json["missing"] = weak.missing;
-  return json;
-}
-
-Json sensor_json(const SensorResult& sensor) {
-  Json json{{"name", sensor.name}, {"status", to_string(sensor.status)}, {"reasons", sensor.reasons}};
-  if (sensor.T_base_sensor) {
-    const Vector3d mm = translation_stddev_m(sensor) * 1e3;
-    const Vector3d deg = rotation_stddev_deg(sensor);
-    json["stddev_translation_mm"] = {mm.x(), mm.y(), mm.z()};
-    json["stddev_rotation_deg"] = {deg.x(), deg.y(), deg.z()};
-  }
-  for (const WeakDirection& weak : sensor.weak_directions) json["weak_directions"].push_back(weak_json(weak));
-  if (sensor.hold_out.ratio > 0.0) {
-    const HoldOutFigures& figures = sensor.hold_out;
-    json["hold_out"] = {{"over_noise", figures.ratio},
-                        {"rms", figures.rms},
-                        {"rms_at_guess", figures.start_rms},
-                        {"unit", figures.unit}};
-  }
-  if (sensor.range_offset) {
-    json["range_offset"] = {{"mm", 1e3 * sensor.range_offset->value_m},
-                            {"sigma_mm", 1e3 * sensor.range_offset->sigma_m}};
-  }
-  return json;
-}
-
-// What the run was made from, and what it changed.
-void add_evidence(const CalibrationResult& result, Json& json) {
-  if (!result.settings.empty()) {
-    json["settings"] = Json::object();
-    for (const auto& [name, value] : result.settings) json["settings"][name] = value;
-  }
-  json["inputs"] = Json::array();
-  for (const InputDigest& input : result.inputs) {
-    json["inputs"].push_back({{"path", input.path},
-                              {"files", input.files},
-                              {"bytes", input.bytes},
-                              {"sha256", input.sha256},
-                              {"in_part", input.in_part}});
-  }
-  json["shared_surfaces"] = Json::array();
-  for (const SharedSurfaces& pair : result.shared_surfaces) {
-    const Json sensors = pair.first.empty() ? Json::array() : Json{pair.first, pair.second};
-    json["shared_surfaces"].push_back({{"sensors", sensors},
-                                       {"surfaces", pair.surfaces},
-                                       {"before_mm", 1e3 * pair.before_m},
-                                       {"after_mm", 1e3 * pair.after_m}});
-  }
-  if (result.clocks.empty()) return;
-  json["clocks"] = Json::array();
-  for (const ClockReport& clock : result.clocks) {
-    json["clocks"].push_back({{"sensor", clock.sensor},
-                              {"drift_ppm", clock.drift_ppm},
-                              {"jitter_us", clock.jitter_us},
-                              {"max_delay_us", clock.max_delay_us},
-                              {"jumps", clock.jumps},
-                              {"strays", clock.strays}});
-  }
-}
-
-Json stage_json(const StageReport& stage) {
-  Json json{{"name", stage.name}, {"wall_s", stage.wall_s}, {"iterations", stage.iterations}};
-  // Not finite numbers would be written as null, which is what they are here: not known.
-  if (stage.cost_before) json["cost_before"] = *stage.cost_before;
-  if (stage.cost_after) json["cost_after"] = *stage.cost_after;
-  if (!stage.costs.empty()) json["costs"] = stage.costs;
-  json["peak_memory_mb"] = stage.peak_memory_mb;
-  Json counts = Json::object();
-  for (const auto& [name, value] : stage.counts) counts[name] = value;
-  json["counts"] = counts;
-  return json;
 }
 
 // Nine decimals from an integer: a double would keep only some hundred nanoseconds of a UTC time.
@@ -212,37 +139,5 @@ std::string trajectory_tum(const CalibrationResult& result) {
   }
   return text;
 }
-
-std::string report_json(const CalibrationResult& result) {
-  Json json{{"rigcal", format_version},
-            {"versions", {{"rigcal", version()}, {"compiler", __VERSION__}}},
-            {"method", result.method},
-            {"base", result.base},
-            {"status", to_string(result.status)}};
-  json["sensors"] = Json::array();
-  for (const SensorResult& sensor : result.sensors) json["sensors"].push_back(sensor_json(sensor));
-  const auto known = std::count_if(result.trajectory.begin(), result.trajectory.end(),
-                                   [](const StopPose& pose) { return pose.known; });
-  json["stops"] = {{"found", result.trajectory.size()}, {"solved", known}};
-  json["map_points"] = result.map.size();
-  double wall_s = 0.0;
-  double peak_mb = 0.0;
-  json["stages"] = Json::array();
-  for (const StageReport& stage : result.stages) {
-    wall_s += stage.wall_s;
-    peak_mb = std::max(peak_mb, stage.peak_memory_mb);
-    json["stages"].push_back(stage_json(stage));
-  }
-  json["wall_s"] = wall_s;
-  json["peak_memory_mb"] = peak_mb;
-  json["warnings"] = result.warnings;
-  if (!result.cameras.empty()) json["cameras"] = Json::parse(cameras_json(result));
-  if (!result.packets.empty()) json["packets"] = result.packets;
-  add_evidence(result, json);
-  // A file name in a warning need not be UTF-8: such bytes are replaced, not thrown at the user.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string weak_direction_json(const WeakDirection& weak) { return weak_json(weak).dump(); }
 
 }  // namespace rigcal

@@ -24,7 +24,4 @@ namespace rigcal {
 /// report.json: stages, counts, warnings, versions, status of each sensor, peak memory; docs/schema/report.json.
 [[nodiscard]] std::string report_json(const CalibrationResult& result);
 
-/// An entry of `weak_directions`, as report.json and an export have it: an object.
-[[nodiscard]] std::string weak_direction_json(const WeakDirection& weak);
-
 }  // namespace rigcal

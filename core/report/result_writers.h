@@ -35,6 +35,8 @@ struct PlacedRig {
 
 // Bare numbers: result_lists.cpp.
 [[nodiscard]] std::string mlcc_lines(const PlacedRig& rig);
+
+// All of it as JSON: result_json.cpp.
 [[nodiscard]] std::string result_json(const CalibrationResult& result, const PlacedRig& placed);
 
 }  // namespace rigcal
