@@ -19,11 +19,9 @@ struct ReadResult {
 Expected<ReadResult> read_result(const std::string& path) {
   const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(path);
   if (!extrinsics) return extrinsics.error();
-  Expected<CalibrationResult> result = result_from(*extrinsics);
-  if (result) return ReadResult{std::move(*result), extrinsics->intrinsics};
-  Error wrong = result.error();
-  wrong.where = path;
-  return wrong;
+  Expected<CalibrationResult> result = result_from(*extrinsics, path);
+  if (!result) return result.error();
+  return ReadResult{std::move(*result), extrinsics->intrinsics};
 }
 
 // A sensor with intrinsics is a camera, whatever else is known of it; what was found counts more than what was known

@@ -23,8 +23,8 @@ struct LoadedResult {
 Expected<LoadedResult> load(const std::string& path) {
   const Expected<ExtrinsicsFile> extrinsics = load_extrinsics(path);
   if (!extrinsics) return extrinsics.error();
-  Expected<CalibrationResult> result = result_from(*extrinsics);
-  if (!result) return Error{result.error().kind, result.error().what, path, result.error().mend};
+  Expected<CalibrationResult> result = result_from(*extrinsics, path);
+  if (!result) return result.error();
   return LoadedResult{std::move(*result), !extrinsics->status.empty()};
 }
 

@@ -1,8 +1,9 @@
 #include "core/io/extrinsics_file.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
+#include <string_view>
+#include <vector>
 
 #include "core/io/sensor_transforms.h"
 #include "core/rig/rig.h"
@@ -162,6 +163,7 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
   const std::optional<YamlMap> list = top.map("sensors", {});
   if (!list) return file;
   const YamlNode& node = *top.get("sensors");
+  const std::vector<std::string_view> words{"good", "weak", "failed"};
   for (std::size_t i = 0; i < node.items.size() && top.errors().ok(); ++i) {
     const YamlKey& key = node.keys[i];
     if (!is_plain_name(key.name))
@@ -169,9 +171,8 @@ ExtrinsicsFile read_sensor_transforms(const YamlMap& top) {
     const YamlMap entry(node.items[i], "sensors." + key.name, top.errors(), {});
     file.names.push_back(key.name);
     if (entry.has("reasons")) file.reasons[key.name] = read_reasons(entry);
-    constexpr std::array<const char*, 3> words{"good", "weak", "failed"};
     if (entry.has("weak_directions")) file.weak_directions[key.name] = read_weak_directions(entry);
-    const std::optional<std::size_t> status = entry.choice("status", {"good", "weak", "failed"});
+    const std::optional<std::size_t> status = entry.choice("status", words);
     if (status) file.status[key.name] = words[*status];
     const bool failed = status && file.status[key.name] == "failed";
     if (failed && !entry.has("translation") && !entry.has("rotation_xyzw")) continue;

@@ -53,21 +53,21 @@ struct LivoxFacts {
   bool suppresses_rain = false;
 };
 
-/// All that is known of a LiDAR model, by data sheets where nothing else is said. The defaults are those of a LiDAR of
+/// All that is known of a LiDAR model, by data sheets where nothing else is said. As it is made here, it is one of
 /// which nothing is known.
 struct LidarFacts {
   LidarModel model = LidarModel::other;
   const char* word = "lidar";  ///< The type in a rig file.
   const char* name = "";       ///< As its maker writes it.
   LidarField field{};
-  double shots_per_s = 240e3;
-  int echoes = 1;  ///< Most that it tells of a shot. One with 1 has no return modes and no tags.
+  double shots_per_s = 240e3;  ///< Most are as fast.
+  int echoes = 1;              ///< Most that it tells of a shot. One with 1 has no return modes and no tags.
   bool has_imu = false;
-  double min_range_m = 1.0;
-  double max_range_m = 450.0;
-  double range_at_10_percent_m = 190.0;  ///< Where half of the shots at a 10 % target return.
-  double angle_sigma_deg = 0.0;          ///< Of a direction, a part of the precision that the data sheet promises.
-  double beam_upright_deg = 0.0;         ///< Full width of the beam; 0: not known.
+  double min_range_m = 0.0;
+  double max_range_m = 0.0;
+  double range_at_10_percent_m = 0.0;  ///< Where half of the shots at a 10 % target return.
+  double angle_sigma_deg = 0.0;        ///< Of a direction, a part of the precision that the data sheet promises.
+  double beam_upright_deg = 0.0;       ///< Full width of the beam; 0: not known.
   double beam_level_deg = 0.0;
   ScanPattern scan{};
   LivoxFacts livox{};

@@ -100,8 +100,8 @@ std::optional<ResultFormat> result_format(std::string_view name) {
   return static_cast<ResultFormat>(found - names.begin());
 }
 
-Expected<CalibrationResult> result_from(const ExtrinsicsFile& file) {
-  if (!is_plain_name(file.base)) return input_error("the name of the base cannot stand for a frame");
+Expected<CalibrationResult> result_from(const ExtrinsicsFile& file, const std::string& place) {
+  if (!is_plain_name(file.base)) return input_error("the name of the base cannot stand for a frame", place);
   CalibrationResult result;
   result.base = file.base;
   result.method = file.method;

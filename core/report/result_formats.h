@@ -20,8 +20,8 @@ enum class ResultFormat { ros2_tf, urdf, autoware, kalibr, opencv, colmap, mlcc,
 [[nodiscard]] std::optional<ResultFormat> result_format(std::string_view name);
 
 /// The part of a result that its extrinsics.yaml holds; the base comes first where the file does not list it. Error: a
-/// base that no frame can be called.
-[[nodiscard]] Expected<CalibrationResult> result_from(const ExtrinsicsFile& file);
+/// base that no frame can be called, at `place`.
+[[nodiscard]] Expected<CalibrationResult> result_from(const ExtrinsicsFile& file, const std::string& place = {});
 
 struct ExportedResult {
   std::string text;

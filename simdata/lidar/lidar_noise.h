@@ -21,7 +21,7 @@ struct LidarNoise {
   double second_ray_share = 0.2;       ///< Shots of which a second part of the footprint is looked at.
   double pulse_length = 0.75;  ///< Two surfaces in one footprint nearer together than this (5 ns) come as one point.
 
-  /// 15 mm + 0.25 mm/m, all else as core/records/lidar_models.h has it.
+  /// Of a model whose scan is known: 15 mm + 0.25 mm/m, all else as core/records/lidar_models.h has it.
   [[nodiscard]] static LidarNoise of(LidarModel model);
   /// No noise, no losses, no bleeding: for tests.
   [[nodiscard]] static LidarNoise none();
