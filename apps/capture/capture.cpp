@@ -49,7 +49,7 @@ std::map<int, std::string> misread_formats(const Rig& rig,
 std::vector<std::string> names_of_lidars(const Rig& rig) {
   std::vector<std::string> names;
   for (const Sensor& sensor : rig.sensors)
-    if (sensor.is_lidar() && sensor.lidar->model != LidarModel::other) names.push_back(sensor.name);
+    if (sensor.is_livox()) names.push_back(sensor.name);
   return names;
 }
 

@@ -43,7 +43,7 @@ Expected<livox::DriverOptions> driver_options(const Rig& rig) {
   options.host_ip = rig.network.host_ip;
   options.send_utc = rig.network.send_utc;
   for (const Sensor& sensor : rig.sensors) {
-    if (!sensor.is_lidar() || sensor.lidar->model == LidarModel::other) continue;
+    if (!sensor.is_livox()) continue;
     if (sensor.lidar->broadcast_code.empty() && !sensor.lidar->ip)
       return input_error("has neither a broadcast_code nor an ip", "sensor '" + sensor.name + "' of the rig",
                          "add one of them: a live LiDAR is known by it");

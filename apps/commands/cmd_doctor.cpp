@@ -85,7 +85,7 @@ Expected<std::vector<Check>> examine(const Rig& rig, const std::string& rig_file
   if (!driver) return driver.error();
   LidarFindings findings;
   for (const Sensor& sensor : rig.sensors)
-    if (sensor.is_lidar() && sensor.lidar->model != LidarModel::other) findings.sensors.push_back(sensor.name);
+    if (sensor.is_livox()) findings.sensors.push_back(sensor.name);
   LidarIngest ingest(rig, {}, {});
   Datagram datagram;
   const auto start = Clock::now();
@@ -106,9 +106,7 @@ Expected<std::vector<Check>> examine(const Rig& rig, const std::string& rig_file
 }
 
 bool has_livox(const Rig& rig) {
-  return std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& sensor) {
-    return sensor.is_lidar() && sensor.lidar->model != LidarModel::other;
-  });
+  return std::any_of(rig.sensors.begin(), rig.sensors.end(), [](const Sensor& sensor) { return sensor.is_livox(); });
 }
 
 /// What keeps this machine from its LiDARs is one finding among others; a rig file that is wrong is an error.

@@ -142,7 +142,7 @@ Expected<Topic*> BagBatches::topic_of(const BagConnection& connection) {
     }
     const Sensor& sensor = rig_.sensors[static_cast<std::size_t>(wish.sensor)];
     if (wish.use == TopicUse::points) {
-      topic.filter = PointFilter(sensor.lidar->model != LidarModel::other, sensor.lidar->range_m);
+      topic.filter = PointFilter(sensor.is_livox(), sensor.lidar->range_m);
     }
   }
   by_sender_[&connection] = &topic;

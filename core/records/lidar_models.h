@@ -71,6 +71,8 @@ struct LidarFacts {
   double beam_level_deg = 0.0;
   ScanPattern scan{};
   LivoxFacts livox{};
+
+  [[nodiscard]] constexpr bool is_livox() const { return livox.type_code != 0; }
 };
 
 /// One row a model, the last of them `other`.

@@ -75,6 +75,7 @@ struct Sensor {
   std::optional<CameraSettings> camera;
   std::optional<SE3> initial_T_base_sensor;
   [[nodiscard]] bool is_lidar() const { return lidar.has_value(); }
+  [[nodiscard]] bool is_livox() const { return lidar && facts_of(lidar->model).is_livox(); }
 };
 
 struct TurntableSettings {

@@ -23,7 +23,7 @@ std::string read_folder(const YamlMap& map) {
 }
 
 void read_lidar_addresses(const YamlMap& map, LidarSettings& lidar) {
-  if (lidar.model == LidarModel::other && map.has("broadcast_code")) {
+  if (!facts_of(lidar.model).is_livox() && map.has("broadcast_code")) {
     map.fail("broadcast_code", "is given, but only Livox sensors have one", "remove it or correct the type");
   }
   if (const auto code = map.text("broadcast_code")) {

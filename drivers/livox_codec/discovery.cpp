@@ -18,8 +18,8 @@ bool is_device_type(DeviceType type) { return type == DeviceType::hub || lidar_m
 }  // namespace
 
 std::optional<DeviceType> device_type(LidarModel model) {
-  const std::uint8_t code = rigcal::facts_of(model).livox.type_code;
-  return code == code_of(DeviceType::hub) ? std::nullopt : std::optional(static_cast<DeviceType>(code));
+  const LidarFacts& facts = rigcal::facts_of(model);
+  return facts.is_livox() ? std::optional(static_cast<DeviceType>(facts.livox.type_code)) : std::nullopt;
 }
 
 LidarModel lidar_model(DeviceType type) {
