@@ -1,12 +1,12 @@
 #include "apps/calibration/live_result.h"
 
-#include <chrono>
 #include <optional>
 #include <utility>
 
 #include "apps/calibration/calibration_run.h"
 #include "apps/calibration/input_digester.h"
 #include "apps/recording/stream_recording.h"
+#include "core/base/seconds.h"
 #include "core/pipeline/stage_clock.h"
 
 namespace rigcal {
@@ -34,10 +34,8 @@ class KeepingReporter final : public Reporter {
 Expected<LiveResult> finish_live(const std::string& session, const StopReading& reading, LiveCalibration& calibration,
                                  const std::string& out, const RunContext& context,
                                  const std::function<void(const CalibrationResult&, double)>& solved) {
-  const auto begun = std::chrono::steady_clock::now();
-  const auto passed_s = [begun] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  };
+  const auto begun = SteadyClock::now();
+  const auto passed_s = [begun] { return seconds_since(begun); };
   KeepingReporter reporter(context.reporter);
   const RunContext kept{reporter, context.stop};
   StageClock clock;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "core/io/output_file.h"
 #include "core/io/png_file.h"
 #include "core/records/pixel_format.h"
@@ -66,7 +67,7 @@ bool CameraRecorder::has_left_a_camera() { return has_left; }
 void CameraRecorder::stop() {
   is_stopped_ = true;
   const std::lock_guard lock(mutex_);
-  if (!stopped_at_) stopped_at_ = std::chrono::steady_clock::now();
+  if (!stopped_at_) stopped_at_ = SteadyClock::now();
 }
 
 void CameraRecorder::finish() {
@@ -90,7 +91,7 @@ void CameraRecorder::finish() {
   if (writer_.joinable()) writer_.join();
 }
 
-std::int64_t CameraRecorder::now_ns() const { return clock_.from_monotonic(net::read_clocks().monotonic_ns); }
+std::int64_t CameraRecorder::now_ns() const { return clock_.from_monotonic(monotonic_now_ns()); }
 
 void CameraRecorder::tell(std::string text, bool is_gap) {
   const std::int64_t stamp_ns = now_ns();
@@ -233,7 +234,7 @@ void CameraRecorder::take_frames() {
 // Triggers a camera that is triggered by software, where it is time. How long to wait for what comes.
 std::int64_t CameraRecorder::tell_camera() {
   if (!wanted_.is_told || !are_wanted_) return kLookNs;
-  const std::int64_t now_ns = net::read_clocks().monotonic_ns;
+  const std::int64_t now_ns = monotonic_now_ns();
   if (now_ns >= image_due_ns_) {
     const auto told = camera_->trigger();
     // One that is gone is told of as such; the same trouble is told once.

@@ -15,6 +15,7 @@
 #include "apps/cameras/frame_matching.h"
 #include "apps/cameras/rig_cameras.h"
 #include "core/base/heartbeat.h"
+#include "core/base/seconds.h"
 #include "core/clocks/device_clock.h"
 #include "core/io/frame_files.h"
 #include "drivers/net/session_clock.h"
@@ -132,7 +133,7 @@ class CameraRecorder {
   std::size_t count_ = 0;
   bool has_ended_ = false;  ///< No more frames.
   bool is_free_ = false;    ///< The camera is closed.
-  std::optional<std::chrono::steady_clock::time_point> stopped_at_;
+  std::optional<SteadyClock::time_point> stopped_at_;
   CaptureCamera status_;
   std::vector<CaptureEvent> events_;
   std::string last_trouble_;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr int kFramesToSee = 5;
 constexpr std::int64_t kLookNs = 100'000'000;
@@ -31,8 +31,8 @@ CameraFinding survey(const RigCamera& wanted, CameraDrivers& drivers, double sec
     finding.trouble = started.error();
     return finding;
   }
-  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-  for (int frames = 0; frames < kFramesToSee && Clock::now() < end && !stop.stop_requested();) {
+  const auto end = SteadyClock::now() + std::chrono::duration<double>(seconds);
+  for (int frames = 0; frames < kFramesToSee && SteadyClock::now() < end && !stop.stop_requested();) {
     if (wanted.is_told) static_cast<void>(opened->trigger());
     const auto delivery = opened->next(kLookNs);
     if (delivery && delivery->kind == camera::Delivery::Kind::frame) ++frames;

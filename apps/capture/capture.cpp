@@ -18,13 +18,12 @@
 #include "apps/capture/thread_watch.h"
 #include "apps/capture/trigger_recorder.h"
 #include "apps/recording/recorded_formats.h"
+#include "core/base/seconds.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds look_period{100};
 constexpr std::chrono::milliseconds show_period{500};
@@ -62,7 +61,7 @@ std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const Capt
   if (link.losses > 0) all.push_back("its connection was lost " + times_text(link.losses));
   if (link.interruptions > link.losses) all.push_back("it was interrupted " + times_text(link.interruptions));
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
-    all.push_back("nothing came from it in the last " + std::to_string(silence_ns / 1'000'000'000) + " s");
+    all.push_back("nothing came from it in the last " + std::to_string(silence_ns / ns_per_second) + " s");
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)
     all.push_back(livox::missing_text(missing.setting, missing.outcome) + ": " +
                   livox::mend_of_missing(missing.outcome));
@@ -139,9 +138,9 @@ class Capture {
       if (parts_.trigger != nullptr) parts_.trigger->hold(!guide_.wants_images());
       for (const auto& camera : parts_.cameras) camera->want_images(guide_.wants_images());
       if (wish.end) break;
-      if (wish.secure || Clock::now() - secured_ >= secure_period) secure();
-      if (Clock::now() - shown < show_period) continue;
-      shown = Clock::now();
+      if (wish.secure || SteadyClock::now() - secured_ >= secure_period) secure();
+      if (SteadyClock::now() - shown < show_period) continue;
+      shown = SteadyClock::now();
       CaptureStatus now = status();
       rates_.add(now, shown);
       show(now);
@@ -154,7 +153,7 @@ class Capture {
   [[nodiscard]] CaptureStatus status() {
     const PacketTaker::Figures figures = parts_.recording.figures();
     CaptureStatus status;
-    status.seconds = std::chrono::duration<double>(Clock::now() - started_).count();
+    status.seconds = seconds_since(started_);
     status.bytes = figures.bytes;
     std::vector<livox::DeviceReport> reports = parts_.driver.devices();
     for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -175,8 +174,8 @@ class Capture {
     status.live = parts_.stops.status();
     if (parts_.table != nullptr) status.table_deg = parts_.table->angle_deg();
     status.disk = disk_.room();
-    status.worst_wait_s = 1e-9 * static_cast<double>(figures.worst_wait_ns);
-    status.worst_write_s = 1e-9 * static_cast<double>(figures.worst_write_ns);
+    status.worst_wait_s = seconds_of_ns(figures.worst_wait_ns);
+    status.worst_write_s = seconds_of_ns(figures.worst_write_ns);
     status.stuck_threads = threads_.stuck();
     status.events = log_.count();
     status.news = log_.last_events(shown_events);
@@ -245,12 +244,9 @@ class Capture {
   [[nodiscard]] const std::optional<Error>& disk_failure() const { return disk_.full(); }
 
  private:
-  [[nodiscard]] bool is_over() const {
-    return options_.duration_s &&
-           std::chrono::duration<double>(Clock::now() - started_).count() >= *options_.duration_s;
-  }
+  [[nodiscard]] bool is_over() const { return options_.duration_s && seconds_since(started_) >= *options_.duration_s; }
   [[nodiscard]] std::int64_t now_ns() const {
-    return net::SessionClock(parts_.driver.session_start()).from_monotonic(net::read_clocks().monotonic_ns);
+    return net::SessionClock(parts_.driver.session_start()).from_monotonic(monotonic_now_ns());
   }
   [[nodiscard]] std::vector<CaptureCamera> cameras() const {
     std::vector<CaptureCamera> cameras;
@@ -283,8 +279,8 @@ class Capture {
   }
 
   void look_at_disk(Reporter& reporter) {
-    if (Clock::now() - disk_looked_ < disk_period) return;
-    disk_looked_ = Clock::now();
+    if (SteadyClock::now() - disk_looked_ < disk_period) return;
+    disk_looked_ = SteadyClock::now();
     if (const auto failure = parts_.keeper.failure()) {
       end_unwritten(reporter, failure->message());
       return;
@@ -300,7 +296,7 @@ class Capture {
     }
     std::uint64_t bytes = parts_.recording.figures().bytes;
     for (const CaptureCamera& camera : cameras()) bytes += camera.bytes;
-    if (const auto warning = disk_.look(std::chrono::duration<double>(Clock::now() - started_).count(), bytes, *free)) {
+    if (const auto warning = disk_.look(seconds_since(started_), bytes, *free)) {
       log_.add(now_ns(), "recording", *warning, false);
       reporter.warn(*warning);
     }
@@ -316,14 +312,14 @@ class Capture {
   }
 
   void secure() {
-    secured_ = Clock::now();
+    secured_ = SteadyClock::now();
     parts_.keeper.secure(record(status(), log_.gaps()));
   }
 
   // No more pulses, then no more frames, then no more packets; then what is on its way is written; then the stops are
   // read to the end.
   void shut_down(const RunContext& context) {
-    const auto begun = Clock::now();
+    const auto begun = SteadyClock::now();
     end_ns_ = now_ns();
     look();
     log_.end();
@@ -343,7 +339,7 @@ class Capture {
     guide_.look(now_ns(), parts_.driver.devices(), cameras());
     take_guide_events();
     look();
-    closing_s_ = std::chrono::duration<double>(Clock::now() - begun).count();
+    closing_s_ = seconds_since(begun);
   }
 
   const Rig& rig_;
@@ -353,10 +349,10 @@ class Capture {
   CaptureGuide guide_;
   CaptureLog log_;
   ClockPairs clock_pairs_;
-  Clock::time_point started_ = Clock::now();
+  SteadyClock::time_point started_ = SteadyClock::now();
   CaptureRates rates_{started_};
-  Clock::time_point secured_ = started_;
-  Clock::time_point disk_looked_;  ///< Long ago at first.
+  SteadyClock::time_point secured_ = started_;
+  SteadyClock::time_point disk_looked_;  ///< Long ago at first.
   DiskWatch disk_;
   bool is_unwritten_ = false;  ///< And so it was told.
   bool is_loss_told_ = false;

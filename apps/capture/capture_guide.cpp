@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "core/turntable/coach.h"
 
 namespace rigcal {
@@ -22,12 +23,10 @@ std::vector<CaptureSensor> sensors_of(const std::vector<std::string>& lidars, co
   return sensors;
 }
 
-double seconds_of(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
-
 std::string stop_text(const StopRecord& record) {
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), "stop %d is over, %.1f s, ended by %s", record.stop.index,
-                seconds_of(record.stop.end_ns - record.stop.start_ns), to_string(record.end));
+                seconds_of_ns(record.stop.end_ns - record.stop.start_ns), to_string(record.end));
   return text.data();
 }
 
@@ -53,7 +52,7 @@ void CaptureGuide::say(std::string text, bool is_gap) {
 }
 
 void CaptureGuide::tell(const CaptureInput& input) {
-  const std::vector<CaptureAction> actions = machine_.handle(seconds_of(now_ns_), input);
+  const std::vector<CaptureAction> actions = machine_.handle(seconds_of_ns(now_ns_), input);
   const CaptureProgress progress = machine_.progress();
   if (progress.stops > full_stops_) say(counts_text(stop_, progress));
   full_stops_ = progress.stops;
@@ -108,7 +107,7 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
       case Kind::complete: {
         const Stop& stop = event.record->stop;
         found_.push_back(stop);
-        tell(happened::StopOver{stop.index, seconds_of(stop.end_ns - stop.start_ns)});
+        tell(happened::StopOver{stop.index, seconds_of_ns(stop.end_ns - stop.start_ns)});
         settled_ns_.reset();
         say(stop_text(*event.record));
         break;
@@ -134,7 +133,7 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
     last_image_ns_[i] = image_ns;
     tell(happened::ImageCame{static_cast<int>(lidars_ + i)});
   }
-  tell(happened::Rested{seconds_of(status.rest->until_ns - *settled_ns_)});
+  tell(happened::Rested{seconds_of_ns(status.rest->until_ns - *settled_ns_)});
 }
 
 bool CaptureGuide::wants_images() const {

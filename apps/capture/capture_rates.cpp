@@ -4,8 +4,8 @@
 
 namespace rigcal {
 
-void CaptureRates::add(CaptureStatus& status, Clock::time_point now) {
-  const double since = std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+void CaptureRates::add(CaptureStatus& status, SteadyClock::time_point now) {
+  const double since = seconds_between(std::exchange(last_, now), now);
   if (!(since > 0.0)) return;
   packets_.resize(status.devices.size(), 0);
   for (std::size_t i = 0; i < status.devices.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 
@@ -63,8 +64,7 @@ std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_
                      reason_of_nothing(device.report.link));
     } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs) {
       gaps.push_back(utc_text(device.report.last_packet_ns) + " " + device.sensor +
-                     ": nothing came any more until the end, " + fixed_text(1e-9 * static_cast<double>(silence_ns), 1) +
-                     " s");
+                     ": nothing came any more until the end, " + fixed_text(seconds_of_ns(silence_ns), 1) + " s");
     }
   }
   return gaps;

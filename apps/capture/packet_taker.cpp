@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
@@ -38,7 +40,7 @@ PacketTaker::Figures PacketTaker::figures() const {
 }
 
 void PacketTaker::run() {
-  auto published = Clock::now();
+  auto published = SteadyClock::now();
   auto handed_over = published;
   Expected<void> written;
   while (written) {
@@ -59,30 +61,30 @@ void PacketTaker::run() {
 }
 
 // Waits for the first datagram only, so that what came is handed over in time however little comes.
-std::pair<int, PacketTaker::Clock::time_point> PacketTaker::take_some(Expected<void>& written,
-                                                                      Clock::time_point& handed_over) {
+std::pair<int, SteadyClock::time_point> PacketTaker::take_some(Expected<void>& written,
+                                                               SteadyClock::time_point& handed_over) {
   Datagram datagram;
   int taken = 0;
-  Clock::time_point begun;
+  SteadyClock::time_point begun;
   while (written && taken < packets_between_looks_at_the_time &&
          driver_.next(datagram, taken == 0 ? take_wait_ns : 0)) {
     // The oldest of what has waited; a reading of the clock for each would be most of the work.
     if (++taken == 1) {
-      begun = Clock::now();
-      const std::int64_t now_ns = clock_.from_monotonic(net::read_clocks().monotonic_ns);
+      begun = SteadyClock::now();
+      const std::int64_t now_ns = clock_.from_monotonic(monotonic_now_ns());
       recent_wait_ns_ = std::max(recent_wait_ns_, now_ns - datagram.stamp_ns);
       worst_wait_ns_ = std::max(worst_wait_ns_, recent_wait_ns_);
     }
     written = recorder_.write(datagram);
     ledger_.add(datagram);
   }
-  if (written && Clock::now() - handed_over >= hand_over_period) {
-    handed_over = Clock::now();
+  if (written && SteadyClock::now() - handed_over >= hand_over_period) {
+    handed_over = SteadyClock::now();
     if (taken == 0) begun = handed_over;
     written = recorder_.hand_over();
   }
-  const Clock::time_point now = Clock::now();
-  if (begun != Clock::time_point()) {
+  const SteadyClock::time_point now = SteadyClock::now();
+  if (begun != SteadyClock::time_point()) {
     const auto took = std::chrono::duration_cast<std::chrono::nanoseconds>(now - begun);
     worst_write_ns_ = std::max<std::int64_t>(worst_write_ns_, took.count());
   }

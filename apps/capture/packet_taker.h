@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include "apps/ingest/ingest_summary.h"
 #include "apps/ingest/lidar_ingest.h"
 #include "core/base/heartbeat.h"
+#include "core/base/seconds.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
 
@@ -48,11 +48,9 @@ class PacketTaker {
   [[nodiscard]] const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void run();
   /// How many, and when that was done.
-  std::pair<int, Clock::time_point> take_some(Expected<void>& written, Clock::time_point& handed_over);
+  std::pair<int, SteadyClock::time_point> take_some(Expected<void>& written, SteadyClock::time_point& handed_over);
   void publish(std::optional<Error> error);
 
   livox::Driver& driver_;

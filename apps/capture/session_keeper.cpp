@@ -10,6 +10,8 @@
 #include <mutex>
 #include <utility>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 
 // The number of a session's files is not bounded: the whole file system is asked for at once.
@@ -54,7 +56,7 @@ struct SessionKeeper::State {
         is_writing = record.has_value();
       }
       heartbeat.beat();
-      const auto begun = std::chrono::steady_clock::now();
+      const auto begun = SteadyClock::now();
       Expected<void> written;
       if (record) written = write_session_record(session, *record);
       {
@@ -68,7 +70,7 @@ struct SessionKeeper::State {
       heartbeat.beat();
       heartbeat.rest();
       const std::lock_guard lock(mutex);
-      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+      const double took = seconds_since(begun);
       worst_s = std::max(worst_s, took);
       if (!synced && !loss) loss = synced.error();
       if (record && written && synced) ++secured;

@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <memory>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "apps/commands/known_files.h"
 #include "apps/commands/option_checks.h"
 #include "apps/recording/batch_source.h"
+#include "core/base/seconds.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal {
@@ -23,8 +23,6 @@ struct DoctorOptions {
   std::string rig;
   double seconds = 5.0;
 };
-
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* nobody = "LiDAR";  // What is said of LiDARs where no rig names them.
 
@@ -47,8 +45,8 @@ Expected<std::vector<Check>> listen(double seconds, CommandContext& context) {
   if (!waiter) return waiter.error();
   net::ReceiveBatch batch(16);
   std::map<std::string, std::string> heard;
-  const auto start = Clock::now();
-  const auto passed = [&start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const auto start = SteadyClock::now();
+  const auto passed = [&start] { return seconds_since(start); };
   while (passed() < seconds && !context.stop.stop_requested()) {
     context.reporter.progress("listen", passed() / seconds);
     waiter->wait(100'000'000);
@@ -88,8 +86,8 @@ Expected<std::vector<Check>> examine(const Rig& rig, const std::string& rig_file
     if (sensor.is_livox()) findings.sensors.push_back(sensor.name);
   LidarIngest ingest(rig, {}, {});
   Datagram datagram;
-  const auto start = Clock::now();
-  const auto passed = [&start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const auto start = SteadyClock::now();
+  const auto passed = [&start] { return seconds_since(start); };
   while (passed() < seconds && !context.stop.stop_requested()) {
     context.reporter.progress("examine", passed() / seconds);
     for (int i = 0; i < 1000 && (*driver)->next(datagram, 50'000'000); ++i) ingest.add(datagram);

@@ -38,7 +38,7 @@ bool is_journal(const char* journal_stream, int descriptor) {
   return std::to_string(found.st_dev) + ":" + std::to_string(found.st_ino) == journal_stream;
 }
 
-ConsoleReporter::ConsoleReporter(std::ostream& out, std::function<Clock::time_point()> now)
+ConsoleReporter::ConsoleReporter(std::ostream& out, std::function<SteadyClock::time_point()> now)
     : out_(out), now_(std::move(now)), last_print_(now_()) {}
 
 ConsoleReporter::~ConsoleReporter() { clear(); }
@@ -51,7 +51,7 @@ void ConsoleReporter::configure(const ConsoleOptions& options) {
 void ConsoleReporter::progress(std::string_view stage, double fraction) {
   const std::lock_guard lock(mutex_);
   if (options_.quiet || options_.level > LogLevel::info) return;
-  const Clock::time_point now = now_();
+  const SteadyClock::time_point now = now_();
   if (now - last_print_ < (options_.terminal ? bar_period : line_period)) return;
   last_print_ = now;
   if (options_.terminal) {
@@ -64,7 +64,7 @@ void ConsoleReporter::progress(std::string_view stage, double fraction) {
 void ConsoleReporter::block(const std::vector<std::string>& lines) {
   const std::lock_guard lock(mutex_);
   if (options_.quiet || options_.level > LogLevel::info) return;
-  const Clock::time_point now = now_();
+  const SteadyClock::time_point now = now_();
   if (options_.journal || (!options_.terminal && now - last_print_ < block_period)) return;
   last_print_ = now;
   erase_bar();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <mutex>
 #include <ostream>
@@ -10,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/run_context.h"
+#include "core/base/seconds.h"
 
 namespace rigcal {
 
@@ -31,9 +31,8 @@ struct ConsoleOptions {
 /// seconds elsewhere. Callable from any thread.
 class ConsoleReporter final : public Reporter {
  public:
-  using Clock = std::chrono::steady_clock;
   /// `now` is for tests; the stream must outlive the reporter.
-  explicit ConsoleReporter(std::ostream& out, std::function<Clock::time_point()> now = Clock::now);
+  explicit ConsoleReporter(std::ostream& out, std::function<SteadyClock::time_point()> now = SteadyClock::now);
   ~ConsoleReporter() override;
   ConsoleReporter(const ConsoleReporter&) = delete;
   ConsoleReporter& operator=(const ConsoleReporter&) = delete;
@@ -64,10 +63,10 @@ class ConsoleReporter final : public Reporter {
   void print_line(LogLevel level, std::string_view message);
 
   std::ostream& out_;
-  std::function<Clock::time_point()> now_;
+  std::function<SteadyClock::time_point()> now_;
   mutable std::mutex mutex_;
   ConsoleOptions options_;
-  Clock::time_point last_print_;
+  SteadyClock::time_point last_print_;
   std::string bar_;
   std::size_t block_lines_ = 0;  ///< That stand on the terminal.
   std::vector<std::string> warnings_;

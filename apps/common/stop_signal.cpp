@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -16,11 +15,10 @@
 #include <string_view>
 
 #include "apps/common/exit_code.h"
+#include "core/base/seconds.h"
 
 namespace rigcal {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // Nothing is waited for any more, so nothing may be said by ways that could wait.
 [[noreturn]] void end_at_once() {
@@ -73,7 +71,7 @@ StopSignal::~StopSignal() {
 
 void StopSignal::listen() {
   std::array<pollfd, 2> watched{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
-  std::optional<Clock::time_point> told;
+  std::optional<SteadyClock::time_point> told;
   while (true) {
     if (poll(watched.data(), watched.size(), -1) < 0) {
       if (errno == EINTR) continue;
@@ -82,8 +80,8 @@ void StopSignal::listen() {
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
     if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
-    if (told && signal.ssi_signo != SIGHUP && Clock::now() - *told >= kOneWish) end_at_once();
-    if (!told) told = Clock::now();
+    if (told && signal.ssi_signo != SIGHUP && SteadyClock::now() - *told >= kOneWish) end_at_once();
+    if (!told) told = SteadyClock::now();
     source_.request_stop();
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/base/seconds.h"
 #include "core/io/extrinsics_file.h"
 #include "core/io/ground_truth.h"
 #include "core/io/sensor_transforms.h"
@@ -15,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 // No session has so many stops, and no session clock (UTC) reads so little.
 constexpr std::int64_t most_stops = 1'000'000;
 
@@ -46,12 +46,12 @@ KnownRig from_file(const ExtrinsicsFile& file) {
 // Whole small numbers are stops of an input without times; anything else is a time.
 std::vector<KnownRig::Pose> poses_from(const std::vector<TumPose>& lines) {
   const bool numbered = std::all_of(lines.begin(), lines.end(), [](const TumPose& line) {
-    return line.stamp_ns >= 0 && line.stamp_ns % second_ns == 0 && line.stamp_ns / second_ns < most_stops;
+    return line.stamp_ns >= 0 && line.stamp_ns % ns_per_second == 0 && line.stamp_ns / ns_per_second < most_stops;
   });
   std::vector<KnownRig::Pose> poses;
   for (const TumPose& line : lines) {
     KnownRig::Pose pose{std::nullopt, line.stamp_ns, line.stamp_ns, line.pose};
-    if (numbered) pose.stop = static_cast<int>(line.stamp_ns / second_ns);
+    if (numbered) pose.stop = static_cast<int>(line.stamp_ns / ns_per_second);
     poses.push_back(pose);
   }
   return poses;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "core/base/seconds.h"
 #include "core/corner/paper_method.h"
 #include "core/corner/rig_placement.h"
 #include "core/pipeline/corner_calibration.h"
@@ -171,11 +171,11 @@ Mounted try_mounting(std::uint64_t seed) {
   recording.stops = {{0, 0, 0}};
   recording.patches = {patch_of(clouds.a.points, 0), patch_of(clouds.b.points, 1)};
   SilentReporter silent;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = SteadyClock::now();
   const auto result =
       calibrate_by_planes(rig, recording, {SE3{}, std::nullopt}, CornerCalibrationOptions{}, RunContext{silent});
   Mounted out;
-  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  out.seconds = seconds_since(start);
   if (!result || !result->sensors[1].T_base_sensor) return out;
   const SE3& found = *result->sensors[1].T_base_sensor;
   out.right = rotation_distance(found.R, options.T_a_b.R) < to_rad(0.5) && (found.t - options.T_a_b.t).norm() < 0.05;

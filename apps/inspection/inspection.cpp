@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/recording/bag_batches.h"
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/image_folder.h"
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Inspection gap_json(const StreamGap& gap) {
-  return {{"start_ns", gap.start_ns}, {"seconds", 1e-9 * static_cast<double>(gap.length_ns)}, {"packets", gap.lost}};
+  return {{"start_ns", gap.start_ns}, {"seconds", seconds_of_ns(gap.length_ns)}, {"packets", gap.lost}};
 }
 
 Inspection stream_json(const StreamBook& stream, double seconds) {
@@ -43,7 +44,7 @@ Inspection stream_json(const StreamBook& stream, double seconds) {
 /// What devices and topics have in common; the seconds from the first to the last that was heard.
 template <class Source>
 double put_source(const Rig& rig, const Source& source, Inspection& json) {
-  const double seconds = 1e-9 * static_cast<double>(source.last_ns - source.first_ns);
+  const double seconds = seconds_of_ns(source.last_ns - source.first_ns);
   if (source.sensor >= 0) json["sensor"] = rig.sensors[static_cast<std::size_t>(source.sensor)].name;
   json["seconds"] = seconds;
   json["malformed"] = source.malformed;
@@ -144,7 +145,7 @@ Inspection stop_json(const Rig& rig, const StopRecord& stop) {
   return {{"stop", stop.stop.index},
           {"start_ns", stop.stop.start_ns},
           {"end_ns", stop.stop.end_ns},
-          {"seconds", 1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns)},
+          {"seconds", seconds_of_ns(stop.stop.end_ns - stop.stop.start_ns)},
           {"turned_deg", to_deg(log_so3(stop.R_previous_this).norm())},
           {"turn_known", stop.rotation_known},
           {"ended_by", to_string(stop.end)},

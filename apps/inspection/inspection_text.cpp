@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "apps/inspection/inspection.h"
+#include "core/base/seconds.h"
 
 namespace rigcal {
 namespace {
@@ -57,7 +58,7 @@ void append_streams(std::string& text, const Inspection& devices) {
       const Inspection& longest = book["longest_gap"];
       if (number(longest, "packets") > 0.0) {
         append(text, "  %.2f ms at %.6f s", 1e3 * number(longest, "seconds"),
-               1e-9 * static_cast<double>(longest["start_ns"].get<std::int64_t>()));
+               seconds_of_ns(longest["start_ns"].get<std::int64_t>()));
       }
       text += "\n";
     }
@@ -101,7 +102,7 @@ void append_stops(std::string& text, const Inspection& stops) {
   for (const Inspection& stop : stops) {
     append(text, "%4d", stop["stop"].get<int>());
     if (timed) {
-      append(text, " %8.2f %9.2f", 1e-9 * static_cast<double>(stop["start_ns"].get<std::int64_t>() - first_ns),
+      append(text, " %8.2f %9.2f", seconds_of_ns(stop["start_ns"].get<std::int64_t>() - first_ns),
              number(stop, "seconds"));
       if (stop["turn_known"].get<bool>()) {
         append(text, " %11.2f", number(stop, "turned_deg"));

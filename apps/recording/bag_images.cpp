@@ -3,12 +3,13 @@
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/ros_pixels.h"
 #include "apps/recording/still_images.h"
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 
 namespace rigcal {
 namespace {
 
-std::string seconds_text(std::int64_t ns) { return fixed_text(1e-9 * static_cast<double>(ns), 3) + " s"; }
+std::string seconds_text(std::int64_t ns) { return fixed_text(seconds_of_ns(ns), 3) + " s"; }
 
 // Images come in the order of time, so those of one stop come together.
 class BagImages {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/recording/lvx_datagrams.h"
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/clocks/onward_time.h"
 #include "core/io/session_folder.h"
@@ -59,7 +60,7 @@ class PcapDatagrams final : public DatagramFile {
   [[nodiscard]] std::string step_text() const {
     if (time_.steps() == 0) return {};
     std::string text = "the clock of the recording machine was set back by " +
-                       fixed_text(1e-9 * static_cast<double>(time_.first_step_ns()), 1) + " s at frame " +
+                       fixed_text(seconds_of_ns(time_.first_step_ns()), 1) + " s at frame " +
                        std::to_string(time_.first_step_place());
     if (time_.steps() > 1) text += ", and " + std::to_string(time_.steps() - 1) + " more time(s)";
     return text + "; time goes on from there";

@@ -9,10 +9,11 @@
 #include <set>
 #include <utility>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max() / 4;
 constexpr std::size_t most_stamps = 200;  ///< That are looked at; more of them tell no more.
 
@@ -29,7 +30,7 @@ bool is_within_run(std::int64_t stamp_ns, const std::vector<Stop>& stops) {
 
 std::string guess_of_unit(const std::vector<std::int64_t>& stamps, const std::vector<Stop>& stops) {
   constexpr std::array<std::pair<std::int64_t, const char*>, 3> units{
-      {{1000, "microseconds"}, {1'000'000, "milliseconds"}, {second_ns, "seconds"}}};
+      {{1000, "microseconds"}, {1'000'000, "milliseconds"}, {ns_per_second, "seconds"}}};
   for (const auto& [factor, name] : units) {
     const bool fits = std::all_of(stamps.begin(), stamps.end(), [&, factor = factor](std::int64_t stamp) {
       // A stamp in whole seconds may be up to one too early.
@@ -64,14 +65,15 @@ std::vector<Offsets> common_offsets(const std::vector<std::int64_t>& stamps, con
 
 /// One by which clocks are usually off, if it is among them: time zones, and the leap seconds of GPS and TAI.
 std::optional<std::int64_t> usual_offset(const Offsets& offsets) {
-  constexpr std::int64_t half_hour_ns = 1800 * second_ns;
+  constexpr std::int64_t half_hour_ns = 1800 * ns_per_second;
   constexpr std::int64_t most_half_hours = 28;
   const auto half_hours =
       static_cast<std::int64_t>(std::ceil(static_cast<double>(offsets.from_ns) / static_cast<double>(half_hour_ns)));
   if (std::abs(half_hours) <= most_half_hours && half_hours != 0 && half_hours * half_hour_ns <= offsets.to_ns)
     return half_hours * half_hour_ns;
   for (const std::int64_t seconds : {18, -18, 37, -37}) {
-    if (seconds * second_ns >= offsets.from_ns && seconds * second_ns <= offsets.to_ns) return seconds * second_ns;
+    if (seconds * ns_per_second >= offsets.from_ns && seconds * ns_per_second <= offsets.to_ns)
+      return seconds * ns_per_second;
   }
   return std::nullopt;
 }
@@ -115,7 +117,7 @@ std::string guess_of_stamps(const std::vector<std::int64_t>& stamps_ns, const st
   std::snprintf(text, sizeof text,
                 "with %.3f s added to their stamps all would lie in stops (another time zone or clock?): correct the "
                 "stamps, nothing was shifted",
-                1e-9 * static_cast<double>(*offset));
+                seconds_of_ns(*offset));
   return text;
 }
 

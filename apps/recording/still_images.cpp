@@ -8,6 +8,7 @@
 
 #include "apps/recording/stamp_guess.h"
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/io/image_file.h"
 #include "core/io/image_folder.h"
 
@@ -29,7 +30,7 @@ std::optional<std::size_t> stop_of_index(const std::vector<Stop>& stops, std::in
 
 std::string seconds(std::int64_t ns) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.3f s", 1e-9 * static_cast<double>(ns));
+  std::snprintf(text, sizeof text, "%.3f s", seconds_of_ns(ns));
   return text;
 }
 

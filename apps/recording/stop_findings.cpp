@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "apps/recording/stop_reader.h"
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/voxel/cells.h"
 
@@ -67,7 +68,7 @@ void append_stop_warnings(const StopReading& summary, std::vector<std::string>& 
     }
     if (stop.end == StopEnd::creep) {
       std::snprintf(text, sizeof text, "the rig slowly crept away in stop %d: it ends there, after %.1f s", index,
-                    1e-9 * static_cast<double>(stop.stop.end_ns - stop.stop.start_ns));
+                    seconds_of_ns(stop.stop.end_ns - stop.stop.start_ns));
       warnings.emplace_back(text);
     }
     const double turned_deg = to_deg(log_so3(stop.R_previous_this).norm());

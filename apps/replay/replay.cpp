@@ -8,8 +8,8 @@
 
 #include "apps/replay/replay_outlet.h"
 #include "apps/replay/replay_reading.h"
+#include "core/base/seconds.h"
 #include "core/io/session_folder.h"
-#include "drivers/net/session_clock.h"
 
 namespace rigcal {
 namespace {
@@ -17,8 +17,6 @@ namespace {
 constexpr std::int64_t lead_ns = 20'000'000;
 constexpr std::int64_t seam_ns = 10'000'000;  // From the end of a pass to the next.
 constexpr double late_s = 0.1;
-
-std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 
 struct Recorded {
   std::string file;
@@ -81,7 +79,7 @@ class Schedule {
     return last_due_ns_;
   }
   [[nodiscard]] double seconds(std::int64_t now) const {
-    return start_ns_ ? std::max(0.0, static_cast<double>(now - *start_ns_) * 1e-9 * speed_) : 0.0;
+    return start_ns_ ? std::max(0.0, seconds_of_ns(now - *start_ns_) * speed_) : 0.0;
   }
 
  private:
@@ -108,7 +106,7 @@ class Playing {
   Expected<void> run(const RunContext& context) {
     if (const auto first = advance(); !first) return first.error();
     while (!context.cancelled()) {
-      const std::int64_t now = now_ns();
+      const std::int64_t now = monotonic_now_ns();
       const bool may_run = outlet_.serve(now);
       if (may_run && !schedule_.is_started()) schedule_.start(now + lead_ns);
       std::int64_t until = INT64_MAX;
@@ -136,7 +134,7 @@ class Playing {
       if (due > now) return Due(due);
       const auto sent = outlet_.send(datagram_, due, {options_.speed, schedule_.earlier_ns()});
       if (!sent) return sent.error();
-      summary_.latest_s = std::max(summary_.latest_s, static_cast<double>(now - due) * 1e-9);
+      summary_.latest_s = std::max(summary_.latest_s, seconds_of_ns(now - due));
       if (const auto next = advance(); !next) return next.error();
     }
     return Due();
@@ -164,7 +162,7 @@ class Playing {
   }
 
   void report(std::int64_t now, const RunContext& context) {
-    const double length_s = static_cast<double>(reading_.last_ns() - first_ns_) * 1e-9;
+    const double length_s = seconds_of_ns(reading_.last_ns() - first_ns_);
     const double run_s = schedule_.seconds(now);
     summary_.seconds = options_.loop ? run_s : std::min(run_s, length_s);
     context.reporter.progress("replay", options_.loop || length_s <= 0.0 ? -1.0 : summary_.seconds / length_s);

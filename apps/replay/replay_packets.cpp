@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "apps/replay/replay_outlet.h"
-#include "drivers/net/session_clock.h"
+#include "core/base/seconds.h"
 #include "drivers/net/udp_socket.h"
 #include "drivers/net/waiter.h"
 
@@ -47,7 +47,7 @@ class PacketOutlet final : public ReplayOutlet {
     return {};
   }
   void wait(std::int64_t until) override {
-    waiter_.wait(std::clamp(until - net::read_clocks().monotonic_ns, shortest_wait_ns, longest_wait_ns));
+    waiter_.wait(std::clamp(until - monotonic_now_ns(), shortest_wait_ns, longest_wait_ns));
   }
   void finish(ReplaySummary& summary) override {
     summary.datagrams = datagrams_;

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/seconds.h"
 #include "simdata/live/live_stamp.h"
 
 namespace rigcal {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
-constexpr std::int64_t last_gps_ns = 8'990'000'000 * second_ns;  // The year on the wire ends with 2255.
-constexpr std::int64_t first_gps_ns = 946'684'800 * second_ns;   // It begins with 2000.
+constexpr std::int64_t last_gps_ns = 8'990'000'000 * ns_per_second;  // The year on the wire ends with 2255.
+constexpr std::int64_t first_gps_ns = 946'684'800 * ns_per_second;   // It begins with 2000.
 
 constexpr float farthest_m = 1e6F;  // No packet holds more in both coordinates.
 
@@ -54,7 +54,7 @@ void ReplayStamps::rewrite(const ReplayPace& pace, std::int64_t received_ns, std
         (static_cast<double>(recorded_ns - *first_ns_) + static_cast<double>(pace.earlier_ns)) / pace.speed;
     const double limit = static_cast<double>(last_gps_ns);
     stamp_ns = *first_ns_ + std::llround(std::clamp(since_first, -limit, limit - static_cast<double>(*first_ns_)));
-    if (by_pulse) stamp_ns = ((stamp_ns % second_ns) + second_ns) % second_ns;
+    if (by_pulse) stamp_ns = ((stamp_ns % ns_per_second) + ns_per_second) % ns_per_second;
   }
   stamp_ns = std::max<std::int64_t>(0, stamp_ns);
   if (header.timestamp_type == livox::TimestampType::since_start) {

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <utility>
+
+#include "core/base/seconds.h"
 
 namespace rigcal {
 
@@ -15,7 +16,7 @@ class Heartbeat {
   explicit Heartbeat(std::string name) : name_(std::move(name)) {}
 
   void beat() {
-    const std::int64_t now = now_ns();
+    const std::int64_t now = monotonic_now_ns();
     const std::int64_t last = last_ns_.exchange(now, std::memory_order_relaxed);
     if (last != 0 && now - last > worst_ns_.load(std::memory_order_relaxed))
       worst_ns_.store(now - last, std::memory_order_relaxed);
@@ -27,17 +28,12 @@ class Heartbeat {
   /// Since the last beat; 0 while it rests or has not begun.
   [[nodiscard]] double pause_s() const {
     const std::int64_t last = last_ns_.load(std::memory_order_relaxed);
-    return last == 0 ? 0.0 : 1e-9 * static_cast<double>(now_ns() - last);
+    return last == 0 ? 0.0 : seconds_of_ns(monotonic_now_ns() - last);
   }
   /// The longest time between two beats.
   [[nodiscard]] std::int64_t worst_ns() const { return worst_ns_.load(std::memory_order_relaxed); }
 
  private:
-  static std::int64_t now_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-  }
-
   std::string name_;
   std::atomic<std::int64_t> last_ns_{0};
   std::atomic<std::int64_t> worst_ns_{0};

@@ -4,13 +4,14 @@
 #include <cstdio>
 #include <ctime>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 
 std::string utc_text(std::int64_t unix_ns) {
-  constexpr std::int64_t second = 1'000'000'000;
-  std::int64_t part_ns = unix_ns % second;
-  if (part_ns < 0) part_ns += second;
-  const auto seconds = static_cast<std::time_t>((unix_ns - part_ns) / second);
+  std::int64_t part_ns = unix_ns % ns_per_second;
+  if (part_ns < 0) part_ns += ns_per_second;
+  const auto seconds = static_cast<std::time_t>((unix_ns - part_ns) / ns_per_second);
   std::tm date{};
   gmtime_r(&seconds, &date);
   std::array<char, 32> day{};

@@ -2,9 +2,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "core/base/seconds.h"
 #include "core/camera/camera_checks.h"
 #include "core/camera/camera_minima.h"
 #include "core/camera/camera_start.h"
@@ -54,11 +54,11 @@ class CameraCalibration {
       : scene_(scene), camera_(camera), options_(options), context_(context), levels_(standard_levels()) {}
 
   Expected<CameraEstimate> run() {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = SteadyClock::now();
     estimate_.intrinsics = camera_.intrinsics;
     find();
     if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
-    estimate_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    estimate_.wall_s = seconds_since(start);
     return std::move(estimate_);
   }
 

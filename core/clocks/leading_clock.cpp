@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 /// Session times stay within these, so that sums of them never overflow: some 140 years.
 constexpr std::int64_t most_ns = std::int64_t{1} << 62U;
 /// A leader is silent that says nothing in so many frames; losses of packets are shorter.
 constexpr std::uint64_t silent_frames = 4;
 /// How far the frames may be off the stamps: recorders cut them when they get to it.
-constexpr std::int64_t frame_slack_ns = second_ns;
+constexpr std::int64_t frame_slack_ns = ns_per_second;
 
 }  // namespace
 
@@ -35,7 +36,7 @@ std::int64_t LeadingClock::add(int device, std::int64_t device_ns, bool restarts
   } else {
     std::int64_t step = stamp - last_device_ns_;
     if (restarts_each_second) {
-      step += second_ns * std::lround(static_cast<double>(by_frames - step) / static_cast<double>(second_ns));
+      step += ns_per_second * std::lround(static_cast<double>(by_frames - step) / static_cast<double>(ns_per_second));
     }
     const bool late = step < 0 && step > -frame_slack_ns;  // packets that overtook each other, or a clock that was set
     if (late && frames < silent_frames) return now_ns_;

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <memory>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
 constexpr std::size_t first_room = std::size_t{1} << 20;
-constexpr std::int64_t second_ns = 1'000'000'000;
 
 Error damaged() { return input_error("its compressed part is damaged"); }
 
@@ -99,7 +100,7 @@ std::optional<std::int64_t> BagFields::time_ns(std::string_view name) const {
   if (!value || value->size() != 8) return std::nullopt;
   ByteReader reader(*value);
   const std::int64_t seconds = reader.read<std::uint32_t>();
-  return seconds * second_ns + reader.read<std::uint32_t>();
+  return seconds * ns_per_second + reader.read<std::uint32_t>();
 }
 
 std::optional<BagOp> BagFields::op() const {

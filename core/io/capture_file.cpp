@@ -3,6 +3,7 @@
 #include <array>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -28,7 +29,6 @@ constexpr std::size_t max_block_bytes = max_frame_bytes + 65'536;
 constexpr std::size_t max_interfaces = 4096;
 /// Seconds that fit into int64 nanoseconds.
 constexpr std::int64_t max_seconds = 9'223'372'035;
-constexpr std::uint64_t ns_per_s = 1'000'000'000;
 
 std::uint32_t swap_32(std::uint32_t value) { return __builtin_bswap32(value); }
 
@@ -123,7 +123,7 @@ bool CaptureFile::next_record(CapturedFrame& frame) {
   const std::size_t size = u32(head, 8);
   frame.wire_bytes = u32(head, 12);
   if (size > max_frame_bytes) return damaged(offset, "a frame claims " + std::to_string(size) + " bytes");
-  const std::uint64_t ticks_per_s = interfaces_[0].resolution == 9 ? ns_per_s : 1'000'000;
+  const std::uint64_t ticks_per_s = interfaces_[0].resolution == 9 ? ns_per_second : 1'000'000;
   frame.link_type = interfaces_[0].link_type;
   frame.stamp_ns.reset();
   if (fraction < ticks_per_s) frame.stamp_ns = stamp_ns(interfaces_[0], seconds * ticks_per_s + fraction);
@@ -229,7 +229,7 @@ std::optional<std::int64_t> CaptureFile::stamp_ns(const Interface& interface, st
     // 2^34 times 10^9 fits into 64 bits; finer than that is far below a nanosecond.
     const unsigned used = exponent > 34 ? 34 : exponent;
     fraction >>= exponent - used;
-    fraction_ns = (fraction * ns_per_s) >> used;
+    fraction_ns = (fraction * ns_per_second) >> used;
   } else {
     if (exponent > 19) return std::nullopt;
     const std::uint64_t ticks_per_s = power_of_ten(exponent);
@@ -241,7 +241,7 @@ std::optional<std::int64_t> CaptureFile::stamp_ns(const Interface& interface, st
   if (seconds > most || interface.offset_s > max_seconds || interface.offset_s < -max_seconds) return std::nullopt;
   const std::int64_t whole = static_cast<std::int64_t>(seconds) + interface.offset_s;
   if (whole < 0 || whole > max_seconds) return std::nullopt;
-  return whole * static_cast<std::int64_t>(ns_per_s) + static_cast<std::int64_t>(fraction_ns);
+  return whole * ns_per_second + static_cast<std::int64_t>(fraction_ns);
 }
 
 }  // namespace rigcal

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/base/seconds.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -22,9 +23,8 @@ constexpr std::uint16_t standard_gps_time = 1;   // global encoding, bit 0
 constexpr std::int64_t utc_less_adjusted_gps_s = 315'964'800 - 18 + 1'000'000'000;
 
 double adjusted_gps_s(std::int64_t utc_ns) {
-  constexpr std::int64_t second_ns = 1'000'000'000;
   // The small difference first: a double holds it to a fraction of a microsecond.
-  return 1e-9 * static_cast<double>(utc_ns - utc_less_adjusted_gps_s * second_ns);
+  return seconds_of_ns(utc_ns - utc_less_adjusted_gps_s * ns_per_second);
 }
 
 struct Day {

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/io/file_copy.h"
 #include "core/io/output_file.h"
@@ -19,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr int max_stop = 9'999'999;
 
 std::string folder_of(const Sensor& sensor) { return sensor.folder.empty() ? sensor.name : sensor.folder; }
@@ -76,11 +76,11 @@ Expected<std::map<int, SE3>> read_trajectory(const std::string& path) {
   std::map<int, SE3> by_stop;
   for (const TumPose& pose : *poses) {
     const std::string where = path + ":" + std::to_string(pose.line);
-    if (pose.stamp_ns % ns_per_s != 0 || pose.stamp_ns < 0 || pose.stamp_ns / ns_per_s > max_stop) {
+    if (pose.stamp_ns % ns_per_second != 0 || pose.stamp_ns < 0 || pose.stamp_ns / ns_per_second > max_stop) {
       return input_error("the first column is no stop number", where,
                          "in a patch folder it is the number of the stop, not a time");
     }
-    const int stop = static_cast<int>(pose.stamp_ns / ns_per_s);
+    const int stop = static_cast<int>(pose.stamp_ns / ns_per_second);
     if (!by_stop.emplace(stop, pose.pose).second) {
       return input_error("has stop " + std::to_string(stop) + " a second time", where, "keep one of them");
     }
@@ -236,7 +236,7 @@ Expected<void> PatchFolderWriter::finish() {
 Expected<void> PatchFolderWriter::write_trajectory(const std::map<int, SE3>& poses) {
   std::vector<TumPose> lines;
   lines.reserve(poses.size());
-  for (const auto& [stop, pose] : poses) lines.push_back({stop * ns_per_s, pose, 0});
+  for (const auto& [stop, pose] : poses) lines.push_back({stop * ns_per_second, pose, 0});
   return write_tum((fs::path(folder_.path()) / "trajectory.tum").string(), lines, "stop tx ty tz qx qy qz qw");
 }
 

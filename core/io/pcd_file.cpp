@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/base/seconds.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_header.h"
 #include "core/io/point_values.h"
@@ -320,7 +321,7 @@ void PcdWriter::write(std::span<const Point> points, std::int64_t stamp_ns, doub
     room[sizeof(values)] = point.tag;
     if (!timed_) continue;
     const std::int64_t time_ns = stamp_ns + static_cast<std::int64_t>(point.shot * shot_interval_ns);
-    const double time_s = 1e-9 * static_cast<double>(time_ns);
+    const double time_s = seconds_of_ns(time_ns);
     std::memcpy(room + sizeof(values) + 1, &time_s, sizeof(time_s));
   }
   points_ += points.size();

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "core/base/seconds.h"
 #include "core/io/ros_messages.h"
 
 /// What the deserialisers of messages share.
@@ -18,7 +19,7 @@ inline RosHeader read_ros_header(ByteReader& reader) {
   RosHeader header;
   header.seq = reader.read<std::uint32_t>();
   const std::int64_t seconds = reader.read<std::uint32_t>();
-  header.stamp_ns = seconds * 1'000'000'000 + reader.read<std::uint32_t>();
+  header.stamp_ns = seconds * ns_per_second + reader.read<std::uint32_t>();
   static_cast<void>(read_ros_text(reader));  // frame_id
   return header;
 }

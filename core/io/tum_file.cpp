@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/io/output_file.h"
 #include "core/rig/text_file.h"
@@ -18,7 +19,6 @@ namespace {
 
 constexpr std::size_t max_bytes = std::size_t{256} << 20;
 constexpr double quaternion_tolerance = 0.01;
-constexpr std::int64_t ns_per_s = 1'000'000'000;
 
 template <class T>
 bool parse_number(std::string_view word, T& value) {
@@ -40,12 +40,12 @@ std::optional<std::int64_t> parse_stamp(std::string_view word) {
   if (!plain || seconds >= 9'223'372'036) {
     double value = 0.0;
     if (!parse_number(word, value) || !(std::abs(value) < 9e9)) return std::nullopt;
-    return std::llround(value * 1e9);
+    return ns_of_seconds(value);
   }
   std::int64_t nanoseconds = 0;
   for (std::size_t i = 0; i < 9; ++i) nanoseconds = 10 * nanoseconds + (i < part.size() ? part[i] - '0' : 0);
   if (part.size() > 9 && part[9] >= '5') ++nanoseconds;
-  const std::int64_t stamp = seconds * ns_per_s + nanoseconds;
+  const std::int64_t stamp = seconds * ns_per_second + nanoseconds;
   return negative ? -stamp : stamp;
 }
 
@@ -114,7 +114,8 @@ Expected<void> write_tum(const std::string& path, std::span<const TumPose> poses
     std::array<char, 40> stamp{};
     const std::int64_t ns = pose.stamp_ns;
     std::snprintf(stamp.data(), stamp.size(), "%s%lld.%09lld", ns < 0 ? "-" : "",
-                  static_cast<long long>(std::llabs(ns / ns_per_s)), static_cast<long long>(std::llabs(ns % ns_per_s)));
+                  static_cast<long long>(std::llabs(ns / ns_per_second)),
+                  static_cast<long long>(std::llabs(ns % ns_per_second)));
     text += stamp.data();
     for (const double value : pose.pose.t) text.append(" ").append(number_text(value));
     for (const double value : xyzw_from_rotation(pose.pose.R)) text.append(" ").append(number_text(value));

@@ -1,10 +1,10 @@
 #include "core/pipeline/incremental_calibration.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/pipeline/stop_placement.h"
 #include "core/start/noise_estimate.h"
@@ -80,7 +80,7 @@ std::optional<WarmStart> IncrementalCalibration::warm_start() const {
 }
 
 Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& context) {
-  const auto begun = std::chrono::steady_clock::now();
+  const auto begun = SteadyClock::now();
   LidarCalibrationOptions options = options_.lidars;
   options.require = options_.goal;
   const std::optional<WarmStart> warm = warm_start();
@@ -96,7 +96,7 @@ Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& contex
   out.reached = result->status == Status::good;
   for (const SensorResult& sensor : result->sensors) out.lidars.push_back(one_lidar(sensor));
   if (options_.advise) advise(*result, out);
-  out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  out.wall_s = seconds_since(begun);
   return out;
 }
 

@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 
 double peak_memory_mb() {
@@ -13,7 +15,7 @@ double peak_memory_mb() {
 StageReport& StageClock::begin(const std::string& name) {
   end();
   open_ = true;
-  start_ = std::chrono::steady_clock::now();
+  start_ = SteadyClock::now();
   stages_.push_back({});
   stages_.back().name = name;
   return stages_.back();
@@ -22,7 +24,7 @@ StageReport& StageClock::begin(const std::string& name) {
 void StageClock::end() {
   if (!open_) return;
   open_ = false;
-  stages_.back().wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  stages_.back().wall_s = seconds_since(start_);
   stages_.back().peak_memory_mb = peak_memory_mb();
 }
 

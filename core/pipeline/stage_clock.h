@@ -1,9 +1,9 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
+#include "core/base/seconds.h"
 #include "core/quality/result.h"
 
 namespace rigcal {
@@ -21,7 +21,7 @@ class StageClock {
 
  private:
   std::vector<StageReport> stages_;
-  std::chrono::steady_clock::time_point start_;
+  SteadyClock::time_point start_;
   bool open_ = false;
 };
 

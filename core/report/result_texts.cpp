@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/report/matrix_text.h"
@@ -68,10 +69,9 @@ std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& re
 
 // Nine decimals from an integer: a double would keep only some hundred nanoseconds of a UTC time.
 std::string seconds_text(std::int64_t stamp_ns) {
-  constexpr std::int64_t second_ns = 1'000'000'000;
   std::array<char, 32> text{};
-  const std::int64_t seconds = stamp_ns / second_ns;
-  const std::int64_t rest = stamp_ns % second_ns;
+  const std::int64_t seconds = stamp_ns / ns_per_second;
+  const std::int64_t rest = stamp_ns % ns_per_second;
   std::snprintf(text.data(), text.size(), "%s%lld.%09lld", stamp_ns < 0 ? "-" : "",
                 static_cast<long long>(seconds < 0 ? -seconds : seconds),
                 static_cast<long long>(rest < 0 ? -rest : rest));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
@@ -46,7 +48,7 @@ void CreepGuard::look_for_cut() {
   if (cut_ns_ || !points_.left) return;
   const std::int64_t end_ns = points_.left->end_ns + 1;
   if (end_ns + hold_back_ns > rest_->until_ns) return;
-  if (end_ns >= begin_ns_ + static_cast<std::int64_t>(1e9 * options_.min_stop_s)) {
+  if (end_ns >= begin_ns_ + whole_ns_of_seconds(options_.min_stop_s)) {
     cut_ns_ = end_ns;
     listener_.still_until(end_ns, rest_->stop);
     listener_.not_still_until(rest_->until_ns, DropReason::moving);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
@@ -54,7 +56,7 @@ const std::vector<MotionBin>& MotionBinner::flush() {
 void MotionBinner::release(const ImuSample& sample) {
   open_bin_for(sample.stamp_ns);
   if (last_ns_ != std::numeric_limits<std::int64_t>::min()) {
-    const double dt = 1e-9 * static_cast<double>(sample.stamp_ns - last_ns_);
+    const double dt = seconds_of_ns(sample.stamp_ns - last_ns_);
     open_.turn += 0.5 * dt * (last_.gyro_rad_s + sample.gyro_rad_s);
     open_.turn_s += dt;
     open_.longest_interval_s = std::max(open_.longest_interval_s, dt);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/seconds.h"
 #include "core/stops/swing.h"
 
 namespace rigcal {
@@ -39,8 +40,6 @@ constexpr double most_bump_rad = to_rad(1.5);
 // Points of a LiDAR that are looked at: what finds the stops looks well, what only watches over a gyro glances.
 constexpr double points_per_s = 120'000.0;
 constexpr double points_per_s_beside_gyro = 30'000.0;
-
-std::int64_t to_ns(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
 }  // namespace
 
@@ -187,11 +186,11 @@ bool PointStillDetector::confirms(std::int64_t last) {
 
 void PointStillDetector::begin_rest(std::int64_t last) {
   figures_.longest_still_s =
-      std::max(figures_.longest_still_s, 1e-9 * static_cast<double>((last - rest_ + 1) * PointSlots::length_ns));
+      std::max(figures_.longest_still_s, seconds_of_ns((last - rest_ + 1) * PointSlots::length_ns));
   double best = std::numeric_limits<double>::infinity();
   for (const PointTrack& track : tracks_) best = std::min(best, track.resolution_rad());
   if (!(best <= most_resolution_rad)) {
-    figures_.blind_s += 1e-9 * static_cast<double>((last - rest_ + 1) * PointSlots::length_ns);
+    figures_.blind_s += seconds_of_ns((last - rest_ + 1) * PointSlots::length_ns);
     rest_ = last + 1;
     has_reference_ = false;
     return;
@@ -223,7 +222,7 @@ void PointStillDetector::begin_rest(std::int64_t last) {
   reference_grown_ = 0;
   open_ = StillStop{};
   open_.stop.index = figures_.stops;
-  open_.stop.start_ns = settled + to_ns(options_.margin_s);
+  open_.stop.start_ns = settled + whole_ns_of_seconds(options_.margin_s);
   open_.stop.end_ns = open_.stop.start_ns - 1;
   open_.rotation_known = figures_.stops == 0;
   not_still(slots_.start_ns(rest_), DropReason::moving);
@@ -249,7 +248,8 @@ std::int64_t PointStillDetector::settled_ns(std::int64_t first, std::int64_t las
     const double angle = (noise.asDiagonal() * swing->amplitudes.transpose()).norm();
     if (!(angle > options_.angle_limit_rad)) continue;
     const double wait_s = std::min(fading_s(*swing, angle, options_.angle_limit_rad), options_.max_settle_s);
-    settled = std::max(settled, slots_.start_ns(first + static_cast<std::int64_t>(swing->start_bin)) + to_ns(wait_s));
+    settled = std::max(
+        settled, slots_.start_ns(first + static_cast<std::int64_t>(swing->start_bin)) + whole_ns_of_seconds(wait_s));
   }
   return std::min(settled, slots_.start_ns(last + 1));
 }
@@ -278,7 +278,7 @@ void PointStillDetector::compare_with_stop_before(std::int64_t first, std::int64
 void PointStillDetector::extend_rest(std::int64_t slot) {
   for (PointTrack& track : tracks_) track.measure(slots_, slot);
   figures_.longest_still_s =
-      std::max(figures_.longest_still_s, 1e-9 * static_cast<double>((slot - rest_ + 1) * PointSlots::length_ns));
+      std::max(figures_.longest_still_s, seconds_of_ns((slot - rest_ + 1) * PointSlots::length_ns));
   const std::int64_t silent = silent_slots(slot);
   if (static_cast<double>(silent) * 1e-9 * PointSlots::length_ns > options_.bridge_gap_s) {
     end_rest(slot - silent + 1, StopEnd::silence);
@@ -301,11 +301,11 @@ void PointStillDetector::extend_rest(std::int64_t slot) {
       open_.tremble_rad = std::max(open_.tremble_rad, scatter.tremble_rad);
     }
   }
-  say_still(slots_.start_ns(slot + 1 - hold_back) - to_ns(options_.margin_s));
+  say_still(slots_.start_ns(slot + 1 - hold_back) - whole_ns_of_seconds(options_.margin_s));
 }
 
 void PointStillDetector::say_still(std::int64_t until_ns) {
-  if (until_ns - open_.stop.start_ns < to_ns(options_.min_stop_s)) return;
+  if (until_ns - open_.stop.start_ns < whole_ns_of_seconds(options_.min_stop_s)) return;
   if (!said_) {
     said_ = true;
     ++figures_.stops;
@@ -338,7 +338,7 @@ std::int64_t PointStillDetector::onset(std::int64_t last) const {
 
 void PointStillDetector::end_rest(std::int64_t onset, StopEnd end) {
   const std::int64_t onset_ns = slots_.start_ns(onset);
-  say_still(onset_ns - to_ns(options_.margin_s));
+  say_still(onset_ns - whole_ns_of_seconds(options_.margin_s));
   not_still(onset_ns, said_ ? DropReason::moving : DropReason::short_stop);
   if (said_) {
     open_.end = end;

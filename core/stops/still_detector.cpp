@@ -3,14 +3,11 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/seconds.h"
 #include "core/stops/swing.h"
 
 namespace rigcal {
-namespace {
-
-std::int64_t to_ns(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
-
-}  // namespace
+namespace {}  // namespace
 
 StillDetector::StillDetector(const StopOptions& options, StillListener& listener)
     : options_(options), listener_(listener), judge_(options), imu_sensor_(options.imu_sensor) {
@@ -60,7 +57,7 @@ void StillDetector::step(const MotionBin& bin) {
   }
   if (state_ == State::moving) begin_candidate(bin);
   still_end_ns_ = bin.end_ns();
-  longest_still_s_ = std::max(longest_still_s_, 1e-9 * static_cast<double>(still_end_ns_ - run_start_ns_));
+  longest_still_s_ = std::max(longest_still_s_, seconds_of_ns(still_end_ns_ - run_start_ns_));
   if (state_ == State::candidate) {
     extend_candidate(bin);
   } else {
@@ -76,8 +73,9 @@ void StillDetector::begin_candidate(const MotionBin& bin) {
   const StillJudge::Surroundings around = judge_.around_last();
   const std::int64_t settled_ns =
       swing_settled_ns(around.bins, around.last, judge_.bias(), judge_.noise_variance(), options_.angle_limit_rad);
-  const std::int64_t latest_ns = bin.start_ns + to_ns(options_.max_settle_s);
-  start_ns_ = std::min(std::max(settled_ns, judge_.turn_faded_ns()), latest_ns) + to_ns(options_.margin_s);
+  const std::int64_t latest_ns = bin.start_ns + whole_ns_of_seconds(options_.max_settle_s);
+  start_ns_ =
+      std::min(std::max(settled_ns, judge_.turn_faded_ns()), latest_ns) + whole_ns_of_seconds(options_.margin_s);
 }
 
 void StillDetector::extend_candidate(const MotionBin& bin) {
@@ -87,7 +85,8 @@ void StillDetector::extend_candidate(const MotionBin& bin) {
     return;
   }
   candidate_.push_back(bin);
-  if (bin.end_ns() - to_ns(options_.margin_s) - start_ns_ >= to_ns(options_.min_stop_s)) confirm_candidate();
+  if (bin.end_ns() - whole_ns_of_seconds(options_.margin_s) - start_ns_ >= whole_ns_of_seconds(options_.min_stop_s))
+    confirm_candidate();
 }
 
 void StillDetector::reject_candidate() {
@@ -120,7 +119,7 @@ void StillDetector::extend_stop(const MotionBin& bin) {
     open_.gyro_bias_rad_s += (bin.gyro_mean - open_.gyro_bias_rad_s) * (bin.samples / samples_);
   }
   open_.imu_gap = open_.imu_gap || bin.samples == 0;
-  open_.stop.end_ns = bin.end_ns() - to_ns(options_.margin_s) - 1;
+  open_.stop.end_ns = bin.end_ns() - whole_ns_of_seconds(options_.margin_s) - 1;
   listener_.still_until(open_.stop.end_ns + 1, open_.stop.index);
 }
 

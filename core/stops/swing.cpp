@@ -6,6 +6,8 @@
 #include <cmath>
 #include <complex>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 namespace {
 
@@ -148,7 +150,7 @@ std::int64_t swing_settled_ns(std::span<const MotionBin> bins, std::size_t first
   const double rate = (noise.asDiagonal() * found->amplitudes.transpose()).norm() * x / std::sin(std::min(x, 1.5));
   const double angle = rate / std::hypot(omega, 1.0 / found->decay_s);
   if (!(angle > 0.0)) return never_seen;
-  return bins[found->start_bin].start_ns + static_cast<std::int64_t>(1e9 * fading_s(*found, angle, angle_limit_rad));
+  return bins[found->start_bin].start_ns + whole_ns_of_seconds(fading_s(*found, angle, angle_limit_rad));
 }
 
 }  // namespace rigcal

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/seconds.h"
+
 namespace rigcal {
 
 void TurnIntegrator::begin(const StillGyro& from) {
@@ -13,7 +15,7 @@ void TurnIntegrator::begin(const StillGyro& from) {
 void TurnIntegrator::add(const MotionBin& bin) {
   const Vector3d phi = bin.turn - from_.bias_rad_s * bin.turn_s;
   const Matrix3d step = exp_so3(phi);
-  const double since_s = 1e-9 * static_cast<double>(bin.start_ns + MotionBin::length_ns / 2 - from_.middle_ns);
+  const double since_s = seconds_of_ns(bin.start_ns + MotionBin::length_ns / 2 - from_.middle_ns);
   // The right Jacobian is the left one of -phi.
   derivative_ = step.transpose() * derivative_ - left_jacobian_so3(-phi) * (bin.turn_s * since_s);
   R_ = R_ * step;
@@ -24,7 +26,7 @@ void TurnIntegrator::add(const MotionBin& bin) {
 }
 
 Turn TurnIntegrator::finish(const StillGyro& to, double noise_variance, double scale_sigma) const {
-  const double between_s = 1e-9 * static_cast<double>(to.middle_ns - from_.middle_ns);
+  const double between_s = seconds_of_ns(to.middle_ns - from_.middle_ns);
   const Vector3d slope = (to.bias_rad_s - from_.bias_rad_s) / between_s;
   Turn turn;
   turn.R_previous_this = nearest_rotation(R_ * exp_so3(derivative_ * slope));

@@ -4,17 +4,13 @@
 #include <chrono>
 #include <thread>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 
 namespace rigcal::camera {
 namespace {
 
 constexpr std::size_t kMostRefusals = 20;  ///< That are told of one loss.
-
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 /// What no back end can do.
 Expected<void> check_config(const CameraConfig& config) {
@@ -136,7 +132,7 @@ void Camera::close() {
 Delivery Camera::lose(const std::string& how) {
   ++counters_.losses;
   is_gone_ = true;
-  search_ns_ = now_ns();
+  search_ns_ = monotonic_now_ns();
   refusals_.clear();
   Delivery delivery;
   delivery.kind = Delivery::Kind::lost;
@@ -145,19 +141,19 @@ Delivery Camera::lose(const std::string& how) {
 }
 
 Delivery Camera::search(std::int64_t timeout_ns) {
-  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  const std::int64_t deadline_ns = monotonic_now_ns() + timeout_ns;
   while (true) {
-    if (now_ns() >= search_ns_) {
+    if (monotonic_now_ns() >= search_ns_) {
       do_let_go();
       const auto started = do_start();
       if (started) return back();
       do_let_go();
-      search_ns_ = now_ns() + search_pause_ns_;
+      search_ns_ = monotonic_now_ns() + search_pause_ns_;
       if (auto delivery = refused(started.error())) return *std::move(delivery);
     }
-    const std::int64_t left_ns = deadline_ns - now_ns();
+    const std::int64_t left_ns = deadline_ns - monotonic_now_ns();
     if (left_ns <= 0) return {};
-    const std::int64_t pause_ns = std::max<std::int64_t>(search_ns_ - now_ns(), 0);
+    const std::int64_t pause_ns = std::max<std::int64_t>(search_ns_ - monotonic_now_ns(), 0);
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left_ns, pause_ns)));
   }
 }

@@ -2,13 +2,15 @@
 
 #include <ctime>
 
+#include "core/base/seconds.h"
+
 namespace rigcal::net {
 namespace {
 
 std::int64_t read(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
-  return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
+  return static_cast<std::int64_t>(time.tv_sec) * ns_per_second + time.tv_nsec;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/seconds.h"
 #include "drivers/net/port_holders.h"
 
 namespace rigcal::net {
@@ -225,7 +226,7 @@ Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
       if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SCM_TIMESTAMPNS) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-        received.realtime_ns = static_cast<std::int64_t>(stamp.tv_sec) * 1'000'000'000 + stamp.tv_nsec;
+        received.realtime_ns = static_cast<std::int64_t>(stamp.tv_sec) * ns_per_second + stamp.tv_nsec;
       } else if (part->cmsg_level == IPPROTO_IP && part->cmsg_type == IP_PKTINFO) {
         in_pktinfo info{};
         std::memcpy(&info, CMSG_DATA(part), sizeof info);

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <ctime>
 
+#include "core/base/seconds.h"
+
 namespace rigcal::net {
 
 struct Waiter::State {
@@ -34,7 +36,7 @@ Expected<Waiter> Waiter::create(const std::vector<int>& descriptors) {
 }
 
 bool Waiter::wait(std::int64_t timeout_ns) {
-  const timespec timeout{timeout_ns / 1'000'000'000, timeout_ns % 1'000'000'000};
+  const timespec timeout{timeout_ns / ns_per_second, timeout_ns % ns_per_second};
   const int ready = ppoll(state_->watched.data(), state_->watched.size(), timeout_ns < 0 ? nullptr : &timeout, nullptr);
   if (ready <= 0) {
     for (pollfd& watched : state_->watched) watched.revents = 0;

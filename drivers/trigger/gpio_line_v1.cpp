@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 
+#include "core/base/seconds.h"
 #include "drivers/trigger/gpio_chips.h"
 #include "drivers/trigger/gpio_line.h"
 
@@ -124,7 +125,7 @@ Expected<std::size_t> InputLine::read(std::span<Edge> edges) {
   const int count = gpiod_line_event_read_fd_multiple(state_->descriptor, events.data(), room);
   if (count < 0) return refused(state_->address, "be read", errno);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    edges[i] = {static_cast<std::int64_t>(events[i].ts.tv_sec) * 1'000'000'000 + events[i].ts.tv_nsec,
+    edges[i] = {static_cast<std::int64_t>(events[i].ts.tv_sec) * ns_per_second + events[i].ts.tv_nsec,
                 events[i].event_type == GPIOD_LINE_EVENT_RISING_EDGE, 0};
   }
   return static_cast<std::size_t>(count);

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/seconds.h"
+
 namespace rigcal::trigger {
 namespace {
 
@@ -37,8 +39,8 @@ Error pps_error(const std::string& device, int refusal) {
 /// What the device saw last, waited for at most that long: 0, or an errno.
 int fetch(int descriptor, std::int64_t timeout_ns, pps_fdata& fetched) {
   fetched = {};
-  fetched.timeout.sec = timeout_ns / 1'000'000'000;
-  fetched.timeout.nsec = static_cast<std::int32_t>(timeout_ns % 1'000'000'000);
+  fetched.timeout.sec = timeout_ns / ns_per_second;
+  fetched.timeout.nsec = static_cast<std::int32_t>(timeout_ns % ns_per_second);
   return ioctl(descriptor, PPS_FETCH, &fetched) == 0 ? 0 : errno;
 }
 
@@ -107,7 +109,7 @@ Expected<std::optional<PpsPulse>> PpsDevice::next(std::int64_t timeout_ns) {
   const std::optional<std::uint32_t> missed = count_.missed_before(sequence);
   if (!missed) return std::optional<PpsPulse>();
   const pps_ktime& rose = fetched.info.assert_tu;
-  return std::optional<PpsPulse>(PpsPulse{sequence, *missed, rose.sec * 1'000'000'000 + rose.nsec});
+  return std::optional<PpsPulse>(PpsPulse{sequence, *missed, rose.sec * ns_per_second + rose.nsec});
 }
 
 bool is_still_there(int descriptor, const std::string& path) {

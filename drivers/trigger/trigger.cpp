@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "core/base/seconds.h"
 #include "drivers/net/privileges.h"
 #include "drivers/net/waiter.h"
 #include "drivers/trigger/edge_levels.h"
@@ -19,14 +20,8 @@ constexpr std::int64_t longest_wait_ns = 100'000'000;  // After which a thread s
 constexpr std::int64_t regain_ns = 500'000'000;
 constexpr const char* consumer = "rigcal";
 
-std::int64_t monotonic_now() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
-}
-
 void sleep_until(std::int64_t monotonic_ns) {
-  const timespec until{monotonic_ns / 1'000'000'000, monotonic_ns % 1'000'000'000};
+  const timespec until{monotonic_ns / ns_per_second, monotonic_ns % ns_per_second};
   clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);  // Woken early: the caller looks at the time.
 }
 
@@ -112,7 +107,7 @@ void Trigger::tell(TriggerSource source, TriggerEventKind kind, std::int64_t num
 }
 
 void Trigger::tell_now(TriggerSource source, TriggerEventKind kind) {
-  tell(source, kind, 0, clock_.from_monotonic(monotonic_now()));
+  tell(source, kind, 0, clock_.from_monotonic(monotonic_now_ns()));
 }
 
 template <class Device>
@@ -122,10 +117,10 @@ std::optional<Device> Trigger::regain(TriggerSource source, const std::function<
     const std::lock_guard lock(mutex_);
     ++report_.losses;
   }
-  std::int64_t next_try = monotonic_now() + regain_ns;
+  std::int64_t next_try = monotonic_now_ns() + regain_ns;
   while (is_running_.load()) {
     beat_of(source).beat();
-    const std::int64_t now = monotonic_now();
+    const std::int64_t now = monotonic_now_ns();
     if (now < next_try) {
       sleep_until(std::min(next_try, now + longest_wait_ns));
       continue;
@@ -164,14 +159,14 @@ void Trigger::run_output(std::optional<OutputLine> line) {
       report_.notes.push_back("the trigger has " + refusal);
     }
   }
-  PulseMachine machine(options_.pattern, monotonic_now() + lead_ns);
+  PulseMachine machine(options_.pattern, monotonic_now_ns() + lead_ns);
   while (true) {
     beat_of(TriggerSource::output).beat();
     if (!is_running_.load()) machine.end();
     machine.hold(is_held_.load());
     const std::optional<std::int64_t> wake = machine.wake_ns();
     if (!wake) break;
-    const std::int64_t before = monotonic_now();
+    const std::int64_t before = monotonic_now_ns();
     const std::optional<PulseAction> action = machine.step(before);
     if (!action) {
       note_places(machine);
@@ -182,7 +177,7 @@ void Trigger::run_output(std::optional<OutputLine> line) {
     if (action->is_high) last_pulse_ns_.store(clock_.from_monotonic(before));
     if (line->set(action->is_high)) {
       // Half of the time that the call took: where in it the line changed is not known.
-      if (action->is_high) note_pulse(*action, before + (monotonic_now() - before) / 2);
+      if (action->is_high) note_pulse(*action, before + (monotonic_now_ns() - before) / 2);
       continue;
     }
     line.reset();  // While it is held, the chip comes back under another name.

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/base/seconds.h"
+
 namespace rigcal::turntable {
 namespace {
 
@@ -17,7 +19,7 @@ std::unique_ptr<TableProtocol> make_protocol(const TableOptions& options) {
   return std::make_unique<AsciiProtocol>(options.ascii);
 }
 
-double now_s() { return 1e-9 * static_cast<double>(net::read_clocks().monotonic_ns); }
+double now_s() { return seconds_of_ns(monotonic_now_ns()); }
 
 }  // namespace
 
@@ -62,7 +64,7 @@ std::optional<double> Table::angle_deg() const {
 }
 
 void Table::tell(const std::vector<TableNews>& news) {
-  const std::int64_t stamp_ns = clock_.from_monotonic(net::read_clocks().monotonic_ns);
+  const std::int64_t stamp_ns = clock_.from_monotonic(monotonic_now_ns());
   const std::lock_guard lock(mutex_);
   for (const TableNews& each : news) {
     TableEvent event{each, stamp_ns};

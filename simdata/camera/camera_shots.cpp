@@ -1,9 +1,9 @@
 #include "simdata/camera/camera_shots.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/random.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -42,7 +42,7 @@ std::vector<ExposurePulse> plan_exposures(const std::vector<SimulatedCamera>& ca
 ClockTruth camera_clock(std::uint64_t seed, int sensor) {
   Random random(seed, camera_clock_stream + static_cast<std::uint64_t>(sensor));
   const double started_s = random.uniform(20.0, 600.0);
-  return {std::llround(started_s * 1e9), random.uniform(-50.0, 50.0)};
+  return {ns_of_seconds(started_s), random.uniform(-50.0, 50.0)};
 }
 
 }  // namespace rigcal::sim

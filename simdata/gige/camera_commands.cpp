@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/network_order.h"
+#include "core/base/seconds.h"
 #include "simdata/gige/camera_description.h"
 #include "simdata/gige/virtual_camera.h"
 
@@ -14,7 +15,7 @@ using Access = RegisterMemory::Access;
 using gige::Status;
 
 constexpr std::int64_t shortest_reset_ns = 10'000'000;  // The command is answered before.
-constexpr std::int64_t tick_ns = 1'000'000'000 / CameraRegisters::kTicksPerSecond;
+constexpr std::int64_t tick_ns = ns_per_second / CameraRegisters::kTicksPerSecond;
 
 std::uint32_t to_word(const gige::Ipv4& ip) {
   return std::uint32_t{ip[0]} << 24U | std::uint32_t{ip[1]} << 16U | std::uint32_t{ip[2]} << 8U | ip[3];
@@ -41,7 +42,7 @@ std::vector<std::uint8_t> VirtualCamera::serve(std::int64_t now_ns, const Endpoi
     memory.set(bootstrap::kGateway, to_word(force->gateway));
     return gige::encode_ack(gige::ForceIpAck{}, frame.id);
   }
-  registers_.update_computed(static_cast<double>(now_ns - booted_ns_) * 1e-9);
+  registers_.update_computed(seconds_of_ns(now_ns - booted_ns_));
   if (const auto* read = std::get_if<gige::ReadRegistersRequest>(&request)) return read_registers(from, frame, *read);
   if (const auto* read = std::get_if<gige::ReadMemoryRequest>(&request)) return read_memory(from, frame, *read);
   if (const auto* write = std::get_if<gige::WriteRegistersRequest>(&request))

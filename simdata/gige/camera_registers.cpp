@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/base/error.h"
+#include "core/base/seconds.h"
 #include "drivers/gige_codec/chunks.h"
 #include "drivers/gige_codec/pixel_code.h"
 #include "drivers/gige_codec/stream_packet.h"
@@ -220,7 +221,7 @@ std::int64_t CameraRegisters::link_time_ns(std::size_t payload_bytes) const {
   const double bytes =
       static_cast<double>(payload_bytes) + packets * static_cast<double>(packet - room + ethernet_bytes);
   const double delay_s = packets * memory_.value(bootstrap::kStreamPacketDelay) / static_cast<double>(kTicksPerSecond);
-  return std::llround((8.0 * bytes / options_.link_bits_per_s + delay_s) * 1e9);
+  return ns_of_seconds(8.0 * bytes / options_.link_bits_per_s + delay_s);
 }
 
 void CameraRegisters::update_computed(double on_s) {

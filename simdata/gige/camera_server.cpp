@@ -7,8 +7,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "drivers/gige_codec/pixel_code.h"
-#include "drivers/net/session_clock.h"
 #include "drivers/net/udp_socket.h"
 #include "drivers/net/waiter.h"
 #include "simdata/gige/brightness.h"
@@ -24,8 +24,6 @@ constexpr std::int64_t pulse_ns = 1'000'000;        // Of a datagram.
 constexpr std::size_t most_waiting = 16;            // Frames whose pixels are not there yet.
 constexpr std::size_t most_pulses = 1U << 16U;
 constexpr std::size_t group = 64;
-
-std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 
 struct Unit {
   ServedCamera served;
@@ -43,7 +41,7 @@ Expected<std::unique_ptr<Unit>> open_unit(ServedCamera served, std::uint64_t see
   if (!control) return control.error();
   auto stream = open_socket(ip, 0);
   if (!stream) return stream.error();
-  VirtualCamera camera(served.device, stream->local().port, now_ns());
+  VirtualCamera camera(served.device, stream->local().port, monotonic_now_ns());
   StreamSender sender(served.faults, served.device.link_bits_per_s, seed);
   return std::make_unique<Unit>(
       Unit{std::move(served), *std::move(control), *std::move(stream), std::move(camera), std::move(sender), {}, {}});
@@ -125,7 +123,7 @@ class CameraServer::Impl {
       std::int64_t next = INT64_MAX;
       {
         const std::lock_guard lock(mutex_);
-        const std::int64_t now = now_ns();
+        const std::int64_t now = monotonic_now_ns();
         hear_triggers(now);
         give_pulses(now);
         hear_broadcasts(now);
@@ -135,7 +133,7 @@ class CameraServer::Impl {
         }
         if (!pulses_.empty()) next = std::min(next, pulses_.front().rise_ns);
       }
-      waiter_.wait(std::clamp(next - now_ns(), shortest_wait_ns, longest_wait_ns));
+      waiter_.wait(std::clamp(next - monotonic_now_ns(), shortest_wait_ns, longest_wait_ns));
     }
   }
 
@@ -255,7 +253,7 @@ class CameraServer::Impl {
 
   static std::int64_t next_ns(const Unit& unit) {
     std::int64_t next = std::min(unit.camera.deadline_ns(), unit.sender.deadline_ns());
-    if (!unit.waiting.empty()) next = std::min(next, now_ns() + source_wait_ns);
+    if (!unit.waiting.empty()) next = std::min(next, monotonic_now_ns() + source_wait_ns);
     return next;
   }
 
@@ -320,7 +318,7 @@ void CameraServer::pulse(const LinePulse& pulse) { impl_->pulse(pulse); }
 void CameraServer::reboot(std::size_t camera) {
   impl_->with_unit(camera, [this](Unit& unit) {
     CameraOutput output;
-    unit.camera.reboot(now_ns(), output);
+    unit.camera.reboot(monotonic_now_ns(), output);
     impl_->do_output(unit, output);
   });
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "drivers/gige_codec/pixel_code.h"
 #include "drivers/gige_codec/stream_packet.h"
 
@@ -17,8 +18,6 @@ constexpr std::int64_t twice_within_ns = 5'000'000'000;  // A command that comes
 constexpr double pending_from_s = 0.1;                   // Answers that take longer are said to be pending.
 constexpr std::size_t most_delayed = 256;
 constexpr double wanted_mean = 0.45;
-
-std::int64_t to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 gige::Ipv4 to_ip(std::uint32_t value) {
   return {static_cast<std::uint8_t>(value >> 24U), static_cast<std::uint8_t>(value >> 16U),
@@ -71,7 +70,7 @@ void VirtualCamera::start(std::int64_t now_ns) {
 }
 
 void VirtualCamera::reboot(std::int64_t now_ns, CameraOutput& out) {
-  start(now_ns + to_ns(options_.boot_s));
+  start(now_ns + ns_of_seconds(options_.boot_s));
   dark_until_ns_ = booted_ns_;
   out.is_stream_closed = true;
 }
@@ -80,7 +79,7 @@ std::uint64_t VirtualCamera::ticks(std::int64_t now_ns) const {
   const auto on_ns = static_cast<double>(now_ns - booted_ns_) * (1.0 + options_.clock_drift);
   const std::int64_t own_ns = clock_zero_ns_ + std::llround(on_ns);
   return static_cast<std::uint64_t>(std::max<std::int64_t>(own_ns, 0)) /
-         (1'000'000'000 / CameraRegisters::kTicksPerSecond);
+         (ns_per_second / CameraRegisters::kTicksPerSecond);
 }
 
 void VirtualCamera::set_stream_port(std::uint16_t port) {
@@ -97,7 +96,7 @@ StreamTarget VirtualCamera::stream() const {
   target.packet_bytes = size & gige::kPacketSizeBits;
   target.do_not_fragment = (size & gige::kDoNotFragment) != 0;
   target.packet_delay_ns =
-      std::int64_t{memory.value(bootstrap::kStreamPacketDelay)} * (1'000'000'000 / CameraRegisters::kTicksPerSecond);
+      std::int64_t{memory.value(bootstrap::kStreamPacketDelay)} * (ns_per_second / CameraRegisters::kTicksPerSecond);
   return target;
 }
 

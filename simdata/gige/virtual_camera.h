@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/seconds.h"
 #include "core/records/records.h"
 #include "drivers/gige_codec/ack.h"
 #include "simdata/gige/camera_registers.h"
@@ -137,9 +138,7 @@ class VirtualCamera {
   [[nodiscard]] gige::Status write_packet_size(std::uint32_t value, CameraOutput& out);
   [[nodiscard]] gige::Status do_command(std::int64_t now_ns, Feature feature);
   void control_timestamp(std::int64_t now_ns, std::uint32_t value);
-  [[nodiscard]] std::int64_t answer_delay_ns() const {
-    return static_cast<std::int64_t>(options_.answer_delay_s * 1e9);
-  }
+  [[nodiscard]] std::int64_t answer_delay_ns() const { return whole_ns_of_seconds(options_.answer_delay_s); }
 
   VirtualCameraOptions options_;
   std::uint16_t stream_port_ = 0;

@@ -1,19 +1,20 @@
 #include "simdata/live/device_time.h"
 
+#include "core/base/seconds.h"
+
 namespace rigcal::sim {
 namespace {
 
-constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t soonest_ns = 10'000'000;
 constexpr std::int64_t latest_ns = 500'000'000;
-constexpr std::int64_t utc_lasts_ns = 3 * second_ns;
-constexpr std::int64_t last_utc_ns = 8'990'000'000 * second_ns;  // The year on the wire ends with 2255.
+constexpr std::int64_t utc_lasts_ns = 3 * ns_per_second;
+constexpr std::int64_t last_utc_ns = 8'990'000'000 * ns_per_second;  // The year on the wire ends with 2255.
 
 }  // namespace
 
 std::int64_t DeviceTime::since_pulse_ns(std::int64_t time_ns) const {
-  const std::int64_t rest = (time_ns - options_.pulse_ns) % second_ns;
-  return rest < 0 ? rest + second_ns : rest;
+  const std::int64_t rest = (time_ns - options_.pulse_ns) % ns_per_second;
+  return rest < 0 ? rest + ns_per_second : rest;
 }
 
 bool DeviceTime::set_utc(std::int64_t now_ns, std::int64_t unix_ns) {

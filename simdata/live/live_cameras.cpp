@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "core/records/pixel_format.h"
-#include "drivers/net/session_clock.h"
 #include "simdata/camera/camera_shots.h"
 #include "simdata/gige/test_pattern.h"
 #include "simdata/live/camera_units.h"
@@ -59,8 +59,8 @@ class LiveCameras::Source final : public FrameSource {
   std::size_t nearest(std::int64_t time_ns) const {
     const std::int64_t start_ns = clock_->start_ns;
     if (time_ns <= start_ns) return 0;
-    const double time_s = std::fmod(static_cast<double>(time_ns - start_ns) * 1e-9 * clock_->speed, duration_s_) -
-                          frames_->cameras()[camera_].delay_s;
+    const double time_s =
+        std::fmod(seconds_of_ns(time_ns - start_ns) * clock_->speed, duration_s_) - frames_->cameras()[camera_].delay_s;
     const std::vector<ExposurePulse>& pulses = frames_->pulses();
     const auto nearer = [time_s](const ExposurePulse& a, const ExposurePulse& b) {
       return std::abs(a.time_s - time_s) < std::abs(b.time_s - time_s);
@@ -91,7 +91,7 @@ Expected<std::unique_ptr<LiveCameras>> LiveCameras::start(const Scene& scene, co
   made->duration_s_ = simulated.motion.duration_s();
   made->has_own_pulses_ = options.trigger_port == 0;
   if (rig.trigger) made->pulse_s_ = 1e-6 * rig.trigger->pulse_us;
-  made->switched_on_ns_ = net::read_clocks().monotonic_ns;
+  made->switched_on_ns_ = monotonic_now_ns();
   if (!cameras->empty() && !options.is_test_pattern)
     made->frames_ =
         std::make_shared<RenderedFrames>(scene, caster, simulated.motion, *cameras, made->pulses_, run.seed);
@@ -155,12 +155,12 @@ void LiveCameras::give_pulses(std::int64_t now_ns) {
   const auto time_of = [&](std::uint64_t number) {
     const auto run = static_cast<double>(number / pulses_.size());
     const double time_s = run * duration_s_ + pulses_[number % pulses_.size()].time_s;
-    return start_ns + std::llround(time_s / clock_->speed * 1e9);
+    return start_ns + ns_of_seconds(time_s / clock_->speed);
   };
   while ((repeats_ || given_ < pulses_.size()) && time_of(given_) <= now_ns + pulses_ahead_ns) {
     const std::int64_t rise_ns = time_of(given_);
     if (has_own_pulses_)
-      server_->pulse({0, rise_ns, rise_ns + std::llround(pulse_s_ * 1e9), static_cast<std::int64_t>(given_)});
+      server_->pulse({0, rise_ns, rise_ns + ns_of_seconds(pulse_s_), static_cast<std::int64_t>(given_)});
     ++given_;
     if (frames_) frames_->set_next((given_ + pulses_.size() - 1) % pulses_.size());
   }
@@ -168,7 +168,7 @@ void LiveCameras::give_pulses(std::int64_t now_ns) {
 
 void LiveCameras::happen(std::int64_t now_ns) {
   for (Event& event : events_) {
-    const auto at = [this](double time_s) { return switched_on_ns_ + std::llround(time_s * 1e9); };
+    const auto at = [this](double time_s) { return switched_on_ns_ + ns_of_seconds(time_s); };
     const Incident& incident = event.incident;
     const std::int64_t end_ns = at(incident.time_s + incident.length_s);
     if (!event.has_begun && now_ns >= at(incident.time_s)) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "drivers/net/session_clock.h"
 #include "simdata/live/camera_units.h"
 #include "simdata/live/live_stamp.h"
@@ -18,8 +19,6 @@ constexpr std::int64_t lead_ns = 20'000'000;            // From the last "start"
 constexpr std::int64_t render_wait_ns = 2'000'000;      // Until a block that is not rendered yet is looked for again.
 constexpr std::int64_t last_frames_ns = 5'000'000'000;  // The run's last images may take so long after its end.
 constexpr double late_s = 0.1;                          // From here on the rendering is too slow for what is asked.
-
-std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 
 class LiveRun {
  public:
@@ -43,7 +42,7 @@ class LiveRun {
 
   Expected<LiveSummary> run(const RunContext& context) {
     while (!context.cancelled()) {
-      const std::int64_t now = now_ns();
+      const std::int64_t now = monotonic_now_ns();
       rack_.serve(now);
       for (std::size_t i = 0; i < units_.size(); ++i) follow(i);
       if (!start_ns_ && is_wanted(now)) {
@@ -53,7 +52,7 @@ class LiveRun {
       cameras_.tick(now);
       if (start_ns_) {
         if (const auto sent = send_due(now); !sent) return sent.error();
-        const double run_s = std::max(0.0, static_cast<double>(now - *start_ns_) * 1e-9 * options_.speed);
+        const double run_s = std::max(0.0, seconds_of_ns(now - *start_ns_) * options_.speed);
         summary_.seconds = options_.loop ? run_s : std::min(run_s, duration_s_);
         if (table_ != nullptr) turn_table(run_s);
         context.reporter.progress("serve", options_.loop ? -1.0 : summary_.seconds / duration_s_);
@@ -103,8 +102,7 @@ class LiveRun {
     ahead_.set_points(index, control.settings().point_type(), control.settings().nearest_only());
     if (control.booted_ns() == unit.booted_ns) return;
     unit.booted_ns = control.booted_ns();
-    const double run_s =
-        start_ns_ ? static_cast<double>(unit.booted_ns - *start_ns_) * 1e-9 : 0.0;  // Of the host's time.
+    const double run_s = start_ns_ ? seconds_of_ns(unit.booted_ns - *start_ns_) : 0.0;  // Of the host's time.
     unit.boot_stamp_ns = unit.device.clock.stamp_ns(run_s);
   }
 
@@ -113,7 +111,7 @@ class LiveRun {
   }
   // When a true time of the block's run is, on this machine's clock.
   std::int64_t host_ns(const LiveBlock& block, double time_s) const {
-    return *start_ns_ + std::llround((earlier_s(block) + time_s) / options_.speed * 1e9);
+    return *start_ns_ + ns_of_seconds((earlier_s(block) + time_s) / options_.speed);
   }
   // A device's packets go one way and do not overtake each other.
   std::int64_t due_ns(const Unit& unit) const {
@@ -143,7 +141,7 @@ class LiveRun {
         if (due > now) break;
         units_[i].last_due_ns = due;
         if (const auto sent = send_next(i, due); !sent) return sent.error();
-        summary_.latest_s = std::max(summary_.latest_s, static_cast<double>(now - due) * 1e-9);
+        summary_.latest_s = std::max(summary_.latest_s, seconds_of_ns(now - due));
       }
     }
     return {};
@@ -177,7 +175,7 @@ class LiveRun {
   }
 
   bool is_over(std::int64_t now) {
-    const std::int64_t end_ns = *start_ns_ + std::llround(duration_s_ / options_.speed * 1e9);
+    const std::int64_t end_ns = *start_ns_ + ns_of_seconds(duration_s_ / options_.speed);
     if (options_.loop || now < end_ns || !ahead_.is_over()) return false;
     for (std::size_t i = 0; i < units_.size(); ++i)
       if (has_next(i)) return false;
@@ -186,7 +184,7 @@ class LiveRun {
   std::int64_t next_ns() {
     std::int64_t next = INT64_MAX;
     for (std::size_t i = 0; start_ns_ && i < units_.size(); ++i)
-      next = std::min(next, has_next(i) ? due_ns(units_[i]) : now_ns() + render_wait_ns);
+      next = std::min(next, has_next(i) ? due_ns(units_[i]) : monotonic_now_ns() + render_wait_ns);
     return next;
   }
 
@@ -208,7 +206,7 @@ TimeSourceOptions time_of(TimeSource source) {
   TimeSourceOptions time;
   time.source = source;
   time.utc_offset_ns = clocks.realtime_ns - clocks.monotonic_ns;
-  time.pulse_ns = -time.utc_offset_ns % 1'000'000'000;
+  time.pulse_ns = -time.utc_offset_ns % ns_per_second;
   return time;
 }
 

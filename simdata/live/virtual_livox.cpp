@@ -1,9 +1,9 @@
 #include "simdata/live/virtual_livox.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "drivers/livox_codec/status.h"
 
 namespace rigcal::sim {
@@ -14,8 +14,6 @@ using livox::WorkState;
 
 constexpr std::int64_t status_period_ns = 100'000'000;
 constexpr std::size_t most_delayed = 64;
-
-std::int64_t to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 bool is_error(std::uint32_t status) { return livox::decode_status(status).system == livox::Level::error; }
 
@@ -46,11 +44,11 @@ void VirtualLivox::start(std::int64_t now_ns) {
 
 void VirtualLivox::spin_up(std::int64_t now_ns) {
   work_state_ = WorkState::initialising;
-  spun_up_ns_ = now_ns + to_ns(options_.spin_up_s);
+  spun_up_ns_ = now_ns + ns_of_seconds(options_.spin_up_s);
 }
 
 void VirtualLivox::reboot(std::int64_t now_ns) {
-  start(now_ns + to_ns(options_.boot_s));
+  start(now_ns + ns_of_seconds(options_.boot_s));
   is_dark_ = true;
   dark_until_ns_ = booted_ns_;
 }
@@ -80,7 +78,7 @@ void VirtualLivox::tick(std::int64_t now_ns, std::vector<DeviceFrame>& out) {
   time_.tick(now_ns);
   if (work_state_ == WorkState::initialising && spun_up_ns_ == INT64_MIN) spin_up(now_ns);
   if (work_state_ == WorkState::initialising && now_ns >= spun_up_ns_) work_state_ = WorkState::normal;
-  if (owner_ && now_ns - heartbeat_ns_ >= to_ns(options_.owner_timeout_s)) release(now_ns);
+  if (owner_ && now_ns - heartbeat_ns_ >= ns_of_seconds(options_.owner_timeout_s)) release(now_ns);
   if (now_ns < silent_until_ns_) return;
   for (auto it = delayed_.begin(); it != delayed_.end();) {
     if (it->due_ns > now_ns) {
@@ -91,7 +89,7 @@ void VirtualLivox::tick(std::int64_t now_ns, std::vector<DeviceFrame>& out) {
     it = delayed_.erase(it);
   }
   if (!owner_ && !is_owned_by_other_ && now_ns >= broadcast_due_ns_) {
-    broadcast_due_ns_ = now_ns + to_ns(options_.broadcast_s);
+    broadcast_due_ns_ = now_ns + ns_of_seconds(options_.broadcast_s);
     send(now_ns, options_.broadcast_to, livox::make_broadcast(options_.identity, message_seq_++), out);
   }
   const bool abnormal = livox::decode_status(status_).system != livox::Level::normal;
@@ -112,7 +110,7 @@ std::int64_t VirtualLivox::deadline_ns() const {
   }
   if (work_state_ == WorkState::initialising) sooner(spun_up_ns_);
   if (const auto lapse = time_.deadline_ns()) sooner(*lapse);
-  if (owner_) sooner(heartbeat_ns_ + to_ns(options_.owner_timeout_s));
+  if (owner_) sooner(heartbeat_ns_ + ns_of_seconds(options_.owner_timeout_s));
   const auto speaks_at = [&](std::int64_t time_ns) { sooner(std::max(time_ns, silent_until_ns_)); };
   if (!owner_ && !is_owned_by_other_) speaks_at(broadcast_due_ns_);
   if (owner_ && livox::decode_status(status_).system != livox::Level::normal) speaks_at(status_due_ns_);
@@ -154,7 +152,7 @@ livox::HeartbeatAck VirtualLivox::heartbeat(std::int64_t now_ns) const {
   ack.features = settings_.suppresses_rain() ? 1 : 0;
   ack.progress_or_status = status();
   if (work_state_ == WorkState::initialising) {
-    const double left = static_cast<double>(spun_up_ns_ - now_ns) * 1e-9 / options_.spin_up_s;
+    const double left = seconds_of_ns(spun_up_ns_ - now_ns) / options_.spin_up_s;
     ack.progress_or_status = static_cast<std::uint32_t>(std::clamp(100.0 * (1.0 - left), 0.0, 100.0));
   }
   return ack;
@@ -185,7 +183,7 @@ std::optional<livox::ControlPayload> VirtualLivox::answer(std::int64_t now_ns, c
   }
   if (const auto* power = std::get_if<livox::SetPowerModeRequest>(&request)) return switch_power(now_ns, power->value);
   if (std::holds_alternative<livox::DisconnectRequest>(request)) {
-    release(now_ns + to_ns(options_.broadcast_s));
+    release(now_ns + ns_of_seconds(options_.broadcast_s));
     return livox::DisconnectAck{};
   }
   if (const auto* delay = std::get_if<livox::RebootRequest>(&request)) {
@@ -206,7 +204,7 @@ void VirtualLivox::send(std::int64_t now_ns, const Endpoint& to, std::vector<std
   if (happens(faults.wrong_checksum)) bytes[random_.below(bytes.size())] ^= 0x10U;
   if (happens(faults.duplicate)) out.push_back({to, bytes});
   if (happens(faults.delay) && delayed_.size() < most_delayed) {
-    delayed_.push_back({now_ns + to_ns(random_.uniform(0.0, faults.longest_delay_s)), {to, std::move(bytes)}});
+    delayed_.push_back({now_ns + ns_of_seconds(random_.uniform(0.0, faults.longest_delay_s)), {to, std::move(bytes)}});
     return;
   }
   out.push_back({to, std::move(bytes)});

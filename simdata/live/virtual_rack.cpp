@@ -1,10 +1,9 @@
 #include "simdata/live/virtual_rack.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "drivers/net/session_clock.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -12,8 +11,6 @@ namespace {
 constexpr std::int64_t shortest_wait_ns = 200'000;  // Packets leave in small groups, not one by one.
 constexpr std::int64_t longest_wait_ns = 50'000'000;
 constexpr std::size_t batch_datagrams = 32;
-
-std::int64_t to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 Error unknown_sensor(const Incident& incident) {
   return input_error("there is no LiDAR '" + incident.sensor + "' among the devices", "incident",
@@ -39,7 +36,7 @@ Expected<std::unique_ptr<VirtualRack>> VirtualRack::open(std::vector<RackDevice>
                      [&incident](const RackDevice& device) { return device.name == incident.sensor; }))
       return unknown_sensor(incident);
   }
-  const std::int64_t now_ns = net::read_clocks().monotonic_ns;
+  const std::int64_t now_ns = monotonic_now_ns();
   std::vector<Unit> units;
   std::vector<int> descriptors;
   for (RackDevice& device : devices) {
@@ -67,11 +64,11 @@ VirtualRack::VirtualRack(std::vector<Unit> units, net::Waiter waiter, RackOption
 void VirtualRack::happen(std::int64_t now_ns) {
   for (std::size_t i = 0; i < options_.incidents.size(); ++i) {
     const Incident& incident = options_.incidents[i];
-    const std::int64_t start_ns = switched_on_ns_ + to_ns(incident.time_s);
+    const std::int64_t start_ns = switched_on_ns_ + ns_of_seconds(incident.time_s);
     const auto unit = std::find_if(units_.begin(), units_.end(),
                                    [&incident](const Unit& other) { return other.device.name == incident.sensor; });
     if (incident.kind == Incident::Kind::owned_by_other) {
-      unit->control.set_owned_by_other(now_ns >= start_ns && now_ns < start_ns + to_ns(incident.length_s));
+      unit->control.set_owned_by_other(now_ns >= start_ns && now_ns < start_ns + ns_of_seconds(incident.length_s));
     } else if (!happened_[i] && now_ns >= start_ns) {
       happened_[i] = true;
       happen_once(incident, *unit, now_ns);
@@ -85,13 +82,13 @@ void VirtualRack::happen_once(const Incident& incident, Unit& unit, std::int64_t
       unit.control.reboot(now_ns);
       break;
     case Incident::Kind::silence:
-      unit.control.fall_silent(switched_on_ns_ + to_ns(incident.time_s + incident.length_s));
+      unit.control.fall_silent(switched_on_ns_ + ns_of_seconds(incident.time_s + incident.length_s));
       break;
     case Incident::Kind::status:
       unit.control.set_status(incident.status);
       break;
     case Incident::Kind::clock_jump:
-      unit.clock_shift_ns += to_ns(incident.length_s);
+      unit.clock_shift_ns += ns_of_seconds(incident.length_s);
       break;
     case Incident::Kind::refusal:
       unit.control.refuse(incident.refused);
@@ -119,7 +116,7 @@ void VirtualRack::serve(std::int64_t now_ns) {
 
 void VirtualRack::wait(std::int64_t until_ns) {
   for (const Unit& unit : units_) until_ns = std::min(until_ns, unit.control.deadline_ns());
-  const std::int64_t left_ns = until_ns - net::read_clocks().monotonic_ns;
+  const std::int64_t left_ns = until_ns - monotonic_now_ns();
   waiter_.wait(std::clamp(left_ns, shortest_wait_ns, longest_wait_ns));
 }
 
@@ -134,7 +131,7 @@ bool VirtualRack::are_all_sampling() const {
 bool VirtualRack::may_begin(std::int64_t now_ns, double patience_s) {
   if (!first_sampling_ns_ && is_any_sampling()) first_sampling_ns_ = now_ns;
   if (!first_sampling_ns_) return false;
-  return are_all_sampling() || now_ns - *first_sampling_ns_ >= std::llround(patience_s * 1e9);
+  return are_all_sampling() || now_ns - *first_sampling_ns_ >= ns_of_seconds(patience_s);
 }
 
 Expected<bool> VirtualRack::send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes) {

@@ -10,11 +10,12 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -23,7 +24,7 @@ constexpr int look_ms = 10;
 constexpr double rest_s = 0.2;  // So long a followed run must not have turned to be at rest.
 constexpr double least_turn_deg = 1e-3;
 
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double now_s() { return seconds_of_ns(monotonic_now_ns()); }
 
 Error no_terminal(int code) {
   return system_error(std::string("no pseudo-terminal can be had (") + std::strerror(code) + ")", "virtual turntable");

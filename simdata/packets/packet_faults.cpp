@@ -1,8 +1,9 @@
 #include "simdata/packets/packet_faults.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -93,8 +94,8 @@ Expected<void> PacketFaults::add(const Datagram& datagram) {
 }
 
 void PacketFaults::hold(const Datagram& datagram, std::uint64_t number, bool copy, int overtakers, double longest_s) {
-  held_.push_back({datagram.stamp_ns + std::llround(longest_s * 1e9), overtakers, number, copy, datagram.from,
-                   datagram.to, std::vector<std::uint8_t>(datagram.bytes.begin(), datagram.bytes.end())});
+  held_.push_back({datagram.stamp_ns + ns_of_seconds(longest_s), overtakers, number, copy, datagram.from, datagram.to,
+                   std::vector<std::uint8_t>(datagram.bytes.begin(), datagram.bytes.end())});
 }
 
 Expected<void> PacketFaults::arrive(const Datagram& datagram, std::uint64_t number, bool copy) {

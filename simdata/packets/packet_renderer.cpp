@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/seconds.h"
+
 namespace rigcal::sim {
 namespace {
 
@@ -123,7 +125,7 @@ void PacketRenderer::render_points(const Interval& block, Random& random, Packet
 }
 
 void PacketRenderer::render_imu(const Interval& block, Random& random, PacketBlock& out) const {
-  const std::int64_t step_ns = std::llround(imu_interval_s * 1e9);
+  const std::int64_t step_ns = ns_of_seconds(imu_interval_s);
   const Series series = series_in(device_.clock, block.start_s, block.end_s, step_ns);
   std::vector<std::uint8_t> packet;
   livox::SampleHeader header;

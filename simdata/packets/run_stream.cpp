@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -32,8 +33,7 @@ class Merger {
     for (const PacketBlock::Packet& packet : packets) {
       // A device's packets go one way and do not overtake each other.
       std::int64_t& last = last_stamp_[device];
-      last = std::max<std::int64_t>(truth_.sampling_ns + std::llround((packet.sent_s + packet.delay_s) * 1e9),
-                                    last + 1000);
+      last = std::max<std::int64_t>(truth_.sampling_ns + ns_of_seconds(packet.sent_s + packet.delay_s), last + 1000);
       const auto begin = block.bytes.begin() + static_cast<std::ptrdiff_t>(packet.offset);
       waiting_.push_back({last, device, packet.imu ? sender.imu_source : sender.point_source, sender.data_sink,
                           std::vector<std::uint8_t>(begin, begin + static_cast<std::ptrdiff_t>(packet.size))});
@@ -70,7 +70,7 @@ class Merger {
 RunTruth truth_of(const SimulatedRig& simulated, std::vector<SimDevice> devices, const RunOptions& options) {
   RunTruth truth;
   truth.start_ns = options.start_ns;
-  truth.sampling_ns = options.start_ns + std::llround(broadcast_s * 1e9);
+  truth.sampling_ns = options.start_ns + ns_of_seconds(broadcast_s);
   truth.T_base_sensor = simulated.T_base_sensor;
   truth.axis = simulated.motion.axis_in_base();
   truth.axis_point = simulated.motion.axis_point_in_base();
@@ -80,11 +80,11 @@ RunTruth truth_of(const SimulatedRig& simulated, std::vector<SimDevice> devices,
   };
   const SE3 T_G_scene = settled(rests.front()).inverse();
   for (const Rest& rest : rests) {
-    truth.stops.push_back({static_cast<int>(truth.stops.size()), truth.sampling_ns + std::llround(rest.start_s * 1e9),
-                           truth.sampling_ns + std::llround(rest.end_s * 1e9)});
+    truth.stops.push_back({static_cast<int>(truth.stops.size()), truth.sampling_ns + ns_of_seconds(rest.start_s),
+                           truth.sampling_ns + ns_of_seconds(rest.end_s)});
     truth.T_G_base.push_back(T_G_scene * settled(rest));
   }
-  truth.end_ns = truth.sampling_ns + std::llround(simulated.motion.duration_s() * 1e9);
+  truth.end_ns = truth.sampling_ns + ns_of_seconds(simulated.motion.duration_s());
   for (const SimDevice& device : devices)
     truth.imu_errors.push_back(device.has_imu ? draw_imu_errors(options.seed, device.sensor) : ImuErrors{});
   truth.devices = std::move(devices);
@@ -99,7 +99,7 @@ void add_broadcasts(const RunTruth& truth, Merger& merger) {
     const Endpoint to = broadcast_address(device.data_sink.ip);
     for (int second = 0; second < static_cast<int>(broadcast_s); ++second) {
       const std::int64_t stamp =
-          truth.start_ns + second * 1'000'000'000LL + static_cast<std::int64_t>(i) * 137'000'000LL % 1'000'000'000LL;
+          truth.start_ns + second * ns_per_second + static_cast<std::int64_t>(i) * 137'000'000LL % ns_per_second;
       merger.add(i, stamp, from, to, livox::make_broadcast(device.broadcast, static_cast<std::uint16_t>(second)));
     }
   }
@@ -137,7 +137,7 @@ Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOpt
     });
     for (std::size_t i = 0; i < rendered.size(); ++i) merger.add(i % renderers.size(), rendered[i]);
     const double done_s = std::min(static_cast<double>(first + blocks_a_turn) * PacketRenderer::block_s, duration_s);
-    const auto flushed = merger.flush(truth.sampling_ns + std::llround(done_s * 1e9));
+    const auto flushed = merger.flush(truth.sampling_ns + ns_of_seconds(done_s));
     if (!flushed) return flushed.error();
     context.reporter.progress("simulate", done_s / duration_s);
   }

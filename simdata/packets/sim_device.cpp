@@ -1,9 +1,9 @@
 #include "simdata/packets/sim_device.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/random.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::sim {
 namespace {
@@ -50,13 +50,13 @@ std::string made_up_code(livox::DeviceType type, int number) {
 }
 
 std::int64_t DeviceClock::stamp_ns(double true_seconds) const {
-  return stamp_at_zero_ns + std::llround(true_seconds * (1.0 + drift) * 1e9);
+  return stamp_at_zero_ns + ns_of_seconds(true_seconds * (1.0 + drift));
 }
 
 void set_data_type(SimDevice& device, livox::DataType type) {
   device.points = type;
   device.packet_interval_ns =
-      std::llround(livox::record_layout(type).slots / livox::facts_of(device.broadcast.type).shots_per_s * 1e9);
+      ns_of_seconds(livox::record_layout(type).slots / livox::facts_of(device.broadcast.type).shots_per_s);
 }
 
 Endpoint broadcast_address(const livox::Ipv4& host, std::uint16_t port) {
@@ -111,7 +111,7 @@ Expected<std::vector<SimDevice>> make_devices(const Rig& rig, std::uint64_t seed
     device.imu_source = {*sensor.lidar->ip, livox::kImuSourcePort};
     device.data_sink = {*host, static_cast<std::uint16_t>(first_data_port + devices.size())};
     Random random(seed, clock_stream + i);
-    device.clock.stamp_at_zero_ns = std::llround(random.uniform(20.0, 600.0) * 1e9);
+    device.clock.stamp_at_zero_ns = ns_of_seconds(random.uniform(20.0, 600.0));
     device.clock.drift = random.uniform(-1e-6 * clock_drift_ppm, 1e-6 * clock_drift_ppm);
     set_data_type(device, *points);
     devices.push_back(device);

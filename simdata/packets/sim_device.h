@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/seconds.h"
 #include "core/rig/rig.h"
 #include "drivers/livox_codec/discovery.h"
 #include "drivers/livox_codec/general_commands.h"
@@ -18,7 +19,7 @@ struct DeviceClock {
   double drift = 0.0;                 ///< Seconds gained in a second.
 
   [[nodiscard]] double true_s(std::int64_t stamp_ns) const {
-    return static_cast<double>(stamp_ns - stamp_at_zero_ns) * 1e-9 / (1.0 + drift);
+    return seconds_of_ns(stamp_ns - stamp_at_zero_ns) / (1.0 + drift);
   }
   [[nodiscard]] std::int64_t stamp_ns(double true_seconds) const;
 };

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/base/seconds.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "core/io/output_file.h"
@@ -60,11 +61,11 @@ Expected<void> write_camera(const Scene& scene, const RayCaster& caster, const S
       return written.error();
     FrameRecord frame;
     frame.file = file;
-    frame.stamp_ns = times.sampling_ns + std::llround(middle_s * 1e9);
+    frame.stamp_ns = times.sampling_ns + ns_of_seconds(middle_s);
     if (camera.triggered) frame.trigger = static_cast<std::int64_t>(i);
     frame.exposure_us = camera.chip.exposure_us;
     // The camera stamps the beginning of the exposure.
-    const std::int64_t since_start = times.sampling_ns + std::llround(begin_s * 1e9) - times.start_ns;
+    const std::int64_t since_start = times.sampling_ns + ns_of_seconds(begin_s) - times.start_ns;
     frame.device_stamp = clock.offset_ns + times.start_ns + since_start +
                          std::llround(static_cast<double>(since_start) * clock.drift_ppm * 1e-6);
     frame.stop = pulses[i].stop;
@@ -107,8 +108,7 @@ Expected<std::uint64_t> write_session_images(const Scene& scene, const Rig& rig,
   if (triggered) {
     std::vector<TriggerPulse> stamps;
     for (const ExposurePulse& pulse : pulses)
-      stamps.push_back(
-          {static_cast<std::int64_t>(stamps.size()), times.sampling_ns + std::llround(pulse.time_s * 1e9)});
+      stamps.push_back({static_cast<std::int64_t>(stamps.size()), times.sampling_ns + ns_of_seconds(pulse.time_s)});
     if (const auto written = write_trigger((fs::path(session) / "trigger.csv").string(), stamps); !written)
       return written.error();
   }

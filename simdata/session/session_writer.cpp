@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/base/seconds.h"
 #include "core/base/version.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
@@ -91,7 +92,7 @@ GroundTruth ground_truth_of(const Rig& rig, const RunTruth& run) {
   for (std::size_t i = 0; i < run.devices.size(); ++i) {
     const SimDevice& device = run.devices[i];
     const std::string& name = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
-    const double before_s = static_cast<double>(run.start_ns - run.sampling_ns) * 1e-9;
+    const double before_s = seconds_of_ns(run.start_ns - run.sampling_ns);
     truth.clocks[name] = {device.clock.stamp_ns(before_s) - run.start_ns, device.clock.drift * 1e6};
     if (device.has_imu) truth.biases[name].merge(named_biases(run.imu_errors[i]));
     add_packets("point", run.point_packets[i], truth.packets[name]);
@@ -132,7 +133,7 @@ Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, co
   if (const auto written = write_session_record(path, record); !written) return written.error();
   unfinished.keep();
   return SessionSummary{static_cast<int>(run->stops.size()),
-                        static_cast<double>(run->end_ns - run->sampling_ns) * 1e-9,
+                        seconds_of_ns(run->end_ns - run->sampling_ns),
                         writer->datagrams(),
                         writer->bytes(),
                         0,

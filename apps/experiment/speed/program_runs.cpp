@@ -14,13 +14,12 @@
 #include "apps/batch/child_program.h"
 #include "apps/evaluation/evaluation.h"
 #include "apps/evaluation/known_rig.h"
+#include "core/base/seconds.h"
 
 namespace rigcal::speed {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
 constexpr double dump_dwell_s = 2.2;  // with the turns between the stops 4e7 shots in all
 constexpr double least_scale_of_images = 0.1;
 constexpr std::chrono::milliseconds look_every{2};
@@ -41,7 +40,7 @@ Expected<ProgramRun> run_program(std::vector<std::string> arguments, const fs::p
   const std::string command = arguments.front();
   arguments.insert(arguments.begin(), {"--threads", std::to_string(threads), "--quiet"});
   const std::string log = (scratch / "log").string();
-  const auto begin = Clock::now();
+  const auto begin = SteadyClock::now();
   const Expected<batch::ChildProgram> child = batch::ChildProgram::start(arguments, log, -1);
   if (!child) return child.error();
   std::optional<batch::ChildEnd> end;
@@ -54,7 +53,7 @@ Expected<ProgramRun> run_program(std::vector<std::string> arguments, const fs::p
   if (told) return Error{ErrorKind::cancelled, "stopped", {}, {}};
   if (end->code < 0 || end->code > 1) return system_error("rigcal " + command + " failed: " + last_line(log));
   ProgramRun out;
-  out.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+  out.wall_s = seconds_since(begin);
   out.cpu_s = end->cpu_s;
   out.peak_mb = end->peak_memory_mb * 1024.0 * 1024.0 / 1e6;
   return out;

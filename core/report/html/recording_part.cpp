@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 
+#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/report/html/parts.h"
@@ -55,7 +56,7 @@ std::string timeline(const CalibrationResult& result) {
   }
   if (names.categories.empty()) return {};
   const std::int64_t zero_ns = result.trajectory.front().stop.start_ns;
-  const auto seconds = [&](std::int64_t stamp_ns) { return 1e-9 * static_cast<double>(stamp_ns - zero_ns); };
+  const auto seconds = [&](std::int64_t stamp_ns) { return seconds_of_ns(stamp_ns - zero_ns); };
   PlotAxis time{"seconds from the first stop on", 0.0, 1.0};
   if (timed) {
     time.high = std::max(seconds(result.trajectory.back().stop.end_ns), 1.0);

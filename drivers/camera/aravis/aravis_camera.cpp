@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "core/base/seconds.h"
 #include "core/rig/rig.h"
 #include "drivers/camera/aravis/camera_setter.h"
 #include "drivers/camera/aravis/device.h"
 #include "drivers/camera/aravis/frame_stream.h"
 #include "drivers/camera/aravis/settings_log.h"
 #include "drivers/camera/aravis/usb_cameras.h"
-#include "drivers/net/session_clock.h"
 #include "drivers/net/socket_limits.h"
 
 namespace rigcal::camera {
@@ -17,8 +17,6 @@ namespace {
 constexpr std::int64_t kLookNs = 100'000'000;  ///< Between looks whether the camera is still there.
 /// Between tries to have a lost camera again: each asks the network, and every second one all interfaces by broadcasts.
 constexpr std::int64_t kSearchPauseNs = 300'000'000;
-
-std::int64_t now_ns() { return net::read_clocks().monotonic_ns; }
 
 class AravisCamera final : public Camera {
  public:
@@ -142,13 +140,13 @@ Expected<void> AravisCamera::do_start() {
 }
 
 Expected<Delivery> AravisCamera::do_next(std::int64_t timeout_ns) {
-  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  const std::int64_t deadline_ns = monotonic_now_ns() + timeout_ns;
   while (true) {
-    const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - now_ns(), 0);
+    const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - monotonic_now_ns(), 0);
     if (std::optional<Frame> frame = stream_->next(std::min(left_ns, kLookNs))) return deliver(std::move(*frame));
     // To end the stream of a camera that is gone takes Aravis seconds: first it is said, see `do_let_go`.
     if (device_->is_lost()) return lose(device_->is_usb() ? "it was unplugged" : "its heartbeat stopped");
-    if (now_ns() >= deadline_ns) return Delivery{};
+    if (monotonic_now_ns() >= deadline_ns) return Delivery{};
   }
 }
 

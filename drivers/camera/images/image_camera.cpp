@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "core/base/seconds.h"
 #include "core/io/image_file.h"
 #include "core/io/image_folder.h"
 #include "core/records/pixel_format.h"
@@ -19,12 +20,6 @@ using Pace = ImageCameraOptions::Pace;
 
 /// Numbers of files from here on are stamps (17 minutes after 1970 and later), smaller ones count stops.
 constexpr std::int64_t kSmallestStamp = 1'000'000'000'000;
-
-/// The clock of host stamps: CLOCK_MONOTONIC on Linux.
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 void sleep_until(std::int64_t time_ns) {
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
@@ -182,7 +177,7 @@ Expected<void> ImageCamera::do_start() {
   skipped_ = 0;
   triggers_ = 0;
   has_ended_ = false;
-  started_ns_ = now_ns();
+  started_ns_ = monotonic_now_ns();
   return {};
 }
 
@@ -201,7 +196,7 @@ void ImageCamera::skip() {
 
 Expected<Delivery> ImageCamera::do_next(std::int64_t timeout_ns) {
   constexpr std::int64_t look_again_ns = 1'000'000;  // For a buffer that is given back by another thread.
-  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  const std::int64_t deadline_ns = monotonic_now_ns() + timeout_ns;
   while (true) {
     Delivery delivery;
     if (next_ == images_.size()) {
@@ -219,7 +214,7 @@ Expected<Delivery> ImageCamera::do_next(std::int64_t timeout_ns) {
     }
     if (!is_triggered() && is_paced()) {
       // As with a camera, so many wait as there are buffers, and no more.
-      while (next_ + config_.buffers < images_.size() && due_ns(next_ + config_.buffers) <= now_ns()) skip();
+      while (next_ + config_.buffers < images_.size() && due_ns(next_ + config_.buffers) <= monotonic_now_ns()) skip();
       if (due_ns(next_) > deadline_ns) {
         sleep_until(deadline_ns);
         return delivery;
@@ -230,10 +225,10 @@ Expected<Delivery> ImageCamera::do_next(std::int64_t timeout_ns) {
     if (const std::optional<std::size_t> buffer = pool_->take()) return deliver(*buffer);
     if (is_triggered() || is_paced()) {
       skip();
-    } else if (now_ns() >= deadline_ns) {
+    } else if (monotonic_now_ns() >= deadline_ns) {
       return delivery;
     } else {
-      sleep_until(now_ns() + look_again_ns);
+      sleep_until(monotonic_now_ns() + look_again_ns);
     }
   }
 }
@@ -242,7 +237,7 @@ Delivery ImageCamera::deliver(std::size_t buffer) {
   const ListedImage& listed = images_[next_];
   const std::span<std::uint8_t> bytes = pool_->bytes(buffer);
   FrameFacts facts;
-  facts.host_stamp_ns = now_ns();
+  facts.host_stamp_ns = monotonic_now_ns();
   facts.status = load(listed, bytes);
   facts.frame_id = next_++;
   facts.missing_before = std::exchange(skipped_, 0);

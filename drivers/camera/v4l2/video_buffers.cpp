@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <system_error>
 
+#include "core/base/seconds.h"
 #include "drivers/camera/camera_config.h"
 #include "drivers/camera/v4l2/video_errors.h"
 
@@ -112,7 +113,7 @@ int VideoBuffers::take(Filled& filled) {
   filled.bytes = std::min<std::size_t>(buffer.bytesused, place.bytes);
   filled.sequence = buffer.sequence;
   filled.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
-  filled.stamp_ns = is_monotonic(buffer) ? std::int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 +
+  filled.stamp_ns = is_monotonic(buffer) ? std::int64_t{buffer.timestamp.tv_sec} * ns_per_second +
                                                std::int64_t{buffer.timestamp.tv_usec} * 1000
                                          : 0;
   return 0;

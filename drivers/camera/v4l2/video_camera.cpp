@@ -7,6 +7,7 @@
 #include <chrono>
 #include <thread>
 
+#include "core/base/seconds.h"
 #include "drivers/camera/frame_counter.h"
 #include "drivers/camera/v4l2/video_backend.h"
 #include "drivers/camera/v4l2/video_buffers.h"
@@ -21,11 +22,6 @@ constexpr std::int64_t kSearchPauseNs = 100'000'000;
 constexpr std::int64_t kDryPauseNs = 1'000'000;  ///< Until somebody gives a buffer back.
 
 /// CLOCK_MONOTONIC on Linux, as the kernel stamps.
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
 void sleep_ns(std::int64_t time_ns) { std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns)); }
 
 template <std::size_t size>
@@ -187,11 +183,11 @@ Expected<void> VideoCamera::set_up_again() {
 }
 
 Expected<Delivery> VideoCamera::do_next(std::int64_t timeout_ns) {
-  const std::int64_t deadline_ns = now_ns() + timeout_ns;
+  const std::int64_t deadline_ns = monotonic_now_ns() + timeout_ns;
   while (true) {
-    const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - now_ns(), 0);
+    const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - monotonic_now_ns(), 0);
     if (auto delivery = look(device_->wait(left_ns))) return std::move(*delivery);
-    if (now_ns() >= deadline_ns) return Delivery{};
+    if (monotonic_now_ns() >= deadline_ns) return Delivery{};
   }
 }
 
@@ -220,7 +216,7 @@ std::optional<Delivery> VideoCamera::take() {
                                                      : FrameStatus::whole;
   facts.frame_id = filled.sequence;
   facts.missing_before = counter_.missing_before(filled.sequence);
-  facts.host_stamp_ns = filled.stamp_ns > 0 ? filled.stamp_ns : now_ns();
+  facts.host_stamp_ns = filled.stamp_ns > 0 ? filled.stamp_ns : monotonic_now_ns();
   facts.width = setup_.width;
   facts.height = setup_.height;
   facts.row_bytes = row_bytes_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/seconds.h"
 #include "drivers/livox/device/host_choice.h"
 
 namespace rigcal::livox {
@@ -12,7 +13,6 @@ constexpr std::size_t control_queue = 4096;
 constexpr std::size_t control_batch = 32;
 constexpr std::int64_t longest_wait_ns = 1'000'000'000;
 constexpr std::int64_t utc_wait_ns = 100'000'000;  // Where the time of day is to be told: no second may be missed.
-constexpr std::int64_t second_ns = 1'000'000'000;
 // Devices take a time 10 to 500 ms after its pulse; with some room for the way.
 constexpr std::int64_t soonest_utc_ns = 50'000'000;
 constexpr std::int64_t latest_utc_ns = 400'000'000;
@@ -67,7 +67,7 @@ void ControlLoop::run() {
       const std::lock_guard lock(mutex_);
       if (protocol_.is_closed()) break;
       if (const auto deadline = protocol_.deadline_ns())
-        wait_ns = std::clamp<std::int64_t>(*deadline - net::read_clocks().monotonic_ns, 0, longest_wait_ns);
+        wait_ns = std::clamp<std::int64_t>(*deadline - monotonic_now_ns(), 0, longest_wait_ns);
     }
     waiter_.wait(wiring_.send_utc ? std::min(wait_ns, utc_wait_ns) : wait_ns);
     const std::lock_guard lock(mutex_);
@@ -92,11 +92,11 @@ void ControlLoop::follow_interfaces(std::int64_t now_ns) {
 // Pulses of GPS receivers and masters of time come with the full seconds of UTC, and so do those of a host that makes
 // them itself by its clock.
 void ControlLoop::tell_utc(const net::ClockReading& now) {
-  const std::int64_t second = now.realtime_ns / second_ns;
-  const std::int64_t since_pulse_ns = now.realtime_ns % second_ns;
+  const std::int64_t second = now.realtime_ns / ns_per_second;
+  const std::int64_t since_pulse_ns = now.realtime_ns % ns_per_second;
   if (second == utc_told_s_ || since_pulse_ns < soonest_utc_ns || since_pulse_ns > latest_utc_ns) return;
   utc_told_s_ = second;
-  protocol_.tell_utc(second * second_ns, output_);
+  protocol_.tell_utc(second * ns_per_second, output_);
 }
 
 void ControlLoop::hear(net::UdpSocket& socket, std::optional<std::size_t> host) {

@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 class Console : public testing::Test {
  protected:
   std::ostringstream out;
-  ConsoleReporter::Clock::time_point now{};
+  SteadyClock::time_point now{};
   ConsoleReporter reporter{out, [this] { return now; }};
 
   void pass(int ms) { now += milliseconds(ms); }
