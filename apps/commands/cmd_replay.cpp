@@ -1,11 +1,11 @@
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <memory>
 #include <string>
 
 #include "apps/commands/command.h"
 #include "apps/commands/option_checks.h"
 #include "apps/replay/replay.h"
+#include "core/base/parse_number.h"
 
 namespace rigcal {
 namespace {
@@ -18,9 +18,8 @@ bool read_receiver(const std::string& text, ReplayOptions& options) {
   options.to = *ip;
   options.to_port = 0;
   if (colon == std::string::npos) return true;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, options.to_port);
-  return error == std::errc() && stop == end && options.to_port != 0;
+  options.to_port = parse_number<std::uint16_t>(std::string_view(text).substr(colon + 1)).value_or(0);
+  return options.to_port != 0;
 }
 
 std::string check_receiver(const std::string& text) {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <system_error>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal {
 
@@ -27,10 +27,7 @@ inline CLI::Validator number_range(double low, double high) {
 inline CLI::Validator seed_range() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
-        std::uint64_t seed = 0;
-        const char* const end = text.data() + text.size();
-        const auto [rest, problem] = std::from_chars(text.data(), end, seed);
-        if (problem == std::errc{} && rest == end) return {};
+        if (parse_number<std::uint64_t>(text)) return {};
         return fmt::format("{} is no whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
       },
       "");

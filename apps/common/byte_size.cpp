@@ -1,20 +1,20 @@
 #include "apps/common/byte_size.h"
 
-#include <charconv>
 #include <utility>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal {
 
 std::optional<std::uint64_t> parse_bytes(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !(value > 0.0) || value > 1e9) return std::nullopt;
-  std::string unit(end, text.data() + text.size());
-  if (!unit.empty() && unit.front() == ' ') unit.erase(0, 1);
+  std::string_view unit = text;
+  const std::optional<double> value = take_number<double>(unit);
+  if (!value || *value <= 0.0 || *value > 1e9) return std::nullopt;
+  if (unit.starts_with(' ')) unit.remove_prefix(1);
   constexpr std::pair<const char*, double> units[] = {
       {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}, {"MiB", 1048576.0}, {"GiB", 1073741824.0}};
   for (const auto& [name, bytes] : units) {
-    const double size = value * bytes;
+    const double size = *value * bytes;
     if (unit == name && size >= 1.0) return static_cast<std::uint64_t>(size);
   }
   return std::nullopt;

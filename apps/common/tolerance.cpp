@@ -1,12 +1,12 @@
 #include "apps/common/tolerance.h"
 
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
 #include <string_view>
 #include <utility>
 
+#include "core/base/parse_number.h"
 #include "core/geometry/se3.h"
 
 namespace rigcal {
@@ -19,13 +19,11 @@ enum class Zero { taken, refused };
 // A number with one of the units behind it, in the unit's own measure times `scale`; none below zero.
 std::optional<double> read_quantity(std::string_view text, std::initializer_list<Unit> units, Zero zero) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc{} || !std::isfinite(value) || std::signbit(value)) return std::nullopt;
-  if (value == 0.0 && zero == Zero::refused) return std::nullopt;
-  const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  const std::optional<double> value = take_number<double>(text);
+  if (!value || std::signbit(*value)) return std::nullopt;
+  if (*value == 0.0 && zero == Zero::refused) return std::nullopt;
   for (const auto& [name, scale] : units) {
-    if (unit == name) return value * scale;
+    if (text == name) return *value * scale;
   }
   return std::nullopt;
 }

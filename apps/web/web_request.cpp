@@ -3,7 +3,8 @@
 #include <arpa/inet.h>
 
 #include <array>
-#include <charconv>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal {
 namespace {
@@ -14,11 +15,6 @@ bool is_address_of(int family, const std::string& text) {
 }
 
 bool is_address(const std::string& text) { return is_address_of(AF_INET, text) || is_address_of(AF_INET6, text); }
-
-bool is_port(std::string_view text, std::uint16_t& port) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  return error == std::errc() && end == text.data() + text.size();
-}
 
 }  // namespace
 
@@ -41,11 +37,13 @@ Expected<WebAddress> parse_web_address(std::string_view text) {
   // "127.0.0.1:" lacks its port, "[::1]" does not.
   const bool has_port = !port.empty() || (!text.empty() && text.back() == ':');
   const bool is_host = is_address(address.host) || address.host == "localhost";
+  const auto number = parse_number<std::uint16_t>(port);
   // A text that ends in the middle for the system is no address.
-  if (text.find('\0') != std::string_view::npos || !is_host || (has_port && !is_port(port, address.port))) {
+  if (text.find('\0') != std::string_view::npos || !is_host || (has_port && !number)) {
     return input_error("'" + std::string(text) + "' is no address and port", {},
                        "write ADDR:PORT, like 127.0.0.1:8340");
   }
+  if (has_port) address.port = *number;
   return address;
 }
 
@@ -55,8 +53,7 @@ bool is_host_of_this_machine(std::string_view host) {
   const std::size_t bracket = host.rfind(']');
   const std::size_t colon = host.rfind(':');
   if (colon != std::string_view::npos && (bracket == std::string_view::npos || colon > bracket)) {
-    std::uint16_t port = 0;
-    if (!is_port(host.substr(colon + 1), port)) return false;
+    if (!parse_number<std::uint16_t>(host.substr(colon + 1))) return false;
     name = host.substr(0, colon);
   }
   if (name == "localhost" || name == "[::1]") return true;

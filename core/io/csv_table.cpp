@@ -1,10 +1,6 @@
 #include "core/io/csv_table.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdint>
-#include <type_traits>
 
 namespace rigcal {
 namespace {
@@ -20,22 +16,6 @@ std::vector<std::string_view> split(std::string_view line, std::size_t most) {
 }
 
 }  // namespace
-
-template <class Number>
-std::optional<Number> CsvRow::number(std::size_t column) const {
-  const std::string_view word = values[column];
-  Number value{};
-  const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (code != std::errc{} || rest != word.data() + word.size()) return std::nullopt;
-  if constexpr (std::is_floating_point_v<Number>) {
-    if (!std::isfinite(value)) return std::nullopt;
-  }
-  return value;
-}
-
-template std::optional<std::int64_t> CsvRow::number<std::int64_t>(std::size_t column) const;
-template std::optional<int> CsvRow::number<int>(std::size_t column) const;
-template std::optional<double> CsvRow::number<double>(std::size_t column) const;
 
 CsvTable parse_damaged_csv(std::string_view text, std::string_view header, const std::string& name) {
   const auto columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;

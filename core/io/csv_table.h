@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/parse_number.h"
 
 namespace rigcal {
 
@@ -17,7 +18,9 @@ struct CsvRow {
 
   /// A value as a whole number (int64, int) or a finite double; nothing where it is none.
   template <class Number>
-  [[nodiscard]] std::optional<Number> number(std::size_t column) const;
+  [[nodiscard]] std::optional<Number> number(std::size_t column) const {
+    return parse_number<Number>(values[column]);
+  }
 };
 
 /// The lines after the header, which must be exactly `header`; empty lines are left out. Lines may end in CR LF. There

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <filesystem>
 #include <set>
 #include <string_view>
 #include <tuple>
 
+#include "core/base/parse_number.h"
 #include "core/base/text.h"
 #include "core/io/frame_files.h"
 #include "core/io/recorded_table.h"
@@ -48,10 +48,7 @@ std::optional<std::int64_t> number_of(const std::string& name) {
   const std::size_t digits = name.find('.');
   if (!is_image_name(name) || name.find('.', digits + 1) != std::string::npos) return std::nullopt;
   if (name[0] < '0' || name[0] > '9') return std::nullopt;
-  std::int64_t number = 0;
-  const auto [rest, code] = std::from_chars(name.data(), name.data() + digits, number);
-  if (code != std::errc{} || rest != name.data() + digits) return std::nullopt;
-  return number;
+  return parse_number<std::int64_t>(std::string_view(name).substr(0, digits));
 }
 
 /// A session holds the images of a camera in images/<camera>.

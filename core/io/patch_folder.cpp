@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <filesystem>
 #include <set>
 #include <utility>
 
+#include "core/base/parse_number.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/io/file_copy.h"
@@ -42,10 +42,8 @@ int stop_number(const std::string& name) {
   constexpr std::string_view ending = ".pcd";
   if (name.size() <= ending.size() || name.size() > 16 || ending_of(name) != ending) return -1;
   if (name[0] < '0' || name[0] > '9') return -1;
-  int stop = -1;
-  const char* const end = name.data() + name.size() - ending.size();
-  const auto [rest, code] = std::from_chars(name.data(), end, stop);
-  return code == std::errc{} && rest == end && stop <= max_stop ? stop : -1;
+  const auto stop = parse_number<int>(std::string_view(name).substr(0, name.size() - ending.size()));
+  return stop && *stop <= max_stop ? *stop : -1;
 }
 
 Expected<std::vector<PatchFile>> list_sensor(const std::string& folder, std::vector<std::string>& unknown) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/base/parse_number.h"
+
 namespace rigcal {
 namespace {
 
@@ -26,15 +28,12 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-bool parse(std::string_view word, std::uint64_t& value) {
-  const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return code == std::errc{} && rest == word.data() + word.size();
-}
-
 bool parse_all(const std::vector<std::string_view>& words, std::vector<std::uint64_t>& values) {
   values.assign(words.size() - 1, 0);
   for (std::size_t i = 1; i < words.size(); ++i) {
-    if (!parse(words[i], values[i - 1])) return false;
+    const auto value = parse_number<std::uint64_t>(words[i]);
+    if (!value) return false;
+    values[i - 1] = *value;
   }
   return true;
 }
@@ -115,13 +114,13 @@ Expected<void> PcdHeaderParser::take_list(std::string_view key, const std::vecto
     return {};
   }
   if (key == "WIDTH" || key == "HEIGHT" || key == "POINTS") {
-    std::uint64_t value = 0;
-    if (words.size() != 2 || !parse(words[1], value) || value > max_points) {
+    const auto value = parse_number<std::uint64_t>(words.size() == 2 ? words[1] : std::string_view());
+    if (!value || *value > max_points) {
       return wrong(std::string(key) + " is no possible number");
     }
     if (key == "WIDTH") has_width_ = true;
     if (key == "POINTS") has_points_ = true;
-    (key == "WIDTH" ? width_ : (key == "HEIGHT" ? height_ : header_.points)) = value;
+    (key == "WIDTH" ? width_ : (key == "HEIGHT" ? height_ : header_.points)) = *value;
     return {};
   }
   return wrong("is no PCD file: its header has a line that does not belong there", "give a .pcd file, version 0.7");

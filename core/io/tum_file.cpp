@@ -1,13 +1,13 @@
 #include "core/io/tum_file.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <string_view>
 
+#include "core/base/parse_number.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/io/output_file.h"
@@ -20,11 +20,9 @@ namespace {
 constexpr std::size_t max_bytes = std::size_t{256} << 20;
 constexpr double quaternion_tolerance = 0.01;
 
-template <class T>
-bool parse_number(std::string_view word, T& value) {
-  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
-  const auto [rest, code] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return code == std::errc{} && rest == word.data() + word.size();
+std::optional<double> parse_decimal(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  return parse_number<double>(word);
 }
 
 /// Seconds as nanoseconds. Plain decimals are read digit by digit: a double holds a UTC stamp only to 0.2 us.
@@ -34,18 +32,18 @@ std::optional<std::int64_t> parse_stamp(std::string_view word) {
   const std::size_t point = std::min(digits.find('.'), digits.size());
   const std::string_view whole = digits.substr(0, point);
   const std::string_view part = point < digits.size() ? digits.substr(point + 1) : std::string_view{};
-  std::int64_t seconds = 0;
+  const auto seconds = parse_number<std::int64_t>(whole);
   const bool plain = !whole.empty() && whole.size() <= 10 && whole.find_first_not_of("0123456789") == whole.npos &&
-                     part.find_first_not_of("0123456789") == part.npos && parse_number(whole, seconds);
-  if (!plain || seconds >= 9'223'372'036) {
-    double value = 0.0;
-    if (!parse_number(word, value) || !(std::abs(value) < 9e9)) return std::nullopt;
-    return ns_of_seconds(value);
+                     part.find_first_not_of("0123456789") == part.npos;
+  if (!plain || !seconds || *seconds >= 9'223'372'036) {
+    const std::optional<double> value = parse_decimal(word);
+    if (!value || std::abs(*value) >= 9e9) return std::nullopt;
+    return ns_of_seconds(*value);
   }
   std::int64_t nanoseconds = 0;
   for (std::size_t i = 0; i < 9; ++i) nanoseconds = 10 * nanoseconds + (i < part.size() ? part[i] - '0' : 0);
   if (part.size() > 9 && part[9] >= '5') ++nanoseconds;
-  const std::int64_t stamp = seconds * ns_per_second + nanoseconds;
+  const std::int64_t stamp = *seconds * ns_per_second + nanoseconds;
   return negative ? -stamp : stamp;
 }
 
@@ -70,7 +68,9 @@ Expected<TumPose> parse_pose(const std::vector<std::string_view>& words, const s
   const std::optional<std::int64_t> stamp = parse_stamp(words[0]);
   std::array<double, 7> values{};
   for (std::size_t i = 0; i < 7; ++i) {
-    if (!parse_number(words[i + 1], values[i]) || !std::isfinite(values[i])) return wrong;
+    const std::optional<double> value = parse_decimal(words[i + 1]);
+    if (!value) return wrong;
+    values[i] = *value;
   }
   if (!stamp) return wrong;
   const Eigen::Vector4d xyzw(values[3], values[4], values[5], values[6]);

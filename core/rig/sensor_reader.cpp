@@ -1,9 +1,9 @@
 #include "core/rig/sensor_reader.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "core/base/parse_number.h"
 #include "core/base/text.h"
 #include "core/records/pixel_format.h"
 
@@ -199,15 +199,13 @@ bool is_plain_name(std::string_view name) {
 
 std::optional<std::array<std::uint8_t, 4>> parse_ip(std::string_view text) {
   std::array<std::uint8_t, 4> ip{};
-  const char* at = text.data();
-  const char* end = at + text.size();
   for (std::size_t i = 0; i < 4; ++i) {
-    if (i > 0 && (at == end || *at++ != '.')) return std::nullopt;
-    const auto [rest, code] = std::from_chars(at, end, ip[i]);
-    if (code != std::errc{} || rest - at > 3) return std::nullopt;
-    at = rest;
+    const std::string_view part = text.substr(0, i < 3 ? text.find('.') : text.npos);
+    const auto number = parse_number<std::uint8_t>(part);
+    if (!number || part.size() > 3) return std::nullopt;
+    ip[i] = *number;
+    text.remove_prefix(std::min(part.size() + 1, text.size()));
   }
-  if (at != end) return std::nullopt;
   return ip;
 }
 

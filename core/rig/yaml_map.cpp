@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 
+#include "core/base/parse_number.h"
 #include "core/rig/yaml_tree.h"
 
 namespace rigcal {
@@ -37,19 +37,15 @@ std::string range_text(double low, double high) { return shown_number(low) + " t
 template <class T>
 std::optional<T> parse_scalar(const YamlNode& node) {
   if (node.kind != YamlNode::Kind::scalar || node.quoted) return std::nullopt;
-  const char* begin = node.text.data();
-  const char* end = begin + node.text.size();
-  if (begin != end && *begin == '+') ++begin;
-  T value{};
-  const auto [rest, code] = std::from_chars(begin, end, value);
-  if (code != std::errc{} || rest != end) return std::nullopt;
-  return value;
+  std::string_view text = node.text;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  return parse_number<T>(text);
 }
 
 std::optional<double> checked_number(const YamlNode& node, const std::string& name, double low, double high,
                                      YamlErrors& errors) {
   const std::optional<double> value = parse_scalar<double>(node);
-  if (!value || !std::isfinite(*value)) {
+  if (!value) {
     errors.add(node.line, name + " is " + shown(node) + ", not a number");
     return std::nullopt;
   }

@@ -1,11 +1,12 @@
 #include "drivers/net/port_holders.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal::net {
 namespace {
@@ -14,20 +15,15 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t most_holders = 16;
 
-template <class Number>
-bool parse(const std::string& text, Number& number, int base) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 // "0100007F:D6D8": the address as the machine's own number (little-endian here), the port as a number.
-bool parse_local(const std::string& text, Endpoint& local) {
-  std::uint32_t address = 0;
+bool parse_local(std::string_view text, Endpoint& local) {
   const std::size_t colon = text.find(':');
-  if (colon == std::string::npos || !parse(text.substr(0, colon), address, 16) ||
-      !parse(text.substr(colon + 1), local.port, 16))
-    return false;
-  for (std::size_t i = 0; i < local.ip.size(); ++i) local.ip[i] = static_cast<std::uint8_t>(address >> (8U * i));
+  if (colon == text.npos) return false;
+  const auto address = parse_number<std::uint32_t>(text.substr(0, colon), 16);
+  const auto port = parse_number<std::uint16_t>(text.substr(colon + 1), 16);
+  if (!address || !port) return false;
+  for (std::size_t i = 0; i < local.ip.size(); ++i) local.ip[i] = static_cast<std::uint8_t>(*address >> (8U * i));
+  local.port = *port;
   return true;
 }
 
@@ -35,22 +31,21 @@ bool parse_local(const std::string& text, Endpoint& local) {
 std::uint64_t socket_of(const fs::path& link) {
   std::error_code error;
   const std::string target = fs::read_symlink(link, error).string();
-  std::uint64_t inode = 0;
   if (error || !target.starts_with("socket:[") || !target.ends_with("]")) return 0;
-  return parse(target.substr(8, target.size() - 9), inode, 10) ? inode : 0;
+  return parse_number<std::uint64_t>(std::string_view(target).substr(8, target.size() - 9)).value_or(0);
 }
 
 void find_programs(const std::string& proc, std::map<std::uint64_t, PortHolder>& by_inode) {
   std::error_code error;
   for (fs::directory_iterator process(proc, error), end; !error && process != end; process.increment(error)) {
-    int pid = 0;
-    if (!parse(process->path().filename().string(), pid, 10)) continue;
+    const auto pid = parse_number<int>(process->path().filename().string());
+    if (!pid) continue;
     std::error_code closed;  // Of another user, or ended meanwhile.
     for (fs::directory_iterator entry(process->path() / "fd", closed); !closed && entry != end;
          entry.increment(closed)) {
       const auto found = by_inode.find(socket_of(entry->path()));
       if (found == by_inode.end() || found->second.pid != 0) continue;
-      found->second.pid = pid;
+      found->second.pid = *pid;
       std::ifstream name(process->path() / "comm");
       std::getline(name, found->second.program);
     }
@@ -69,11 +64,12 @@ std::vector<PortHolder> port_holders(std::uint16_t port, const std::string& proc
     std::vector<std::string> columns;
     for (std::string word; columns.size() < 10 && words >> word;) columns.push_back(std::move(word));
     PortHolder holder;
-    std::uint64_t inode = 0;
-    if (columns.size() < 10 || !parse_local(columns[1], holder.local) || holder.local.port != port ||
-        !parse(columns[7], holder.uid, 10) || !parse(columns[9], inode, 10))
-      continue;
-    by_inode[inode] = holder;
+    if (columns.size() < 10 || !parse_local(columns[1], holder.local) || holder.local.port != port) continue;
+    const auto uid = parse_number<decltype(holder.uid)>(columns[7]);
+    const auto inode = parse_number<std::uint64_t>(columns[9]);
+    if (!uid || !inode) continue;
+    holder.uid = *uid;
+    by_inode[*inode] = holder;
   }
   if (!by_inode.empty()) find_programs(proc, by_inode);
   std::vector<PortHolder> holders;

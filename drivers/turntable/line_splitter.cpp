@@ -1,8 +1,9 @@
 #include "drivers/turntable/line_splitter.h"
 
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal::turntable {
 namespace {
@@ -26,10 +27,9 @@ std::vector<std::string> LineSplitter::add(std::string_view bytes) {
 bool read_number(std::string_view text, double& value) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
   if (text.starts_with('+')) text.remove_prefix(1);
-  double read = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), read);
-  if (error != std::errc{} || end == text.data() || !std::isfinite(read) || std::abs(read) > most_degrees) return false;
-  value = read;
+  const std::optional<double> read = take_number<double>(text);
+  if (!read || std::abs(*read) > most_degrees) return false;
+  value = *read;
   return true;
 }
 

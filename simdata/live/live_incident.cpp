@@ -1,10 +1,11 @@
 #include "simdata/live/live_incident.h"
 
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <sstream>
 #include <vector>
+
+#include "core/base/parse_number.h"
 
 namespace rigcal::sim {
 namespace {
@@ -14,24 +15,19 @@ constexpr const char* incident_forms =
     "SENSOR,SECONDS,status,HEX or SENSOR,SECONDS,clock,SECONDS or SENSOR,SECONDS,refuse,COMMAND";
 
 /// Within +-1e6.
-std::optional<double> parse_number(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(std::abs(value) <= 1e6)) return std::nullopt;
-  return value;
+std::optional<double> parse_step(const std::string& text) {
+  const auto value = parse_number<double>(text);
+  return value && std::abs(*value) <= 1e6 ? value : std::nullopt;
 }
 
 std::optional<double> parse_seconds(const std::string& text) {
-  const auto value = parse_number(text);
+  const auto value = parse_step(text);
   return value && *value >= 0.0 ? value : std::nullopt;
 }
 
 std::optional<std::uint32_t> parse_hex(const std::string& text) {
   const std::size_t start = text.rfind("0x", 0) == 0 ? 2 : 0;
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data() + start, text.data() + text.size(), value, 16);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return parse_number<std::uint32_t>(std::string_view(text).substr(start), 16);
 }
 
 Error incident_error(const std::string& text) {
@@ -52,7 +48,7 @@ bool read_what(const std::string& kind, const std::string& argument, Incident& i
     incident.refused = command.value_or(livox::Command::handshake);
     return command.has_value();
   }
-  const auto length_s = kind == "clock" ? parse_number(argument) : parse_seconds(argument);
+  const auto length_s = kind == "clock" ? parse_step(argument) : parse_seconds(argument);
   incident.length_s = length_s.value_or(0.0);
   if (kind == "clock") {
     incident.kind = Incident::Kind::clock_jump;

@@ -9,12 +9,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
+#include "core/base/parse_number.h"
 #include "core/base/seconds.h"
 
 namespace rigcal::sim {
@@ -31,10 +31,8 @@ Error no_terminal(int code) {
 }
 
 std::optional<double> number_at(std::string_view text, std::size_t at) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-  if (error != std::errc{} || end == text.data() + at || !std::isfinite(value)) return std::nullopt;
-  return value;
+  text.remove_prefix(at);
+  return take_number<double>(text);
 }
 
 }  // namespace

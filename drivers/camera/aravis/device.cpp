@@ -2,10 +2,10 @@
 
 #include <arv.h>
 
-#include <charconv>
 #include <cmath>
 #include <limits>
 
+#include "core/base/parse_number.h"
 #include "core/base/text.h"
 #include "core/records/records.h"
 #include "drivers/camera/aravis/problem.h"
@@ -125,11 +125,9 @@ Expected<std::string> Device::get(const std::string& feature) const {
 Expected<double> Device::number(const std::string& feature) const {
   const Expected<std::string> text = get(feature);
   if (!text) return text.error();
-  double value = 0.0;
-  const auto [rest, code] = std::from_chars(text->data(), text->data() + text->size(), value);
-  if (code != std::errc{} || rest != text->data() + text->size())
-    return system_error(feature + " is no number but '" + *text + "'", identity_.id);
-  return value;
+  const std::optional<double> value = parse_number<double>(*text);
+  if (!value) return system_error(feature + " is no number but '" + *text + "'", identity_.id);
+  return *value;
 }
 
 Expected<void> Device::set(const std::string& feature, const std::string& value) {
@@ -142,14 +140,12 @@ Expected<void> Device::set(const std::string& feature, const std::string& value)
   } else if (ARV_IS_GC_BOOLEAN(node)) {
     arv_device_set_boolean_feature_value(device, feature.c_str(), value == "true" ? 1 : 0, problem.put());
   } else {
-    double number = 0.0;
-    const auto [rest, code] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (code != std::errc{} || rest != value.data() + value.size())
-      return system_error(feature + " takes a number, not '" + value + "'", identity_.id);
+    const std::optional<double> number = parse_number<double>(value);
+    if (!number) return system_error(feature + " takes a number, not '" + value + "'", identity_.id);
     if (ARV_IS_GC_FLOAT(node)) {
-      arv_device_set_float_feature_value(device, feature.c_str(), number, problem.put());
+      arv_device_set_float_feature_value(device, feature.c_str(), *number, problem.put());
     } else {
-      arv_device_set_integer_feature_value(device, feature.c_str(), std::llround(number), problem.put());
+      arv_device_set_integer_feature_value(device, feature.c_str(), std::llround(*number), problem.put());
     }
   }
   heard(problem);
