@@ -39,7 +39,8 @@ SensorError compare(const KnownRig::Entry& entry, const SE3& truth) {
   return error;
 }
 
-double median(std::vector<double> values) {
+// Of an even count the mean of the two in the middle, not one of them as `median`: of few stops it is nearer the truth.
+double interpolated_median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
@@ -77,8 +78,8 @@ std::optional<PoseErrors> compare_poses(const KnownRig& result, const KnownRig& 
   }
   if (errors.compared == 0) return std::nullopt;
   if (!rotations.empty()) {
-    errors.median_rotation_rad = median(rotations);
-    errors.median_translation_m = median(translations);
+    errors.median_rotation_rad = interpolated_median(rotations);
+    errors.median_translation_m = interpolated_median(translations);
     errors.worst_rotation_rad = *std::max_element(rotations.begin(), rotations.end());
     errors.worst_translation_m = *std::max_element(translations.begin(), translations.end());
   }

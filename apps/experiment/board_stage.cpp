@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/edges/grey_image.h"
 #include "simdata/camera/image_renderer.h"
@@ -39,9 +40,8 @@ SE3 near_pose(const Matrix3d& R, const Vector3d& t, double turn_rad, Random& ran
 double exposure_for(const sim::LightField& light, double usual_us) {
   std::vector<float> greys;
   for (std::size_t k = 0; k < light.pixels.size(); k += 7) greys.push_back(light.pixels[k].mean());
-  const auto at = greys.begin() + static_cast<std::ptrdiff_t>(greys.size() * 999 / 1000);
-  std::nth_element(greys.begin(), at, greys.end());
-  return 0.8 * usual_us / std::max(1e-3, static_cast<double>(*at));
+  const double brightest = of_rank(greys, greys.size() * 999 / 1000);
+  return 0.8 * usual_us / std::max(1e-3, brightest);
 }
 
 sim::ImageSensor sensor_with(double grey_sigma, const sim::LightField& light) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/base/seconds.h"
@@ -228,11 +229,8 @@ Expected<MountingFigures> try_mountings(int trials, std::uint64_t seed, const Ru
     out.right_flagged += m.right && !m.good ? 1 : 0;
     seconds.push_back(m.seconds);
   }
-  std::sort(seconds.begin(), seconds.end());
-  if (!seconds.empty()) {
-    out.median_s = seconds[seconds.size() / 2];
-    out.worst_s = seconds.back();
-  }
+  if (!seconds.empty()) out.worst_s = *std::max_element(seconds.begin(), seconds.end());
+  out.median_s = median(std::move(seconds));
   return out;
 }
 

@@ -6,16 +6,13 @@
 #include "apps/experiment/independent_trials.h"
 #include "apps/experiment/light_runs.h"
 #include "core/base/median.h"
+#include "core/geometry/chi_square.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/rig/light_rig.h"
 #include "simdata/scene/scene_file.h"
 
 namespace rigcal {
 namespace {
-
-// Of the chi-square distribution with six degrees of freedom.
-constexpr double chi2_95 = 12.592;
-constexpr double chi2_68 = 7.0058;
 
 const std::array<SigmaCase, 2>& cases() {
   static const std::array<SigmaCase, 2> all{
@@ -62,11 +59,11 @@ SigmaFigures sigma_figures(const SigmaRow& row, const std::string& scene) {
   double good_within = 0.0;
   for (const SigmaTrial& trial : row.trials) {
     if (!scene.empty() && trial.scene != scene) continue;
-    const bool inside = trial.nees <= chi2_95;
+    const bool inside = trial.nees <= chi2_95_6;
     ++out.lidars;
     out.mean_nees += trial.nees;
     out.within_95 += inside ? 1.0 : 0.0;
-    out.within_68 += trial.nees <= chi2_68 ? 1.0 : 0.0;
+    out.within_68 += trial.nees <= chi2_68_6 ? 1.0 : 0.0;
     metres.push_back(trial.translation_m);
     radians.push_back(trial.rotation_rad);
     if (trial.status != Status::good) {

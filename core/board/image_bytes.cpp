@@ -4,6 +4,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/base/median.h"
+
 namespace rigcal {
 namespace {
 
@@ -12,10 +14,9 @@ float gain_of(const GreyImage& grey) {
   std::vector<float> values;
   for (std::size_t k = 0; k < grey.values.size(); k += 7) values.push_back(grey.values[k]);
   if (values.empty()) return 1.0F;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 49 / 50);
-  std::nth_element(values.begin(), at, values.end());
+  const float bright = of_rank(values, values.size() * 49 / 50);
   constexpr float dark = 100.0F;
-  return *at < dark ? std::min(20.0F, 204.0F / std::max(1.0F, *at)) : 1.0F;
+  return bright < dark ? std::min(20.0F, 204.0F / std::max(1.0F, bright)) : 1.0F;
 }
 
 }  // namespace

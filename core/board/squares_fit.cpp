@@ -104,7 +104,7 @@ Normal normal_at(const std::vector<SquareSpot>& spots, const BoardModel& board, 
     out.scatter.noalias() += weight * weight * residual * residual * by * by.transpose();
     out.weight += weight;
   }
-  if (!sizes.empty()) out.sigma = std::max(0.5, 1.4826 * median(sizes));
+  if (!sizes.empty()) out.sigma = std::max(0.5, sigma_per_median_size * median(sizes));
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "core/base/run_context.h"
 #include "core/camera/camera_scene.h"
 #include "core/edges/image_edges.h"
+#include "core/geometry/chi_square.h"
 #include "core/rig/rig.h"
 
 namespace rigcal {
@@ -48,9 +49,8 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// Of poses that are the same, 0.1 % differ by more (chi-square of 6 degrees of freedom): with what does, an end is
-/// doubtful.
-constexpr double differing_chi2 = 22.46;
+/// Of poses that are the same, 0.1 % differ by more: with what does, an end is doubtful.
+constexpr double differing_chi2 = chi2_999_6;
 
 /// A departure from what the rig file says.
 struct ScalarEstimate {

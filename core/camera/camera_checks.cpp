@@ -9,7 +9,7 @@ namespace {
 // Of a normal distribution, from the median of the absolute values; 0 of none.
 double robust_rms(std::vector<double> values) {
   for (double& v : values) v = std::abs(v);
-  return 1.4826 * median(std::move(values));
+  return sigma_per_median_size * median(std::move(values));
 }
 
 // Below this share of a segment the partners are as likely clutter.

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/corner/plane_shares.h"
 #include "core/corner/plane_votes.h"
+#include "core/geometry/chi_square.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/voxel/patch_of_points.h"
 
@@ -71,11 +73,8 @@ void measure_unevenness(const std::vector<Vector3d>& points, const PlaneShare& w
   }
   if (squares.empty()) return;
   out.points_per_part = total / static_cast<double>(squares.size());
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  constexpr double median_of_chi2 = 0.455;
   constexpr double chance = 1.6;
-  const double ratio = *middle / median_of_chi2;
+  const double ratio = median(std::move(squares)) / chi2_50_1;
   if (ratio < chance) return;
   out.unevenness_m = w.plane.sigma_m * std::sqrt((ratio - 1.0) / out.points_per_part);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/base/wide.h"
 #include "core/records/pixel_format.h"
 
@@ -99,11 +100,7 @@ float grey_spread(const GreyImage& grey) {
   const std::size_t step = std::max<std::size_t>(1, grey.values.size() / looked_at) | 1U;
   std::vector<float> values;
   for (std::size_t i = 0; i < grey.values.size(); i += step) values.push_back(grey.values[i]);
-  const auto at = [&](std::size_t percent) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * percent / 100);
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
-  };
+  const auto at = [&](std::size_t percent) { return of_rank(values, (values.size() - 1) * percent / 100); };
   const float low = at(1);
   return at(99) - low;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/edges/image_filter.h"
 
 namespace rigcal {
@@ -92,9 +93,7 @@ class EdgeFinder {
     std::vector<float> values;
     values.reserve(gradient_.values.size() / 7 + 1);
     for (std::size_t i = 0; i < gradient_.values.size(); i += 7) values.push_back(gradient_.values[i]);
-    const auto fifth = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 5);
-    std::nth_element(values.begin(), fifth, values.end());
-    return *fifth / std::sqrt(-2.0 * std::log(0.8));
+    return of_rank(values, values.size() / 5) / std::sqrt(-2.0 * std::log(0.8));
   }
 
   [[nodiscard]] float interpolated(float x, float y) const {

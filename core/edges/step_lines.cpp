@@ -309,7 +309,7 @@ class LineGrower {
       const double w = line.inverse_depth + line.slope * line.t.dot(at(i) - line.c);
       off.push_back(std::abs((steps_[i].inverse_depth - w) / (w * w)));
     }
-    return 1.4826 * median(std::move(off));
+    return sigma_per_median_size * median(std::move(off));
   }
 
   [[nodiscard]] double median_rise_m(const StepLine& line) const {

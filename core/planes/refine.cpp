@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/wide.h"
+#include "core/geometry/chi_square.h"
 #include "core/planes/merge_planes.h"
 
 namespace rigcal {
@@ -183,12 +185,7 @@ double unexplained_offset(const PlaneMap& map, const RigState& state, double flo
     });
   }
   if (squares.size() < 30) return 0.0;
-  const auto middle = static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), squares.begin() + middle, squares.end());
-  std::nth_element(expected.begin(), expected.begin() + middle, expected.end());
-  // The median of a squared normal variable is 0.455 of its variance.
-  const auto at = static_cast<std::size_t>(middle);
-  return std::sqrt(std::max(0.0, squares[at] / 0.455 - expected[at]));
+  return std::sqrt(std::max(0.0, median(std::move(squares)) / chi2_50_1 - median(std::move(expected))));
 }
 
 SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>& centers,

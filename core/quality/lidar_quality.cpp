@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/base/text.h"
+#include "core/geometry/chi_square.h"
 #include "core/planes/range_offsets.h"
 #include "core/quality/inverse_information.h"
 

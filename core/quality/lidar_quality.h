@@ -25,9 +25,6 @@ struct SolvedPlanes {
   bool ranges_corrected = false;  ///< What they were off by was found and taken out.
 };
 
-/// 95 % of the chi-square distribution with three degrees of freedom.
-constexpr double chi2_95_3 = 7.815;
-
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.
 constexpr double usual_range_offset_m = 0.015;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/chi_square.h"
 #include "core/planes/plane_factor.h"
 #include "core/quality/verdict_text.h"
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/camera/depth_buffer.h"
 #include "core/camera/sample_blocks.h"
@@ -22,18 +23,6 @@ constexpr float min_spread = 8.0F;          // what varies less is shown as it i
 constexpr std::size_t counting_stride = 8;  // of the samples that hide edges which are only counted
 
 cv::Scalar scalar(const Rgb& rgb) { return {double(rgb[0]), double(rgb[1]), double(rgb[2])}; }
-
-// The values at two shares of a list, for example 0.01: a hundredth is smaller. The list must not be empty.
-std::array<float, 2> shares_of(std::vector<float> values, double low, double high) {
-  std::array<float, 2> out{};
-  const std::array<double, 2> shares{low, high};
-  for (std::size_t k = 0; k < 2; ++k) {
-    const auto at = static_cast<std::ptrdiff_t>(shares[k] * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + at, values.end());
-    out[k] = values[static_cast<std::size_t>(at)];
-  }
-  return out;
-}
 
 // A picture under a strip of text; pixels of the image are mapped to it.
 class Canvas {
@@ -90,7 +79,9 @@ class Canvas {
     if (inside.empty()) return;
     // OpenCV has no views of what may only be read.
     const cv::Mat values(grey.height, grey.width, CV_32F, const_cast<float*>(grey.values.data()));
-    const auto [low, high] = shares_of(grey.values, 0.01, 0.99);
+    std::vector<float> greys = grey.values;
+    const float low = quantile(greys, 0.01);
+    const float high = quantile(greys, 0.99);
     const bool stretches = high - low >= min_spread;
     const double gain = stretches ? brightest / (high - low) : brightest / 255.0;
     cv::Mat cut(part.height, part.width, CV_32F, cv::Scalar(stretches ? low : 0.0F));
@@ -99,7 +90,7 @@ class Canvas {
     cv::resize(cut, sized, image_.size(), 0.0, 0.0, window_.scale < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
     sized.convertTo(sized, CV_32F, gain, stretches ? -gain * low : 0.0);
     cv::max(cv::min(sized, brightest), 0.0, sized);
-    if (stretches) lighten(gain * (shares_of(grey.values, 0.5, 0.5)[0] - low), sized);
+    if (stretches) lighten(gain * (quantile(greys, 0.5) - low), sized);
     sized.convertTo(sized, CV_8U);
     cv::cvtColor(sized, image_, cv::COLOR_GRAY2RGB);
   }
@@ -222,7 +213,7 @@ Image draw_map(const GreyImage& grey, const CameraModel& model, const CameraScen
   std::vector<float> values;
   for (const Dot& dot : dots) values.push_back(static_cast<float>(dot.value));
   if (values.empty()) values = {0.0F};
-  const auto spread = shares_of(std::move(values), 0.02, 0.98);
+  const std::array<float, 2> spread{quantile(values, 0.02), quantile(values, 0.98)};
   const double width = std::max(double{spread[1] - spread[0]}, 1e-9);
   const int side = std::max(2, static_cast<int>(std::lround(2.0 * canvas.scale())));
   for (const Dot& dot : dots) canvas.dot(dot.pixel, shade((dot.value - spread[0]) / width), side);

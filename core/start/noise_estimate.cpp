@@ -8,6 +8,8 @@
 #include <map>
 #include <numbers>
 
+#include "core/base/median.h"
+
 namespace rigcal {
 namespace {
 
@@ -84,9 +86,7 @@ void take_lower_thirds(std::vector<Bin>& bins) {
   for (Bin& bin : bins) {
     v.clear();
     for (const Thickness& s : bin.surfels) v.push_back(s.variance / lower_third(s.freedom));
-    const auto at = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 3);
-    std::nth_element(v.begin(), at, v.end());
-    bin.variance = std::max(*at, 1e-8);
+    bin.variance = std::max(of_rank(v, v.size() / 3), 1e-8);
     bin.weight = 1.0 / (bin_error * bin_error + surfel_variance / static_cast<double>(v.size()));
   }
 }

@@ -183,7 +183,7 @@ void PairwiseIcp::solve(const ParameterLayout& layout, RigState& state) const {
     std::vector<double> sizes = distances;
     for (double& size : sizes) size = std::abs(size);
     // The spread of a normal variable by its median, and Cauchy's constant for it.
-    const double scale = std::max(0.005, 2.385 * 1.4826 * median(std::move(sizes)));
+    const double scale = std::max(0.005, 2.385 * sigma_per_median_size * median(std::move(sizes)));
     NormalEquations sum = parallel_sum(partners.size(), 16384, zero, [&](std::size_t begin, std::size_t end) {
       NormalEquations part = zero;
       for (std::size_t i = begin; i < end; ++i) {

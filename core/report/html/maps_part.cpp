@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/median.h"
 #include "core/base/text.h"
 #include "core/report/dot_picture.h"
 #include "core/report/html/parts.h"
@@ -41,12 +42,7 @@ struct Range {
 
 // Without the few points that are far from all others.
 Range extent(std::vector<double>& values) {
-  const auto at = [&](double share) {
-    const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + k, values.end());
-    return values[static_cast<std::size_t>(k)];
-  };
-  const Range inner{at(0.01), at(0.99)};
+  const Range inner{quantile(values, 0.01), quantile(values, 0.99)};
   const double room = 0.05 * (inner.high - inner.low) + least_extent_m / 2;
   return {inner.low - room, inner.high + room};
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/base/median.h"
 #include "core/report/html/field_of_view.h"
 #include "core/report/html/parts.h"
 #include "core/report/html_text.h"
@@ -30,13 +31,8 @@ Box box_of(const std::vector<const MapPoint*>& points) {
     std::vector<float> values;
     values.reserve(points.size());
     for (const MapPoint* p : points) values.push_back(axis == 0 ? p->x : axis == 1 ? p->y : p->z);
-    const auto at = [&](double share) {
-      const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-      std::nth_element(values.begin(), values.begin() + k, values.end());
-      return static_cast<double>(values[static_cast<std::size_t>(k)]);
-    };
-    const double low = at(0.005);
-    const double high = at(0.995);
+    const double low = quantile(values, 0.005);
+    const double high = quantile(values, 0.995);
     box.center[axis] = 0.5 * (low + high);
     box.half_m = std::max(box.half_m, 0.55 * (high - low));
   }
