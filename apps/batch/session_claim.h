@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal::batch {
 
@@ -15,17 +16,11 @@ class SessionClaim {
   /// Nothing where somebody else has it. Errors: the file cannot be made, or the file system knows no locks.
   [[nodiscard]] static Expected<std::optional<SessionClaim>> take(const std::string& path);
 
-  SessionClaim(SessionClaim&& other) noexcept;
-  SessionClaim& operator=(SessionClaim&& other) noexcept;
-  SessionClaim(const SessionClaim&) = delete;
-  SessionClaim& operator=(const SessionClaim&) = delete;
-  ~SessionClaim();
-
-  [[nodiscard]] int descriptor() const { return descriptor_; }
+  [[nodiscard]] int descriptor() const { return file_.get(); }
 
  private:
-  explicit SessionClaim(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_ = -1;
+  explicit SessionClaim(FileDescriptor file) : file_(std::move(file)) {}
+  FileDescriptor file_;
 };
 
 }  // namespace rigcal::batch

@@ -10,15 +10,15 @@
 #include <mutex>
 #include <utility>
 
+#include "core/base/file_descriptor.h"
 #include "core/base/seconds.h"
 
 namespace rigcal {
 
 // The number of a session's files is not bounded: the whole file system is asked for at once.
 Expected<void> sync_session(const std::string& session) {
-  const int folder = ::open(session.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const int code = folder < 0 || ::syncfs(folder) != 0 ? errno : 0;
-  if (folder >= 0) ::close(folder);
+  const FileDescriptor folder(::open(session.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const int code = !folder.is_open() || ::syncfs(folder.get()) != 0 ? errno : 0;
   if (code == 0) return {};
   return system_error(std::string("the disk lost some of what was recorded: ") + std::strerror(code), session,
                       "look after the disk and its cable (dmesg), see what is left with rigcal inspect, record anew");

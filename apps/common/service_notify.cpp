@@ -2,7 +2,6 @@
 
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 #include <cstddef>
 #include <cstdlib>
@@ -17,15 +16,11 @@ ServiceNotify::ServiceNotify() {
   address_ = name;
   ::unsetenv("NOTIFY_SOCKET");
   if (address_.front() == '@') address_.front() = '\0';
-  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-}
-
-ServiceNotify::~ServiceNotify() {
-  if (socket_ >= 0) ::close(socket_);
+  socket_ = FileDescriptor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
 void ServiceNotify::alive(std::string_view status) {
-  if (socket_ < 0) return;
+  if (!is_watched()) return;
   std::string line(status);
   for (char& c : line) {
     if (c == '\n') c = ' ';  // A line is a message of its own.
@@ -37,13 +32,13 @@ void ServiceNotify::alive(std::string_view status) {
 void ServiceNotify::stopping() { send("STOPPING=1"); }
 
 void ServiceNotify::send(std::string_view text) const {
-  if (socket_ < 0) return;
+  if (!is_watched()) return;
   sockaddr_un to{};
   to.sun_family = AF_UNIX;
   std::memcpy(to.sun_path, address_.data(), address_.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
   static_cast<void>(
-      ::sendto(socket_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length));
+      ::sendto(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), length));
 }
 
 }  // namespace rigcal

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/file_descriptor.h"
+
 namespace rigcal {
 
 /// Tells the service manager (systemd) how the program does: datagrams to the socket that $NOTIFY_SOCKET names, a path
@@ -11,11 +13,8 @@ class ServiceNotify {
  public:
   /// From $NOTIFY_SOCKET, which programs that this one starts do not inherit then.
   ServiceNotify();
-  ~ServiceNotify();
-  ServiceNotify(const ServiceNotify&) = delete;
-  ServiceNotify& operator=(const ServiceNotify&) = delete;
 
-  [[nodiscard]] bool is_watched() const { return socket_ >= 0; }
+  [[nodiscard]] bool is_watched() const { return socket_.is_open(); }
   /// The program does what it is for, and `status` says what that is; also a sign of life for the watchdog.
   void alive(std::string_view status);
   /// It ends, which may take a while.
@@ -24,7 +23,7 @@ class ServiceNotify {
  private:
   void send(std::string_view text) const;
 
-  int socket_ = -1;
+  FileDescriptor socket_;
   std::string address_;
   bool is_ready_ = false;
 };

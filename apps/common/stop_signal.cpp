@@ -47,9 +47,9 @@ sigset_t stop_signals() {
 }  // namespace
 
 StopSignal::StopSignal() : set_(stop_signals()) {
-  signals_ = signalfd(-1, &set_, SFD_CLOEXEC);
-  wake_ = eventfd(0, EFD_CLOEXEC);
-  if (signals_ < 0 || wake_ < 0) {
+  signals_ = FileDescriptor(signalfd(-1, &set_, SFD_CLOEXEC));
+  wake_ = FileDescriptor(eventfd(0, EFD_CLOEXEC));
+  if (!signals_.is_open() || !wake_.is_open()) {
     ready_ = system_error(std::string("cannot watch for Ctrl-C: ") + std::strerror(errno));
     return;
   }
@@ -61,16 +61,14 @@ StopSignal::~StopSignal() {
   if (thread_.joinable()) {
     const std::uint64_t one = 1;
     // An eventfd with room takes eight bytes whole; there is nobody to tell if it did not.
-    [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof(one));
+    [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof(one));
     thread_.join();
     pthread_sigmask(SIG_UNBLOCK, &set_, nullptr);
   }
-  if (signals_ >= 0) close(signals_);
-  if (wake_ >= 0) close(wake_);
 }
 
 void StopSignal::listen() {
-  std::array<pollfd, 2> watched{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
+  std::array<pollfd, 2> watched{{{signals_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
   std::optional<SteadyClock::time_point> told;
   while (true) {
     if (poll(watched.data(), watched.size(), -1) < 0) {
@@ -79,7 +77,7 @@ void StopSignal::listen() {
     }
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
-    if (read(signals_, &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
+    if (read(signals_.get(), &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
     if (told && signal.ssi_signo != SIGHUP && SteadyClock::now() - *told >= kOneWish) end_at_once();
     if (!told) told = SteadyClock::now();
     source_.request_stop();

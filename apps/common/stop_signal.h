@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal {
 
@@ -32,8 +33,8 @@ class StopSignal {
 
   sigset_t set_{};
   std::stop_source source_;
-  int signals_ = -1;  ///< signalfd
-  int wake_ = -1;     ///< eventfd: the destructor's way to end the thread.
+  FileDescriptor signals_;  ///< signalfd
+  FileDescriptor wake_;     ///< eventfd: the destructor's way to end the thread.
   Expected<void> ready_;
   std::thread thread_;
 };

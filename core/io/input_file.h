@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal {
 
@@ -21,12 +22,6 @@ class InputFile {
  public:
   /// Errors: those of `cannot_read`.
   [[nodiscard]] static Expected<InputFile> open(const std::string& path, AwaitGrowth await_growth = {});
-
-  InputFile(InputFile&& other) noexcept;
-  InputFile& operator=(InputFile&& other) noexcept;
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
-  ~InputFile();
 
   /// The next `size` bytes, or what is left where the file ends before. The view lives until the next call.
   [[nodiscard]] ByteView take(std::size_t size) {
@@ -51,10 +46,10 @@ class InputFile {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  InputFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
+  InputFile(FileDescriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
   void fill(std::size_t size);
 
-  int descriptor_ = -1;
+  FileDescriptor file_;
   std::string path_;
   AwaitGrowth await_growth_;  ///< Empty: the file's end is its end.
   std::optional<std::uint64_t> size_;

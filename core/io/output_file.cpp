@@ -19,10 +19,8 @@ constexpr std::size_t max_reserve_bytes = std::size_t{128} << 10;
 /// A rename is on the disk only once its folder is.
 void sync_folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
+  const FileDescriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.is_open()) ::fsync(opened.get());
 }
 
 /// The part of a path that is a file though it should be a folder; empty: none.
@@ -60,13 +58,13 @@ Error cannot_write(const std::string& path, int code) {
   }
 }
 
-OutputFile::OutputFile(int descriptor, std::string path)
-    : descriptor_(descriptor), path_(std::move(path)), buffer_(buffer_bytes) {}
+OutputFile::OutputFile(FileDescriptor file, std::string path)
+    : file_(std::move(file)), path_(std::move(path)), buffer_(buffer_bytes) {}
 
 Expected<OutputFile> OutputFile::create(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) return cannot_write(path, errno);
-  return OutputFile(descriptor, path);
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (!file.is_open()) return cannot_write(path, errno);
+  return OutputFile(std::move(file), path);
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
@@ -74,7 +72,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); 
 OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
   if (this == &other) return *this;
   close_quietly();
-  descriptor_ = std::exchange(other.descriptor_, -1);
+  file_ = std::move(other.file_);
   path_ = std::move(other.path_);
   buffer_ = std::move(other.buffer_);
   used_ = std::exchange(other.used_, 0);
@@ -87,7 +85,7 @@ OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
 OutputFile::~OutputFile() { close_quietly(); }
 
 void OutputFile::close_quietly() {
-  if (descriptor_ >= 0) static_cast<void>(close());
+  if (file_.is_open()) static_cast<void>(close());
 }
 
 void OutputFile::fail(const char* doing, int code) {
@@ -104,7 +102,7 @@ Expected<void> OutputFile::status() const {
 
 void OutputFile::write_through(const std::uint8_t* bytes, std::size_t size) {
   while (size > 0 && !failed_) {
-    const ssize_t got = ::write(descriptor_, bytes, size);
+    const ssize_t got = ::write(file_.get(), bytes, size);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
       fail("writing", errno);
@@ -143,7 +141,7 @@ void OutputFile::overwrite(std::uint64_t offset, std::string_view text) {
   static_cast<void>(flush());
   RIGCAL_ASSERT(failed_ || offset + text.size() <= written_, "overwrite past the end of " + path_);
   if (failed_) return;
-  const ssize_t got = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+  const ssize_t got = ::pwrite(file_.get(), text.data(), text.size(), static_cast<off_t>(offset));
   if (got != static_cast<ssize_t>(text.size())) fail("writing", got < 0 ? errno : EIO);
 }
 
@@ -156,20 +154,20 @@ Expected<void> OutputFile::flush() {
 Expected<void> OutputFile::begin_sync() {
   static_cast<void>(flush());
   // Not every file system can; then the last sync takes longer.
-  if (!failed_) static_cast<void>(::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE));
+  if (!failed_) static_cast<void>(::sync_file_range(file_.get(), 0, 0, SYNC_FILE_RANGE_WRITE));
   return status();
 }
 
 Expected<void> OutputFile::sync() {
   static_cast<void>(flush());
-  if (!failed_ && ::fdatasync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) fail("syncing", errno);
+  if (!failed_ && ::fdatasync(file_.get()) != 0 && errno != EINVAL && errno != EROFS) fail("syncing", errno);
   return status();
 }
 
 Expected<void> OutputFile::close() {
-  if (descriptor_ < 0) return status();
+  if (!file_.is_open()) return status();
   static_cast<void>(flush());
-  if (::close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR) fail("closing", errno);
+  if (::close(file_.release()) != 0 && errno != EINTR) fail("closing", errno);
   return status();
 }
 

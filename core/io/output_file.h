@@ -7,6 +7,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal {
 
@@ -42,12 +43,12 @@ class OutputFile {
   Expected<void> close();
 
  private:
-  OutputFile(int descriptor, std::string path);
+  OutputFile(FileDescriptor file, std::string path);
   void fail(const char* doing, int code);
   void write_through(const std::uint8_t* bytes, std::size_t size);
   void close_quietly();
 
-  int descriptor_ = -1;
+  FileDescriptor file_;
   std::string path_;
   std::vector<std::uint8_t> buffer_;
   std::size_t used_ = 0;

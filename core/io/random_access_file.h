@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal {
 
@@ -14,12 +15,6 @@ class RandomAccessFile {
  public:
   /// Errors: those of `cannot_read`, a folder, a device, empty.
   [[nodiscard]] static Expected<RandomAccessFile> open(const std::string& path);
-
-  RandomAccessFile(RandomAccessFile&& other) noexcept;
-  RandomAccessFile& operator=(RandomAccessFile&& other) noexcept;
-  RandomAccessFile(const RandomAccessFile&) = delete;
-  RandomAccessFile& operator=(const RandomAccessFile&) = delete;
-  ~RandomAccessFile();
 
   /// Fills all of `bytes` from `offset` on; false where the file ends before or cannot be read (`failure`).
   [[nodiscard]] bool read_at(std::uint64_t offset, std::span<std::uint8_t> bytes) const;
@@ -30,9 +25,10 @@ class RandomAccessFile {
   [[nodiscard]] const std::string& failure() const { return failure_; }
 
  private:
-  RandomAccessFile(int descriptor, std::uint64_t size, std::string path);
+  RandomAccessFile(FileDescriptor file, std::uint64_t size, std::string path)
+      : file_(std::move(file)), size_(size), path_(std::move(path)) {}
 
-  int descriptor_ = -1;
+  FileDescriptor file_;
   std::uint64_t size_ = 0;
   std::string path_;
   mutable std::string failure_;

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "core/base/file_descriptor.h"
+
 namespace rigcal {
 
 /// Held by whoever records a session or mends it, so that nobody else does at the same time: a lock of the system
@@ -15,15 +17,9 @@ class SessionLock {
   /// not be why a recording ends.
   [[nodiscard]] static std::optional<SessionLock> take(const std::string& session);
 
-  SessionLock(SessionLock&& other) noexcept;
-  SessionLock& operator=(SessionLock&& other) noexcept;
-  SessionLock(const SessionLock&) = delete;
-  SessionLock& operator=(const SessionLock&) = delete;
-  ~SessionLock();
-
  private:
-  explicit SessionLock(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_ = -1;
+  explicit SessionLock(FileDescriptor folder) : folder_(std::move(folder)) {}
+  FileDescriptor folder_;
 };
 
 }  // namespace rigcal

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/file_descriptor.h"
 #include "core/io/output_file.h"
 
 namespace rigcal {
@@ -82,10 +83,9 @@ Expected<void> swap_places(const std::string& staging, const std::string& target
 
 /// `call` is fsync, for the names in a folder, or syncfs. Some network file systems know neither of a folder.
 Expected<void> sync_folder(const std::string& path, int (*call)(int)) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return cannot_write(path, errno);
-  const int code = call(descriptor) == 0 ? 0 : errno;
-  ::close(descriptor);
+  const FileDescriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.is_open()) return cannot_write(path, errno);
+  const int code = call(folder.get()) == 0 ? 0 : errno;
   if (code != 0 && code != EINVAL && code != ENOSYS) return cannot_write(path, code);
   return {};
 }

@@ -6,12 +6,13 @@
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <bit>
 #include <cerrno>
 #include <cstring>
 #include <memory>
+
+#include "core/base/file_descriptor.h"
 
 namespace rigcal::net {
 namespace {
@@ -25,13 +26,10 @@ Ipv4 address_of(const sockaddr& address) {
 }
 
 int mtu_of(const std::string& name) {
-  const int any_socket = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (any_socket < 0) return 0;
+  const FileDescriptor any_socket(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   ifreq request{};
   name.copy(request.ifr_name, IFNAMSIZ - 1);
-  const int failed = ioctl(any_socket, SIOCGIFMTU, &request);
-  close(any_socket);
-  return failed != 0 ? 0 : request.ifr_mtu;
+  return ioctl(any_socket.get(), SIOCGIFMTU, &request) != 0 ? 0 : request.ifr_mtu;
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -153,11 +152,11 @@ const Received& ReceiveBatch::operator[](std::size_t index) const { return buffe
 
 Expected<UdpSocket> UdpSocket::open(const UdpOptions& options) {
   UdpSocket made;
-  made.descriptor_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (made.descriptor_ < 0) return socket_error("cannot make a socket", options.local, {});
-  if (const auto set = set_up(made.descriptor_, options); !set) return set.error();
+  made.socket_ = FileDescriptor(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (!made.socket_.is_open()) return socket_error("cannot make a socket", options.local, {});
+  if (const auto set = set_up(made.socket_.get(), options); !set) return set.error();
   sockaddr_in address = to_address(options.local);
-  if (bind(made.descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  if (bind(made.socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     Error error = socket_error("cannot listen", options.local, mend_of_bind(errno));
     const std::vector<PortHolder> holders =
         errno == EADDRINUSE ? port_holders(options.local.port) : std::vector<PortHolder>{};
@@ -165,44 +164,22 @@ Expected<UdpSocket> UdpSocket::open(const UdpOptions& options) {
     return error;
   }
   socklen_t size = sizeof address;
-  if (getsockname(made.descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+  if (getsockname(made.socket_.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0)
     return socket_error("cannot tell the port", options.local, {});
   made.local_ = to_endpoint(address);
   made.interface_ = options.interface;
-  made.interface_number_ = interface_number(made.descriptor_, options.interface);
+  made.interface_number_ = interface_number(made.socket_.get(), options.interface);
   int bytes = 0;
   size = sizeof bytes;
-  if (getsockopt(made.descriptor_, SOL_SOCKET, SO_RCVBUF, &bytes, &size) == 0)
+  if (getsockopt(made.socket_.get(), SOL_SOCKET, SO_RCVBUF, &bytes, &size) == 0)
     made.receive_bytes_ = static_cast<std::size_t>(bytes) / 2;  // The kernel doubles it for its own book-keeping.
   return made;
-}
-
-UdpSocket::~UdpSocket() { close(); }
-
-UdpSocket::UdpSocket(UdpSocket&& other) noexcept { *this = std::move(other); }
-
-UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
-  if (this == &other) return *this;
-  close();
-  descriptor_ = std::exchange(other.descriptor_, -1);
-  local_ = other.local_;
-  interface_ = std::move(other.interface_);
-  interface_number_ = other.interface_number_;
-  receive_bytes_ = other.receive_bytes_;
-  kernel_drops_ = other.kernel_drops_;
-  dropped_ = other.dropped_;
-  return *this;
-}
-
-void UdpSocket::close() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
 }
 
 Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
   ReceiveBatch::Buffers& buffers = *batch.buffers_;
   buffers.prepare();
-  const int count = recvmmsg(descriptor_, buffers.headers.data(), static_cast<unsigned>(buffers.headers.size()),
+  const int count = recvmmsg(socket_.get(), buffers.headers.data(), static_cast<unsigned>(buffers.headers.size()),
                              MSG_DONTWAIT, nullptr);
   if (count < 0) {
     // A port that nobody listens on any more comes back as an error of the next call: that is news, not a fault.
@@ -244,7 +221,7 @@ Expected<std::size_t> UdpSocket::receive(ReceiveBatch& batch) {
 void UdpSocket::count_drops() {
   std::uint32_t figures[SK_MEMINFO_VARS] = {};
   socklen_t size = sizeof figures;
-  if (getsockopt(descriptor_, SOL_SOCKET, SO_MEMINFO, figures, &size) != 0 || size < sizeof figures) return;
+  if (getsockopt(socket_.get(), SOL_SOCKET, SO_MEMINFO, figures, &size) != 0 || size < sizeof figures) return;
   dropped_ += figures[SK_MEMINFO_DROPS] - kernel_drops_;  // Of 32 bits: it wraps, and the difference with it.
   kernel_drops_ = figures[SK_MEMINFO_DROPS];
 }
@@ -258,7 +235,7 @@ Error UdpSocket::send_error(const Endpoint& to) const {
 
 Expected<bool> UdpSocket::send(const Endpoint& to, ByteView bytes) const {
   const sockaddr_in address = to_address(to);
-  const ssize_t sent = sendto(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+  const ssize_t sent = sendto(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                               reinterpret_cast<const sockaddr*>(&address), sizeof address);
   if (sent == static_cast<ssize_t>(bytes.size())) return true;
   if (is_loss(errno)) return false;
@@ -285,7 +262,7 @@ Expected<std::size_t> UdpSocket::send_all(std::span<const Parts> datagrams) cons
       header.msg_iov = parts[i].data();
       header.msg_iovlen = parts[i].size();
     }
-    const int sent = sendmmsg(descriptor_, headers.data(), static_cast<unsigned>(count), MSG_DONTWAIT | MSG_NOSIGNAL);
+    const int sent = sendmmsg(socket_.get(), headers.data(), static_cast<unsigned>(count), MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0 && !is_loss(errno)) return send_error(datagrams[at].to);
     // It stops before the first one that it does not take.
     taken += static_cast<std::size_t>(std::max(sent, 0));
@@ -296,14 +273,14 @@ Expected<std::size_t> UdpSocket::send_all(std::span<const Parts> datagrams) cons
 
 bool UdpSocket::follow_interface() {
   if (interface_.empty()) return false;
-  const int number = interface_number(descriptor_, interface_);
-  if (number == 0 || number == interface_number_ || !bind_to(descriptor_, interface_)) return false;
+  const int number = interface_number(socket_.get(), interface_);
+  if (number == 0 || number == interface_number_ || !bind_to(socket_.get(), interface_)) return false;
   interface_number_ = number;
   return true;
 }
 
 void UdpSocket::set_do_not_fragment(bool refuse) const {
-  static_cast<void>(set_option(descriptor_, IPPROTO_IP, IP_MTU_DISCOVER, refuse ? IP_PMTUDISC_DO : IP_PMTUDISC_DONT));
+  static_cast<void>(set_option(socket_.get(), IPPROTO_IP, IP_MTU_DISCOVER, refuse ? IP_PMTUDISC_DO : IP_PMTUDISC_DONT));
 }
 
 }  // namespace rigcal::net

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/records/records.h"
 
 namespace rigcal::net {
@@ -66,11 +67,8 @@ class UdpSocket {
  public:
   /// Errors (kind system): the port is taken, no such address or interface, no permission.
   [[nodiscard]] static Expected<UdpSocket> open(const UdpOptions& options);
-  ~UdpSocket();
-  UdpSocket(UdpSocket&& other) noexcept;
-  UdpSocket& operator=(UdpSocket&& other) noexcept;
 
-  [[nodiscard]] int descriptor() const { return descriptor_; }
+  [[nodiscard]] int descriptor() const { return socket_.get(); }
   [[nodiscard]] const Endpoint& local() const { return local_; }
   /// What the system has given, which may be less than what was asked for.
   [[nodiscard]] std::size_t receive_bytes() const { return receive_bytes_; }
@@ -97,12 +95,11 @@ class UdpSocket {
 
  private:
   UdpSocket() = default;
-  void close();
   /// Of the call that has just failed.
   [[nodiscard]] Error send_error(const Endpoint& to) const;
   void count_drops();
 
-  int descriptor_ = -1;
+  FileDescriptor socket_;
   Endpoint local_;
   std::string interface_;
   int interface_number_ = 0;

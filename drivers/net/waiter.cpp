@@ -8,15 +8,13 @@
 #include <cstring>
 #include <ctime>
 
+#include "core/base/file_descriptor.h"
 #include "core/base/seconds.h"
 
 namespace rigcal::net {
 
 struct Waiter::State {
-  ~State() {
-    if (event >= 0) close(event);
-  }
-  int event = -1;
+  FileDescriptor event;
   std::vector<pollfd> watched;  ///< The event last.
 };
 
@@ -28,10 +26,10 @@ Waiter& Waiter::operator=(Waiter&&) noexcept = default;
 Expected<Waiter> Waiter::create(const std::vector<int>& descriptors) {
   if (descriptors.size() > kMost) return system_error("too many sockets to wait for");
   auto state = std::make_unique<State>();
-  state->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (state->event < 0) return system_error(std::string("cannot make an event: ") + std::strerror(errno));
+  state->event = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (!state->event.is_open()) return system_error(std::string("cannot make an event: ") + std::strerror(errno));
   for (const int descriptor : descriptors) state->watched.push_back({descriptor, POLLIN, 0});
-  state->watched.push_back({state->event, POLLIN, 0});
+  state->watched.push_back({state->event.get(), POLLIN, 0});
   return Waiter(std::move(state));
 }
 
@@ -45,7 +43,7 @@ bool Waiter::wait(std::int64_t timeout_ns) {
   if (state_->watched.back().revents != 0) {
     std::uint64_t count = 0;
     // Nothing to read means that another wait has taken it already.
-    [[maybe_unused]] const ssize_t taken = read(state_->event, &count, sizeof count);
+    [[maybe_unused]] const ssize_t taken = read(state_->event.get(), &count, sizeof count);
   }
   return true;
 }
@@ -55,7 +53,7 @@ bool Waiter::is_ready(std::size_t index) const { return state_->watched[index].r
 void Waiter::wake() const {
   const std::uint64_t one = 1;
   // Full means that it is awake anyway.
-  [[maybe_unused]] const ssize_t written = write(state_->event, &one, sizeof one);
+  [[maybe_unused]] const ssize_t written = write(state_->event.get(), &one, sizeof one);
 }
 
 }  // namespace rigcal::net

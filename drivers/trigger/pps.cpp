@@ -4,7 +4,6 @@
 #include <linux/pps.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -60,9 +59,10 @@ std::vector<std::string> list_pps() {
 
 Expected<PpsDevice> PpsDevice::open(const std::string& device) {
   const std::string path = device.starts_with("/") ? device : "/dev/" + device;
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return pps_error(path, errno);
-  PpsDevice opened(path, descriptor);
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.is_open()) return pps_error(path, errno);
+  const int descriptor = file.get();
+  PpsDevice opened(path, std::move(file));
   int abilities = 0;
   if (ioctl(descriptor, PPS_GETCAP, &abilities) != 0) return pps_error(path, errno);
   if ((abilities & PPS_CAPTUREASSERT) == 0)
@@ -81,26 +81,12 @@ Expected<PpsDevice> PpsDevice::open(const std::string& device) {
   return opened;
 }
 
-PpsDevice::~PpsDevice() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-PpsDevice::PpsDevice(PpsDevice&& other) noexcept
-    : device_(std::move(other.device_)), descriptor_(std::exchange(other.descriptor_, -1)), count_(other.count_) {}
-
-PpsDevice& PpsDevice::operator=(PpsDevice&& other) noexcept {
-  std::swap(device_, other.device_);
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(count_, other.count_);
-  return *this;
-}
-
 Expected<std::optional<PpsPulse>> PpsDevice::next(std::int64_t timeout_ns) {
   pps_fdata fetched{};
-  const int refusal = fetch(descriptor_, timeout_ns, fetched);
+  const int refusal = fetch(file_.get(), timeout_ns, fetched);
   if (refusal == ETIMEDOUT) {
     // The kernel lets a device that was taken away time out for ever.
-    if (!is_still_there(descriptor_, device_)) return pps_error(device_, ENODEV);
+    if (!is_still_there(file_.get(), device_)) return pps_error(device_, ENODEV);
     return std::optional<PpsPulse>();
   }
   if (refusal == EINTR) return std::optional<PpsPulse>();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "drivers/trigger/pps_count.h"
 
 namespace rigcal::trigger {
@@ -25,18 +26,15 @@ class PpsDevice {
  public:
   /// `device`: "pps0" or "/dev/pps0". Errors (kind system) name it, the devices that there are, and the mend.
   [[nodiscard]] static Expected<PpsDevice> open(const std::string& device);
-  ~PpsDevice();
-  PpsDevice(PpsDevice&& other) noexcept;
-  PpsDevice& operator=(PpsDevice&& other) noexcept;
 
   /// The next edge, for which it waits at most that long; nothing where none came. Errors: the device is gone, also
   /// where another one is there by its name.
   [[nodiscard]] Expected<std::optional<PpsPulse>> next(std::int64_t timeout_ns);
 
  private:
-  PpsDevice(std::string device, int descriptor) : device_(std::move(device)), descriptor_(descriptor) {}
+  PpsDevice(std::string device, FileDescriptor file) : device_(std::move(device)), file_(std::move(file)) {}
   std::string device_;
-  int descriptor_ = -1;
+  FileDescriptor file_;
   PpsCount count_{0};
 };
 

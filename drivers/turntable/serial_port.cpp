@@ -64,9 +64,10 @@ Expected<SerialPort> SerialPort::open(const std::string& path, int baud) {
   if (speed == nullptr)
     return input_error("has no speed of " + std::to_string(baud) + " baud", path,
                        "use 9600, 115200 or another usual one");
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return refused(path, errno);
-  SerialPort port(descriptor, path);
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!file.is_open()) return refused(path, errno);
+  const int descriptor = file.get();
+  SerialPort port(std::move(file), path);
   termios settings{};
   if (::tcgetattr(descriptor, &settings) != 0)
     return system_error("is no serial port", path, "check the port in the rig file");
@@ -80,27 +81,12 @@ Expected<SerialPort> SerialPort::open(const std::string& path, int baud) {
   return port;
 }
 
-SerialPort::SerialPort(SerialPort&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)), path_(std::move(other.path_)) {}
-
-SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
-  if (this == &other) return *this;
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = std::exchange(other.descriptor_, -1);
-  path_ = std::move(other.path_);
-  return *this;
-}
-
-SerialPort::~SerialPort() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 Expected<std::string> SerialPort::read(std::int64_t timeout_ns) {
-  pollfd wait{descriptor_, POLLIN, 0};
+  pollfd wait{file_.get(), POLLIN, 0};
   const int ready = ::poll(&wait, 1, static_cast<int>(timeout_ns / 1'000'000));
   if (ready <= 0) return std::string();
   std::array<char, 512> bytes{};
-  const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+  const ssize_t got = ::read(file_.get(), bytes.data(), bytes.size());
   if (got > 0) return std::string(bytes.data(), static_cast<std::size_t>(got));
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return std::string();
   return gone(path_);
@@ -108,14 +94,14 @@ Expected<std::string> SerialPort::read(std::int64_t timeout_ns) {
 
 Expected<void> SerialPort::write(std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t got = ::write(descriptor_, bytes.data(), bytes.size());
+    const ssize_t got = ::write(file_.get(), bytes.data(), bytes.size());
     if (got > 0) {
       bytes.remove_prefix(static_cast<std::size_t>(got));
       continue;
     }
     if (got < 0 && errno == EINTR) continue;
     if (got < 0 && errno != EAGAIN) return gone(path_);
-    pollfd wait{descriptor_, POLLOUT, 0};
+    pollfd wait{file_.get(), POLLOUT, 0};
     if (::poll(&wait, 1, write_wait_ms) == 0)
       return system_error("the turntable takes no commands", path_, "check its cable and its power");
   }

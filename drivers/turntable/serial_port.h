@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal::turntable {
 
@@ -15,20 +16,14 @@ class SerialPort {
   /// have.
   [[nodiscard]] static Expected<SerialPort> open(const std::string& path, int baud);
 
-  SerialPort(SerialPort&& other) noexcept;
-  SerialPort& operator=(SerialPort&& other) noexcept;
-  SerialPort(const SerialPort&) = delete;
-  SerialPort& operator=(const SerialPort&) = delete;
-  ~SerialPort();
-
   /// What has come, waiting for it at most that long; empty where nothing came. Errors: the port is gone.
   [[nodiscard]] Expected<std::string> read(std::int64_t timeout_ns);
   /// Errors: the port is gone, or takes nothing for a second.
   Expected<void> write(std::string_view bytes);
 
  private:
-  SerialPort(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
-  int descriptor_ = -1;
+  SerialPort(FileDescriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
+  FileDescriptor file_;
   std::string path_;
 };
 

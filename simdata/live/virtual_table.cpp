@@ -38,44 +38,43 @@ std::optional<double> number_at(std::string_view text, std::size_t at) {
 }  // namespace
 
 Expected<std::unique_ptr<VirtualTable>> VirtualTable::start(const VirtualTableOptions& options) {
-  const int descriptor = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  FileDescriptor terminal(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
   std::array<char, 128> name{};
-  if (descriptor < 0 || ::grantpt(descriptor) != 0 || ::unlockpt(descriptor) != 0 ||
-      ::ptsname_r(descriptor, name.data(), name.size()) != 0) {
-    const int code = errno;
-    if (descriptor >= 0) ::close(descriptor);
-    return no_terminal(code);
+  if (!terminal.is_open() || ::grantpt(terminal.get()) != 0 || ::unlockpt(terminal.get()) != 0 ||
+      ::ptsname_r(terminal.get(), name.data(), name.size()) != 0) {
+    return no_terminal(errno);
   }
-  const int held_open = ::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  FileDescriptor held_open(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios settings{};
-  if (held_open >= 0 && ::tcgetattr(held_open, &settings) == 0) {
+  if (held_open.is_open() && ::tcgetattr(held_open.get(), &settings) == 0) {
     ::cfmakeraw(&settings);
-    ::tcsetattr(held_open, TCSANOW, &settings);
+    ::tcsetattr(held_open.get(), TCSANOW, &settings);
   }
   if (!options.link.empty()) {
     struct stat there {};
     if (::lstat(options.link.c_str(), &there) == 0 && S_ISLNK(there.st_mode)) ::unlink(options.link.c_str());
     if (::symlink(name.data(), options.link.c_str()) != 0) {
-      const int code = errno;
-      ::close(descriptor);
-      if (held_open >= 0) ::close(held_open);
-      return system_error(std::string("cannot be made a link (") + std::strerror(code) + ")", options.link,
+      return system_error(std::string("cannot be made a link (") + std::strerror(errno) + ")", options.link,
                           "name a place that is free, in a folder of yours");
     }
   }
-  return std::unique_ptr<VirtualTable>(new VirtualTable(options, descriptor, held_open, name.data()));
+  return std::unique_ptr<VirtualTable>(
+      new VirtualTable(options, std::move(terminal), std::move(held_open), name.data()));
 }
 
-VirtualTable::VirtualTable(const VirtualTableOptions& options, int descriptor, int held_open, std::string port)
-    : options_(options), descriptor_(descriptor), held_open_(held_open), port_(std::move(port)), told_s_(now_s()) {
+VirtualTable::VirtualTable(const VirtualTableOptions& options, FileDescriptor terminal, FileDescriptor held_open,
+                           std::string port)
+    : options_(options),
+      terminal_(std::move(terminal)),
+      held_open_(std::move(held_open)),
+      port_(std::move(port)),
+      told_s_(now_s()) {
   thread_ = std::thread([this] { run(); });
 }
 
 VirtualTable::~VirtualTable() {
   is_stopped_ = true;
   thread_.join();
-  ::close(descriptor_);
-  if (held_open_ >= 0) ::close(held_open_);
   if (!options_.link.empty()) ::unlink(options_.link.c_str());
 }
 
@@ -109,12 +108,12 @@ bool VirtualTable::is_turning() const {
 void VirtualTable::run() {
   if (options_.speaks_grbl) answer("\r\nGrbl 1.1h ['$' for help]\r\n");
   while (!is_stopped_) {
-    pollfd wait{descriptor_, POLLIN, 0};
+    pollfd wait{terminal_.get(), POLLIN, 0};
     const int ready = ::poll(&wait, 1, look_ms);
     advance();
     if (ready <= 0) continue;
     std::array<char, 256> bytes{};
-    const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t got = ::read(terminal_.get(), bytes.data(), bytes.size());
     for (ssize_t i = 0; i < got; ++i) take(bytes[static_cast<std::size_t>(i)]);
   }
 }
@@ -167,7 +166,7 @@ void VirtualTable::take_line() {
 }
 
 void VirtualTable::answer(const std::string& text) const {
-  if (::write(descriptor_, text.data(), text.size()) < 0) return;  // Nobody listens.
+  if (::write(terminal_.get(), text.data(), text.size()) < 0) return;  // Nobody listens.
 }
 
 }  // namespace rigcal::sim

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace rigcal::sim {
 
@@ -38,7 +39,7 @@ class VirtualTable {
   void follow(double angle_deg);
 
  private:
-  VirtualTable(const VirtualTableOptions& options, int descriptor, int held_open, std::string port);
+  VirtualTable(const VirtualTableOptions& options, FileDescriptor terminal, FileDescriptor held_open, std::string port);
   void run();
   void advance();
   void take(char c);
@@ -48,8 +49,8 @@ class VirtualTable {
   void answer(const std::string& text) const;
 
   VirtualTableOptions options_;
-  int descriptor_;
-  int held_open_;  ///< Of the other end, so that it outlives its users.
+  FileDescriptor terminal_;
+  FileDescriptor held_open_;  ///< Of the other end, so that it outlives its users.
   std::string port_;
   std::string line_;
   double told_s_ = 0.0;  ///< Of the clock, when it last moved.
