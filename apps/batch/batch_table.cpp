@@ -27,12 +27,6 @@ std::string csv_field(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
-  return text;
-}
-
 // How bad a status is.
 int rank(const std::string& status) { return status == "good" ? 0 : status == "weak" ? 1 : 2; }
 
@@ -70,7 +64,7 @@ std::string csv_line(const SessionRow& row, const SensorRow& sensor) {
   } else {
     line += ",,,,,,,,,";
   }
-  return line + fmt::format(",{},{:.2f},{:.0f},{}\r\n", csv_field(joined(sensor.reasons)), row.record.wall_s,
+  return line + fmt::format(",{},{:.2f},{:.0f},{}\r\n", csv_field(joined(sensor.reasons, "; ")), row.record.wall_s,
                             row.record.peak_memory_mb, csv_field(row.record.host));
 }
 
@@ -149,17 +143,17 @@ std::string batch_json(const BatchOutcome& outcome, const std::string& out) {
 
 std::string batch_text(const BatchOutcome& outcome, const std::string& out) {
   const std::map<std::string, int> counts = counts_of(outcome);
-  std::string text = fmt::format("{} session{}: {} good, {} weak, {} failed{}; {} of them from before; {:.1f} s\n",
-                                 outcome.rows.size(), outcome.rows.size() == 1 ? "" : "s", counts.at("good"),
-                                 counts.at("weak"), counts.at("failed"),
-                                 counts.at("waiting") > 0 ? fmt::format(", {} not done", counts.at("waiting")) : "",
-                                 counts.at("kept"), outcome.wall_s);
+  std::string text =
+      fmt::format("{}: {} good, {} weak, {} failed{}; {} of them from before; {:.1f} s\n",
+                  counted(outcome.rows.size(), "session"), counts.at("good"), counts.at("weak"), counts.at("failed"),
+                  counts.at("waiting") > 0 ? fmt::format(", {} not done", counts.at("waiting")) : "", counts.at("kept"),
+                  outcome.wall_s);
   for (const SessionRow& row : outcome.rows) {
     if (row.status == "good" || row.status == "waiting") continue;
     text += fmt::format("  {:<24} {}{}\n", row.session.name, row.status, row.error.empty() ? "" : ": " + row.error);
     for (const SensorRow& sensor : row.sensors) {
       if (sensor.status == "good") continue;
-      text += fmt::format("    {:<16} {:<6} {}\n", sensor.name, sensor.status, joined(sensor.reasons));
+      text += fmt::format("    {:<16} {:<6} {}\n", sensor.name, sensor.status, joined(sensor.reasons, "; "));
     }
   }
   return text + fmt::format("results in {}/, all sensors in {}/batch.csv\n", out, out);

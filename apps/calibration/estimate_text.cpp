@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/base/text.h"
+
 namespace rigcal {
 namespace {
 
@@ -60,7 +62,7 @@ Json lidar_json(const LidarEstimate& lidar) {
 }  // namespace
 
 std::string estimate_line(const StopEstimate& estimate) {
-  std::string text = fmt::format("{} stop{}:", estimate.stops, estimate.stops == 1 ? "" : "s");
+  std::string text = counted(estimate.stops, "stop") + ":";
   for (const LidarEstimate& lidar : estimate.lidars) {
     if (lidar.result.T_base_sensor && lidar.translation_bound_m == 0.0) continue;  // the base
     if (lidar.result.T_base_sensor) {

@@ -19,6 +19,7 @@
 #include "apps/capture/trigger_recorder.h"
 #include "apps/recording/recorded_formats.h"
 #include "core/base/seconds.h"
+#include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
@@ -52,14 +53,12 @@ std::vector<std::string> names_of_lidars(const Rig& rig) {
   return names;
 }
 
-std::string times_text(std::uint64_t count) { return std::to_string(count) + (count == 1 ? " time" : " times"); }
-
 std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const CaptureDevice& device) {
   if (device.report.packets == 0) return {"it never sent anything"};
   const livox::LinkCounters& link = device.report.link.counters;
   std::vector<std::string> all;
-  if (link.losses > 0) all.push_back("its connection was lost " + times_text(link.losses));
-  if (link.interruptions > link.losses) all.push_back("it was interrupted " + times_text(link.interruptions));
+  if (link.losses > 0) all.push_back("its connection was lost " + counted(link.losses, "time"));
+  if (link.interruptions > link.losses) all.push_back("it was interrupted " + counted(link.interruptions, "time"));
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
     all.push_back("nothing came from it in the last " + std::to_string(silence_ns / ns_per_second) + " s");
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)
@@ -76,7 +75,7 @@ std::vector<std::string> shortfalls_of(const CaptureCamera& camera) {
     all.emplace_back("it never sent anything");
   if (const std::uint64_t dropped = camera.dropped_by_queue + camera.counters.no_buffer; dropped > 0)
     all.push_back(std::to_string(dropped) + " frames were lost in this machine");
-  if (camera.counters.losses > 0) all.push_back("its connection was lost " + times_text(camera.counters.losses));
+  if (camera.counters.losses > 0) all.push_back("its connection was lost " + counted(camera.counters.losses, "time"));
   return all;
 }
 

@@ -9,6 +9,7 @@
 #include "apps/capture/doctor.h"
 #include "apps/common/json_text.h"
 #include "core/base/seconds.h"
+#include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/turntable/coach.h"
@@ -158,7 +159,7 @@ std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& de
   if (device.report.packets == 0) return ": it never sent anything";
   std::string text;
   if (const std::uint64_t times = device.report.link.counters.interruptions; times > 0)
-    text += ", interrupted " + std::to_string(times) + (times == 1 ? " time" : " times");
+    text += ", interrupted " + counted(times, "time");
   if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
     text += ", nothing in the last " + std::to_string(silence_ns / ns_per_second) + " s";
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)

@@ -11,6 +11,7 @@
 #include "apps/ingest/lidar_ingest.h"
 #include "apps/recording/datagram_file.h"
 #include "apps/recording/session_counters.h"
+#include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/io/frame_files.h"
@@ -30,10 +31,6 @@ constexpr std::size_t most_table_bytes = std::size_t{256} << 20U;
 constexpr std::size_t most_torn_bytes = 4096;
 constexpr std::size_t most_header_bytes = 80;
 constexpr std::uint64_t cancel_period = 4096;  // Packets between two looks at whether to stop.
-
-std::string count_of(std::uint64_t count, const std::string& one) {
-  return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
-}
 
 Expected<bool> is_there(const std::string& path) {
   std::error_code error;
@@ -147,15 +144,14 @@ class Repair {
     const std::size_t torn = text->size() - kept;
     if (torn - static_cast<std::size_t>(zeros) > (kept == 0 ? most_header_bytes : most_torn_bytes)) {
       Error damage = records ? input_error("the last line has no end", path) : records.error();
-      damage.what +=
-          ", and with the " + count_of(torn, "byte") + " from there on more would go than a power cut spoils";
+      damage.what += ", and with the " + counted(torn, "byte") + " from there on more would go than a power cut spoils";
       damage.mend = "mend the line by hand, or take away what follows, and repair the session again";
       return damage;
     }
     if (torn == 0 && kept > 0) return {};
     if (kept == 0) return remove_file(path, "held no whole line");
     if (const auto replaced = replace_file(path, text->substr(0, kept)); !replaced) return replaced;
-    done_.push_back(short_name(path) + ": " + count_of(torn, "byte") + " of unfinished lines cut off");
+    done_.push_back(short_name(path) + ": " + counted(torn, "byte") + " of unfinished lines cut off");
     return {};
   }
 
@@ -189,7 +185,7 @@ class Repair {
     const std::string camera = folder.filename().string();
     if (kept.size() < frames.size()) {
       if (const auto written = write_frames((folder / "frames.csv").string(), kept); !written) return written;
-      done_.push_back(camera + ": " + count_of(frames.size() - kept.size(), "image") +
+      done_.push_back(camera + ": " + counted(frames.size() - kept.size(), "image") +
                       " that had not reached the disk taken out of frames.csv");
     }
     std::uint64_t unlisted = 0;
@@ -197,7 +193,7 @@ class Repair {
     for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error))
       unlisted += file->path().extension() == ".png" && !listed.contains(file->path().filename().string()) ? 1 : 0;
     if (unlisted > 0)
-      done_.push_back(camera + ": " + count_of(unlisted, "image") + " without a line in frames.csv left aside");
+      done_.push_back(camera + ": " + counted(unlisted, "image") + " without a line in frames.csv left aside");
     return {};
   }
 

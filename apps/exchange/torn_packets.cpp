@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "core/base/bytes.h"
+#include "core/base/text.h"
 #include "core/io/capture_file.h"
 #include "core/io/output_file.h"
 #include "core/io/random_access_file.h"
@@ -26,8 +27,6 @@ constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
 constexpr std::uint64_t cancel_period = 4096;  // Packets between two looks at whether to stop.
 
 Error cancelled(const std::string& path) { return {ErrorKind::cancelled, "stopped", path, {}}; }
-
-std::string bytes_text(std::uint64_t count) { return std::to_string(count) + (count == 1 ? " byte" : " bytes"); }
 
 // By a program on another machine: one on this machine has the session's lock.
 Error still_written(const std::string& path) {
@@ -140,8 +139,9 @@ Expected<void> check_room(const std::vector<TornPackets>& all) {
   const fs::space_info space = fs::space(folder.empty() ? "." : folder, error);
   // Where that is not known, it shows when it is written.
   if (error || space.available >= wanted) return {};
-  return system_error("the disk has no room for the " + bytes_text(wanted) + " behind the damage, which must be kept",
-                      all.front().path, "make room, or copy the session to another disk and repair it there");
+  return system_error(
+      "the disk has no room for the " + counted(wanted, "byte") + " behind the damage, which must be kept",
+      all.front().path, "make room, or copy the session to another disk and repair it there");
 }
 
 Expected<std::string> cut_torn_packets(const TornPackets& torn, const RunContext& context) {
@@ -156,8 +156,8 @@ Expected<std::string> cut_torn_packets(const TornPackets& torn, const RunContext
     if (torn.must_be_kept) std::remove(tail.c_str());
     return cannot_write(torn.path, error.value());
   }
-  if (!torn.must_be_kept) return bytes_text(torn.torn_bytes) + " after the last whole packet cut off";
-  return torn.damage + ", far before its end; the " + bytes_text(torn.torn_bytes) + " from there on are now in " +
+  if (!torn.must_be_kept) return counted(torn.torn_bytes, "byte") + " after the last whole packet cut off";
+  return torn.damage + ", far before its end; the " + counted(torn.torn_bytes, "byte") + " from there on are now in " +
          fs::path(tail).filename().string();
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace rigcal {
 
@@ -11,6 +13,12 @@ namespace rigcal {
 
 /// With so many digits behind the point, for people: fixed_text(1.2345, 2) is "1.23"; there is no "-0.00".
 [[nodiscard]] std::string fixed_text(double value, int digits);
+
+/// "1 stop", "3 stops": of nouns that take an s.
+[[nodiscard]] std::string counted(std::uint64_t count, std::string_view noun);
+
+/// "a, b, c" by the separator ", ".
+[[nodiscard]] std::string joined(const std::vector<std::string>& parts, std::string_view separator);
 
 /// With the letters A to Z made small, all else as it is. Independent of the locale.
 [[nodiscard]] std::string small_letters(std::string_view text);

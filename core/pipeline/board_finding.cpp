@@ -3,15 +3,10 @@
 #include <algorithm>
 
 #include "core/base/parallel.h"
+#include "core/base/text.h"
 #include "core/edges/grey_image.h"
 
 namespace rigcal {
-namespace {
-
-std::string times_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " stop" : " stops"); }
-
-}  // namespace
-
 SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Patch>& all, const BoardModel& board,
                                std::uint64_t seed, const RunContext& context) {
   CloudBoardOptions cloud;
@@ -93,7 +88,7 @@ std::string commonest_reason(const std::map<int, std::string>& why_none, const s
   const auto most = std::max_element(by_reason.begin(), by_reason.end(),
                                      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
   if (most == by_reason.end()) return "it saw nothing";
-  return most->first + " (" + times_text(most->second.size()) + ", the first is " +
+  return most->first + " (" + counted(most->second.size(), "stop") + ", the first is " +
          std::to_string(stops[static_cast<std::size_t>(most->second[0])].index) + ")";
 }
 

@@ -75,8 +75,8 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
   }
   if (e.via_agreeing && *e.via_agreeing < least_boards) {
     weaken(verdict, "it was placed by boards that it shares with " + e.via +
-                        ", whose own place hangs on the board at " + std::to_string(*e.via_agreeing) +
-                        (*e.via_agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
+                        ", whose own place hangs on the board at " + counted(*e.via_agreeing, "stop") +
+                        " only; show it in ten poses");
   }
   if (2 * e.agreeing < e.shared) {
     weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
@@ -84,8 +84,8 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
                         " saw a board do these agree; check the board and the cameras' intrinsics in the rig file, and "
                         "that neither rig nor board moved while it was shown");
   } else if (e.agreeing < least_boards) {
-    weaken(verdict, "it and " + e.via + " saw the board together at " + std::to_string(e.agreeing) +
-                        (e.agreeing == 1 ? " stop" : " stops") + " only; show it in ten poses");
+    weaken(verdict, "it and " + e.via + " saw the board together at " + counted(e.agreeing, "stop") +
+                        " only; show it in ten poses");
   }
   if (t > require.translation_m || r > require.rotation_rad) {
     weaken(verdict, "95 % bounds are " + mm(t) + " and " + deg(r) + ", wanted are " + mm(require.translation_m) +

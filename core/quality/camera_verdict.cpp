@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/text.h"
 #include "core/camera/end_solve.h"
 #include "core/quality/verdict_text.h"
 
@@ -41,8 +42,7 @@ void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Ver
   if (e.hold_out == 0.0) {
     weaken(verdict, e.views < least_views_to_hold_out
                         ? "no stop could be held out to check it, for its images come from too few stops (" +
-                              std::to_string(e.views) + (e.views == 1 ? " image" : " images") +
-                              "); record four stops or more"
+                              counted(e.views, "image") + "); record four stops or more"
                         : "too few edges were seen in the stops that were held out to check it; add stops");
   }
 }

@@ -38,7 +38,7 @@ std::string loss_of(const std::map<std::string, std::uint64_t>& counters, const 
   if (share < worthy_loss && longest_ms < worthy_gap_ms) return {};
   const std::uint64_t gaps = count(counters, stream + "_gaps");
   std::string text = percent(share) + " of its " + (stream == "imu" ? "IMU" : stream) + " packets are lost (" +
-                     std::to_string(lost) + " in " + std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps");
+                     std::to_string(lost) + " in " + counted(gaps, "gap");
   if (longest_ms >= worthy_gap_ms) text += ", the longest " + fixed_text(1e-3 * longest_ms, 1) + " s";
   return text + ")";
 }

@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/text.h"
+
 namespace rigcal {
 namespace {
 
 constexpr double usual_stops = 20.0;
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
 
 std::string degrees(double value) {
   const auto tenths = std::lround(10.0 * value);
@@ -28,7 +24,7 @@ std::string capturing(const CaptureProgress& progress) {
   if (share < 1.0)
     return "hold still: stop " + std::to_string(progress.stop) + ", " + std::to_string(std::lround(100.0 * share)) +
            " %";
-  return "hold still: no image of " + joined(progress.awaited) + " yet";
+  return "hold still: no image of " + joined(progress.awaited, ", ") + " yet";
 }
 
 }  // namespace
@@ -42,7 +38,7 @@ std::string advice(const CaptureProgress& progress) {
     case CaptureState::idle:
       return "not begun";
     case CaptureState::checking:
-      return "hold still: waiting for " + joined(progress.absent);
+      return "hold still: waiting for " + joined(progress.absent, ", ");
     case CaptureState::waiting_for_still:
       return progress.left_early ? "moved too early, that stop does not count: hold still" : "hold still";
     case CaptureState::settling:
@@ -53,7 +49,7 @@ std::string advice(const CaptureProgress& progress) {
       return progress.table_is_turning ? "the table turns"
                                        : "turn by " + degrees(step_deg(progress)) + ", then hold still";
     case CaptureState::complete:
-      return "complete: " + std::to_string(progress.stops) + (progress.stops == 1 ? " stop" : " stops");
+      return "complete: " + counted(progress.stops, "stop");
     case CaptureState::failed:
       return progress.failure;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/text.h"
 #include "core/rig/text_file.h"
 #include "core/rig/yaml_tree.h"
 #include "simdata/scene/builtin_scenes.h"
@@ -297,10 +298,8 @@ Expected<Scene> load_scene(const std::string& name_or_path) {
       return parse_scene(std::string(scene.text), "config/scenes/" + name_or_path + ".yaml");
   const bool is_path = name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".yaml");
   if (!is_path) {
-    std::string known;
-    for (const std::string& name : builtin_scenes()) known += (known.empty() ? "" : ", ") + name;
     return input_error("there is no scene '" + name_or_path + "'", {},
-                       "use one of " + known + ", or the path of a file");
+                       "use one of " + joined(builtin_scenes(), ", ") + ", or the path of a file");
   }
   const auto text = read_text_file(name_or_path, max_scene_bytes);
   if (!text) return text.error();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/text.h"
 #include "simdata/scene/surface_texture.h"
 
 namespace rigcal::sim {
@@ -22,10 +23,8 @@ void read_texture(const YamlMap& map, Material& material) {
       material.texture = *texture;
     } else {
       const std::string nearest = nearest_word(*name, texture_names());
-      std::string all;
-      for (const std::string& known : texture_names()) all.append(all.empty() ? "" : ", ").append(known);
       map.fail("texture", "there is no texture '" + *name + "'",
-               nearest.empty() ? "use one of " + all : "did you mean '" + nearest + "'?");
+               nearest.empty() ? "use one of " + joined(texture_names(), ", ") : "did you mean '" + nearest + "'?");
     }
   }
   material.pattern_m = map.number("pattern", 0.01, 100.0).value_or(0.0);

@@ -35,6 +35,18 @@ TEST(NumberText, AlwaysHasAPointSoThatYamlReadersTakeItForANumber) {
   EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), ".nan");
 }
 
+TEST(Counted, IsOneOrMany) {
+  EXPECT_EQ(counted(0, "stop"), "0 stops");
+  EXPECT_EQ(counted(1, "stop"), "1 stop");
+  EXPECT_EQ(counted(2, "stop"), "2 stops");
+}
+
+TEST(Joined, HasTheSeparatorInBetween) {
+  EXPECT_EQ(joined({}, ", "), "");
+  EXPECT_EQ(joined({"a"}, ", "), "a");
+  EXPECT_EQ(joined({"a", "b", "c"}, "; "), "a; b; c");
+}
+
 TEST(SmallLetters, AreMadeOfThoseOfAsciiAlone) {
   EXPECT_EQ(small_letters("BayerRG8_\xC3\x84.PNG"), "bayerrg8_\xC3\x84.png");
   EXPECT_EQ(small_letters(""), "");
