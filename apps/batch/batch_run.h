@@ -44,7 +44,7 @@ struct SessionRow {
   bool kept = false;  ///< From before, or by another worker.
   std::string why;    ///< Why it was kept or calibrated.
   std::string error;  ///< Of a session that failed as a whole.
-  SessionRecord record;
+  AttemptRecord record;
   std::vector<SensorRow> sensors;
 };
 

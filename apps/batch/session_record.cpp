@@ -109,11 +109,11 @@ std::optional<int> code_of_result(const std::string& folder) {
   return report->at("status") == "good" ? good_code : weak_code;
 }
 
-std::optional<SessionRecord> read_record(const std::string& path) {
+std::optional<AttemptRecord> read_record(const std::string& path) {
   const std::optional<Json> json = read_json(path);
   if (!json || json->value("rigcal", 0) != format_version) return std::nullopt;
   try {
-    SessionRecord record;
+    AttemptRecord record;
     record.input = json->at("input");
     for (const auto& [name, value] : json->at("settings").items()) record.settings.emplace_back(name, value);
     record.version = json->at("version");
@@ -131,7 +131,7 @@ std::optional<SessionRecord> read_record(const std::string& path) {
   }
 }
 
-Expected<void> write_record(const SessionRecord& record, const std::string& path) {
+Expected<void> write_record(const AttemptRecord& record, const std::string& path) {
   const Json json{{"rigcal", format_version},
                   {"input", record.input},
                   {"settings", settings_json(record.settings)},
@@ -149,7 +149,7 @@ Expected<void> write_record(const SessionRecord& record, const std::string& path
 
 namespace {
 
-Judgement judge_what_is_there(const SessionWork& work, const std::optional<SessionRecord>& record,
+Judgement judge_what_is_there(const SessionWork& work, const std::optional<AttemptRecord>& record,
                               const InputState& state, bool retry, const std::stop_token& stop) {
   // One that somebody ended says code 1, too, and an older result may be there.
   const bool ended_well = record && record->error.empty() && (record->code == good_code || record->code == weak_code);
@@ -174,7 +174,7 @@ Judgement judge_what_is_there(const SessionWork& work, const std::optional<Sessi
   try {
     const std::string other = other_result(work, *report, stop);
     if (!other.empty()) return {false, other, {}};
-    SessionRecord found;
+    AttemptRecord found;
     found.input = whole_path(work.input);
     found.settings = work.settings;
     found.version = version();
@@ -192,7 +192,7 @@ Judgement judge_what_is_there(const SessionWork& work, const std::optional<Sessi
 }
 
 // The recording that the result is of, or the failure that is on record; nothing where that is not known.
-std::optional<std::string> input_of_what_is_there(const SessionWork& work, const std::optional<SessionRecord>& record) {
+std::optional<std::string> input_of_what_is_there(const SessionWork& work, const std::optional<AttemptRecord>& record) {
   if (record) return record->input;
   const std::optional<Json> report = read_json(fs::path(work.result) / "report.json");
   if (!report) return std::nullopt;
@@ -220,7 +220,7 @@ std::string whole_path(const std::string& input) {
 
 Expected<Judgement> judge_session(const SessionWork& work, const InputState& state, bool retry,
                                   const std::stop_token& stop) {
-  const std::optional<SessionRecord> record = read_record(work.record);
+  const std::optional<AttemptRecord> record = read_record(work.record);
   Judgement judgement = judge_what_is_there(work, record, state, retry, stop);
   if (judgement.keep) return judgement;
   const std::optional<std::string> there = input_of_what_is_there(work, record);

@@ -15,7 +15,7 @@ namespace rigcal::batch {
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
 /// What is kept of a session that was tried, beside its result.
-struct SessionRecord {
+struct AttemptRecord {
   std::string input;  ///< From the root, so that it is the same from every folder.
   Settings settings;
   std::string version;      ///< Of rigcal.
@@ -49,14 +49,14 @@ struct InputState {
 [[nodiscard]] std::optional<int> code_of_result(const std::string& folder);
 
 /// Nothing where there is none that can be read.
-[[nodiscard]] std::optional<SessionRecord> read_record(const std::string& path);
-Expected<void> write_record(const SessionRecord& record, const std::string& path);
+[[nodiscard]] std::optional<AttemptRecord> read_record(const std::string& path);
+Expected<void> write_record(const AttemptRecord& record, const std::string& path);
 
 /// Whether a session need not be calibrated, and why it is or is not.
 struct Judgement {
   bool keep = false;
   std::string why;
-  std::optional<SessionRecord> record;  ///< Where it is kept.
+  std::optional<AttemptRecord> record;  ///< Where it is kept.
 };
 
 /// What a session is to be calibrated from and with.

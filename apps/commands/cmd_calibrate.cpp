@@ -194,7 +194,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (!result) return result.error();
   CalibrationRun run{std::move(stages), context.reporter.warnings(), settings_of(options), digester.take()};
   if (context.stop.stop_requested()) {
-    return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
+    return cancelled_error("stopped before the end, nothing was written");
   }
   if (const auto written = write_calibration(*recording, std::move(run), options.out, *result); !written) {
     return written.error();

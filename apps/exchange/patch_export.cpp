@@ -186,7 +186,7 @@ Expected<ExportReading> read_recording_of_patches(const StreamSource& source, Pa
     for (std::size_t i = 0; i < folder->patches.size(); ++i) {
       for (const PatchFile& file : folder->patches[i]) {
         if (file.stop != stop) continue;
-        if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", source.path, {}};
+        if (context.cancelled()) return cancelled_error("stopped", source.path);
         const int sensor = static_cast<int>(i);
         const Expected<std::uint64_t> count = read_cloud(
             file.path, source.rig.sensors[i], [&](std::span<const Point> part) { files.points(sensor, stop, part); });

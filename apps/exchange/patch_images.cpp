@@ -62,7 +62,7 @@ Expected<PatchImages> write_patch_images(const StreamSource& source, const std::
                            : camera_recordings(source.rig, all, places, "give them to calibrate by --images DIR")) {
     const Sensor& sensor = source.rig.sensors[static_cast<std::size_t>(camera.sensor)];
     const StillImages taken = camera.read_images(context);
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", source.path, {}};
+    if (context.cancelled()) return cancelled_error("stopped", source.path);
     if (taken.images.empty()) {
       context.reporter.warn(sensor.name + ": no image of it is written: " + taken.why_none);
       continue;

@@ -95,7 +95,7 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
     start_ns = std::min(start_ns, datagram.stamp_ns);
     end_ns = std::max(end_ns, datagram.stamp_ns);
     if (writer->datagrams() % 4096 != 0) continue;
-    if (task.context.cancelled()) return Error{ErrorKind::cancelled, "stopped", task.input, {}};
+    if (task.context.cancelled()) return cancelled_error("stopped", task.input);
     task.context.reporter.progress("importing", (*file)->fraction());
   }
   if (const Expected<void> synced = writer->sync(); !synced) return synced.error();
@@ -158,7 +158,7 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   double done = 0.0;
   for (const std::vector<PatchFile>& files : folder->patches) {
     for (const PatchFile& file : files) {
-      if (task.context.cancelled()) return Error{ErrorKind::cancelled, "stopped", task.input, {}};
+      if (task.context.cancelled()) return cancelled_error("stopped", task.input);
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       summary.points += cloud->points;

@@ -235,7 +235,7 @@ class Repair {
     first_ns_ = std::min(first_ns_.value_or(stamp_ns), stamp_ns);
     last_ns_ = std::max(last_ns_.value_or(stamp_ns), stamp_ns);
   }
-  Error cancelled() const { return {ErrorKind::cancelled, "stopped", session_.path, {}}; }
+  Error cancelled() const { return cancelled_error("stopped", session_.path); }
 
   SessionFolder session_;
   const RunContext& context_;

@@ -26,8 +26,6 @@ constexpr std::uint64_t most_torn_head_bytes = 4096;
 constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
 constexpr std::uint64_t cancel_period = 4096;  // Packets between two looks at whether to stop.
 
-Error cancelled(const std::string& path) { return {ErrorKind::cancelled, "stopped", path, {}}; }
-
 // By a program on another machine: one on this machine has the session's lock.
 Error still_written(const std::string& path) {
   return system_error("grew while it was read, so it is still being recorded", path,
@@ -48,7 +46,7 @@ Expected<void> read_from(const std::string& path, std::uint64_t begin, const Run
   if (!file) return file.error();
   std::vector<std::uint8_t> piece(piece_bytes);
   for (std::uint64_t at = begin; at < file->size(); at += piece.size()) {
-    if (context.cancelled()) return cancelled(path);
+    if (context.cancelled()) return cancelled_error("stopped", path);
     piece.resize(std::min<std::uint64_t>(piece_bytes, file->size() - at));
     if (!file->read_at(at, piece))
       return read_failure(path, file->failure().empty() ? "it became shorter" : file->failure());
@@ -117,7 +115,7 @@ Expected<std::optional<TornPackets>> find_torn_packets(const std::string& path, 
   CapturedFrame frame;
   for (std::uint64_t i = 0; file->next(frame); ++i) {
     if (i % cancel_period != 0) continue;
-    if (context.cancelled()) return cancelled(path);
+    if (context.cancelled()) return cancelled_error("stopped", path);
     context.reporter.progress("looking for the last whole packet",
                               static_cast<double>(file->whole_bytes()) / static_cast<double>(*bytes));
   }

@@ -140,7 +140,7 @@ Expected<std::vector<DetectionRow>> detect_boards(int poses, std::uint64_t seed,
     const int until = poses * static_cast<int>(k + 1) / static_cast<int>(scenes.size());
     Shown shown;
     for (int tries = 0; tries < most_tries && shown_before < until; ++tries) {
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
+      if (context.cancelled()) return cancelled_error("stopped before the end");
       // The rig turns, too, so that other things stand behind the board.
       stage.T_scene_rig.R = exp_so3({0.0, 0.0, random.uniform(-pi, pi)});
       const SE3 T = draw_board_pose({}, random);

@@ -191,7 +191,7 @@ const std::vector<BoardClaim>& published_claims() {
 }
 
 Expected<std::vector<BoardRow>> draw_boards(const BoardDrawOptions& options, const RunContext& context) {
-  const Error stopped{ErrorKind::cancelled, "stopped before the end", {}, {}};
+  const Error stopped = cancelled_error("stopped before the end");
   const std::vector<int> ks = options.asked_only ? std::vector<int>{asked_k} : std::vector<int>{0, 1, 2};
   std::vector<BoardSet> sets;
   for (int s = 0; s < options.sets; ++s) {

@@ -183,7 +183,7 @@ Expected<std::vector<LivoxRow>> try_livox_boards(const LivoxBoardOptions& option
       const auto all = static_cast<double>(units.size() * tried.size());
       context.reporter.progress("livox", static_cast<double>(u * tried.size() + k) / all);
       tried[k] = try_rig(units[u], options.poses, options.seed + k, context);
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
+      if (context.cancelled()) return cancelled_error("stopped before the end");
     }
     out.push_back(row_of(units[u], options.poses, tried));
   }

@@ -36,7 +36,7 @@ class Trials {
 
   [[nodiscard]] Expected<void> result() const {
     if (error_) return *error_;
-    if (done_ < count_) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
+    if (done_ < count_) return cancelled_error("stopped before the end");
     return {};
   }
 

@@ -36,7 +36,7 @@ constexpr std::array<std::array<ErrorFigures, angles>, 2> printed{{{{{0.0035, 0.
                                                                      {0.0029, 0.0057, 0.0084, 0.0163},
                                                                      {0.0097, 0.0139, 0.0217, 0.0352}}}}};
 
-Error stopped() { return {ErrorKind::cancelled, "stopped before the end", {}, {}}; }
+Error stopped() { return cancelled_error("stopped before the end"); }
 
 // Errors of one way to calibrate, a trial an entry; a trial without an answer has none.
 struct Errors {

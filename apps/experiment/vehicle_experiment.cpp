@@ -217,7 +217,7 @@ Expected<VehicleExperiment> drive_vehicle(int places, std::uint64_t seed, const 
   parallel_for(visited.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end && !context.cancelled(); ++k) visited[k] = visit(caster, seed + k);
   });
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end", {}, {}};
+  if (context.cancelled()) return cancelled_error("stopped before the end");
   VehicleExperiment out;
   for (std::size_t i = 1; i < lidars; ++i) out.rows.push_back(row_of(visited, i));
   if (!visited.empty()) out.moment = visited.front().moment;

@@ -351,7 +351,7 @@ Expected<Inspection> inspect_patch_folder(const std::string& path, const Rig& ri
   for (std::size_t i = 0; i < folder->patches.size(); ++i) {
     IntensityRange intensity;
     for (const PatchFile& file : folder->patches[i]) {
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", path, {}};
+      if (context.cancelled()) return cancelled_error("stopped", path);
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       stops[file.stop]["points"][rig.sensors[i].name] = cloud->points;

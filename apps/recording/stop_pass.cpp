@@ -81,11 +81,11 @@ Expected<StopPass> read_pass(const BatchOpener& open, const std::string& name, c
     if (!more) return more.error();
     if (!*more) break;
     if (const Expected<void> status = sink.status(); !status) return status.error();
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", name, {}};
+    if (context.cancelled()) return cancelled_error("stopped", name);
     if (watcher != nullptr && !watcher->goes_on(**batches, finder)) return pass;
     context.reporter.progress("reading", (*batches)->fraction());
   }
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", name, {}};
+  if (context.cancelled()) return cancelled_error("stopped", name);
   finder.flush();
   if (const Expected<void> status = sink.status(); !status) return status.error();
   pass.reading.ingest = (*batches)->summary();

@@ -21,6 +21,10 @@ Error system_error(std::string what, std::string where, std::string mend) {
   return {ErrorKind::system, std::move(what), std::move(where), std::move(mend)};
 }
 
+Error cancelled_error(std::string what, std::string where) {
+  return {ErrorKind::cancelled, std::move(what), std::move(where), {}};
+}
+
 const Error& Expected<void>::error() const {
   RIGCAL_ASSERT(failed_, "no error in an Expected that holds a value");
   return error_;

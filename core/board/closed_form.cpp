@@ -11,12 +11,6 @@ namespace {
 // Normals nearer to one direction, or to one plane, than this (mean square of the sine) leave the answer to noise.
 constexpr double least_spread = 1e-3;
 
-Matrix3d kabsch(const Matrix3d& sum_a_bt) {
-  const Eigen::JacobiSVD<Matrix3d> svd(sum_a_bt, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  return svd.matrixU() * Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
-}
-
 Vector3d normal_spread(std::span<const BoardPair> pairs) {
   Matrix3d sum = Matrix3d::Zero();
   for (const BoardPair& pair : pairs) sum += pair.a.normal * pair.a.normal.transpose();
@@ -37,7 +31,7 @@ std::optional<Matrix3d> rotation_by_normals(std::span<const BoardPair> pairs) {
   if (pairs.size() < 2 || normal_spread(pairs)[1] < least_spread) return std::nullopt;
   Matrix3d sum = Matrix3d::Zero();
   for (const BoardPair& pair : pairs) sum += pair.a.normal * pair.b.normal.transpose();
-  return kabsch(sum);
+  return nearest_rotation(sum);
 }
 
 std::optional<Vector3d> translation_by_planes(std::span<const BoardPair> pairs, const Matrix3d& R_a_b) {
@@ -69,7 +63,7 @@ SE3 motion_by_corners(std::span<const BoardPair> pairs) {
       sum += (pair.a.corners[k] - mean_a) * (pair.b.corners[k] - mean_b).transpose();
     }
   }
-  const Matrix3d R = kabsch(sum);
+  const Matrix3d R = nearest_rotation(sum);
   return {R, mean_a - R * mean_b};
 }
 

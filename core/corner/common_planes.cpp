@@ -22,7 +22,7 @@ SeenPlane moved(const SeenPlane& seen, const SE3& T) {
 }
 
 void add_common_planes(const RigViews& views, std::size_t stop, const std::vector<char>& use, const RigState& state,
-                       const MatchTolerance& tolerance, std::vector<CommonPlane>& out) {
+                       const PlaneMatchTolerance& tolerance, std::vector<CommonPlane>& out) {
   std::vector<SeenPlane> known;  // in the base's frame, one for each of `planes`
   std::vector<CommonPlane> planes;
   for (std::size_t i = 0; i < views.names.size(); ++i) {
@@ -127,7 +127,7 @@ class StopRefit {
 }  // namespace
 
 std::vector<CommonPlane> find_common_planes(const RigViews& views, const std::vector<char>& use, const RigState& state,
-                                            const MatchTolerance& tolerance) {
+                                            const PlaneMatchTolerance& tolerance) {
   std::vector<CommonPlane> out;
   for (std::size_t stop = 0; stop < views.stops.size(); ++stop) {
     add_common_planes(views, stop, use, state, tolerance, out);

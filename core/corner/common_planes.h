@@ -30,7 +30,7 @@ struct CommonPlane {
 
 /// The planes of all stops that at least two of the LiDARs with `use` saw, with these where `state` has them.
 [[nodiscard]] std::vector<CommonPlane> find_common_planes(const RigViews& views, const std::vector<char>& use,
-                                                          const RigState& state, const MatchTolerance& tolerance);
+                                                          const RigState& state, const PlaneMatchTolerance& tolerance);
 
 /// The same planes fitted to the points in those parts of them only that at least two LiDARs saw: surfaces are uneven,
 /// and at their borders chance decides. Planes without common parts are left out.

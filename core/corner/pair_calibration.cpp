@@ -158,7 +158,7 @@ PairPlacement by_shapes(const PlaneView& a, const PlaneView& b, const SE3& guess
   out.score = match.score;
   out.runner_up_score = is_allowed(match.runner_up, a, b, guess) ? match.runner_up_score : 0.0;
   out.by_shapes = match;
-  out.matches = match_planes(a.planes, b.planes, match.X, MatchTolerance{to_rad(4.0), 0.15});
+  out.matches = match_planes(a.planes, b.planes, match.X, PlaneMatchTolerance{to_rad(4.0), 0.15});
   return out;
 }
 

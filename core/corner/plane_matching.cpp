@@ -93,7 +93,7 @@ void try_triples(const std::vector<SeenPlane>& a, const std::vector<SeenPlane>& 
       if (!o_b) continue;
       const SE3 T = corner_alignment({planes_a, *o_a}, {planes_b, *o_b});
       if (is_known(out, T)) continue;
-      const PlaneMatches matches = match_planes(a, b, T, MatchTolerance{});
+      const PlaneMatches matches = match_planes(a, b, T, PlaneMatchTolerance{});
       // A plane seen from its other side matches none: such places have only the three themselves.
       PlaneMatches own;
       for (std::size_t k = 0; k < 3; ++k) own.emplace_back(in_a[k], in_b[k]);
@@ -105,7 +105,7 @@ void try_triples(const std::vector<SeenPlane>& a, const std::vector<SeenPlane>& 
 }  // namespace
 
 PlaneMatches match_planes(const std::vector<SeenPlane>& a, const std::vector<SeenPlane>& b, const SE3& T,
-                          const MatchTolerance& tolerance) {
+                          const PlaneMatchTolerance& tolerance) {
   struct Rated {
     double misfit;
     std::size_t i, j;
@@ -183,7 +183,7 @@ std::vector<AlignmentCandidate> alignment_candidates(const std::vector<SeenPlane
   for (AlignmentCandidate& c : tried) {
     c.T_a_b = align_planes(pairs_of(a, b, c.matches, c.T_a_b), c.T_a_b, robust).T_a_b;
     if (is_known(out, c.T_a_b)) continue;
-    const PlaneMatches matches = match_planes(a, b, c.T_a_b, MatchTolerance{to_rad(3.0), 0.25});
+    const PlaneMatches matches = match_planes(a, b, c.T_a_b, PlaneMatchTolerance{to_rad(3.0), 0.25});
     if (matches.size() >= 3) {
       c.matches = matches;
       c.agreement = matched_area(a, b, matches);

@@ -13,7 +13,7 @@ namespace rigcal {
 using PlaneMatches = std::vector<std::pair<std::size_t, std::size_t>>;
 
 /// How alike two planes must be to be taken for one.
-struct MatchTolerance {
+struct PlaneMatchTolerance {
   double angle_rad = to_rad(5.0);
   double distance_m = 0.4;  ///< Of the middle of each from the other.
 };
@@ -21,7 +21,7 @@ struct MatchTolerance {
 /// The planes that are one at T_a_b, each at most once, the best agreeing first. Both normals are towards their
 /// sensors, which stand on the same side of what both see.
 [[nodiscard]] PlaneMatches match_planes(const std::vector<SeenPlane>& a, const std::vector<SeenPlane>& b,
-                                        const SE3& T_a_b, const MatchTolerance& tolerance);
+                                        const SE3& T_a_b, const PlaneMatchTolerance& tolerance);
 
 /// The pairs with weights and b's normals facing as a's do at T_a_b, for `align_planes`.
 [[nodiscard]] std::vector<PlanePair> pairs_of(const std::vector<SeenPlane>& a, const std::vector<SeenPlane>& b,

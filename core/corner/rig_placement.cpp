@@ -10,8 +10,8 @@
 namespace rigcal {
 namespace {
 
-constexpr MatchTolerance loose{to_rad(4.0), 0.25};
-constexpr MatchTolerance tight{to_rad(3.0), 0.12};
+constexpr PlaneMatchTolerance loose{to_rad(4.0), 0.25};
+constexpr PlaneMatchTolerance tight{to_rad(3.0), 0.12};
 constexpr double ambiguous = 0.9;
 constexpr double scale_limit = 25.0;  // of a plane's misfit over the others' before it is no common plane
 
@@ -137,7 +137,7 @@ class RigPlacer {
     }
   }
 
-  void solve(const MatchTolerance& tolerance) {
+  void solve(const PlaneMatchTolerance& tolerance) {
     std::vector<char> use;
     for (int i = 0; i < lidars_; ++i) use.push_back(is_held_by_planes(i) ? 1 : 0);
     planes_ = find_common_planes(views_, use, out_.state, tolerance);

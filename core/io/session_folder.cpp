@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr int format_version = 1;
+constexpr int session_format_version = 1;
 constexpr const char* packets_name = "lidar.pcapng";
 /// Ten pairs a second, 60 bytes each: a day is 52 MB.
 constexpr std::size_t max_record_bytes = std::size_t{256} << 20;
@@ -40,7 +40,7 @@ int looking_failed(const std::string& folder) {
 json to_json(const SessionRecord& record) {
   json pairs = json::array();
   for (const ClockPair& pair : record.clock_pairs) pairs.push_back({pair.realtime_ns, pair.monotonic_ns});
-  json text = {{"format", format_version},
+  json text = {{"format", session_format_version},
                {"software", record.software},
                {"start_ns", record.start_ns},
                {"end_ns", nullptr},
@@ -63,9 +63,9 @@ Expected<std::int64_t> read_version(const json& text, const std::string& path) {
   }
   const auto version = text["format"].get<std::int64_t>();
   if (version < 1) return wrong_key(path, "format", "a version");
-  if (version > format_version) {
+  if (version > session_format_version) {
     return input_error("has the session format " + std::to_string(version) + ", but this release reads format " +
-                           std::to_string(format_version),
+                           std::to_string(session_format_version),
                        path, "use rigcal " + std::to_string(version) + ".0 or newer");
   }
   return version;

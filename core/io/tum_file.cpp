@@ -107,20 +107,25 @@ Expected<std::vector<TumPose>> read_tum(const std::string& path) {
   return parse_tum(*text, path);
 }
 
+std::string tum_stamp(std::int64_t stamp_ns) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%s%lld.%09lld", stamp_ns < 0 ? "-" : "",
+                static_cast<long long>(std::llabs(stamp_ns / ns_per_second)),
+                static_cast<long long>(std::llabs(stamp_ns % ns_per_second)));
+  return text.data();
+}
+
+std::string tum_line(std::string_view stamp, const SE3& pose) {
+  std::string text(stamp);
+  for (const double value : pose.t) text.append(" ").append(number_text(value));
+  for (const double value : xyzw_from_rotation(pose.R)) text.append(" ").append(number_text(value));
+  return text.append("\n");
+}
+
 Expected<void> write_tum(const std::string& path, std::span<const TumPose> poses, const std::string& remark) {
   std::string text;
   if (!remark.empty()) text.append("# ").append(remark).append("\n");
-  for (const TumPose& pose : poses) {
-    std::array<char, 40> stamp{};
-    const std::int64_t ns = pose.stamp_ns;
-    std::snprintf(stamp.data(), stamp.size(), "%s%lld.%09lld", ns < 0 ? "-" : "",
-                  static_cast<long long>(std::llabs(ns / ns_per_second)),
-                  static_cast<long long>(std::llabs(ns % ns_per_second)));
-    text += stamp.data();
-    for (const double value : pose.pose.t) text.append(" ").append(number_text(value));
-    for (const double value : xyzw_from_rotation(pose.pose.R)) text.append(" ").append(number_text(value));
-    text += '\n';
-  }
+  for (const TumPose& pose : poses) text += tum_line(tum_stamp(pose.stamp_ns), pose.pose);
   return replace_file(path, text);
 }
 

@@ -118,7 +118,7 @@ class CameraStage {
     StillImages still = camera.read_images(context_);
     leave_out_lost_stops(still);
     task.views = camera_views(still.images, sensor.name, context_);
-    if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}};
+    if (context_.cancelled()) return cancelled_error("stopped before the end, nothing was written");
     if (task.views.empty()) {
       return failed(sensor.name, still.images.empty() ? still.why_none
                                                       : "none of its images shows anything; check lens cap, aperture "

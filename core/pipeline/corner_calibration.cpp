@@ -18,7 +18,7 @@ namespace {
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
 
-Error stopped() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
+Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }
 
 // Stops in which two LiDARs saw anything, at most so many, evenly.
 std::vector<int> choose_stops(const LidarRecording& recording, std::size_t most) {

@@ -30,7 +30,7 @@ constexpr int last_iterations = 2;
 // Each takes out most of what the one before left.
 constexpr int most_range_rounds = 3;
 
-Error cancelled() { return {ErrorKind::cancelled, "stopped before the end, nothing was written", {}, {}}; }
+Error cancelled() { return cancelled_error("stopped before the end, nothing was written"); }
 
 // What carries through the stages.
 class Calibration {

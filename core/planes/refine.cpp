@@ -127,7 +127,7 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
                                const std::vector<RefinePass>& passes, const RunContext& context, RigState& state) {
   RefineSummary summary;
   for (const RefinePass& pass : passes) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     summary.map = build_plane_map(input.patches, state, input.noise, input.T_grid_G, pass.map, input.use);
     merge_leaves(pass, summary.map);
     const RigState before = state;
@@ -155,7 +155,7 @@ Expected<AdjustSummary> adjust_over_grids(const RefineInput& input, const Parame
   options.with_rays = false;
   std::vector<PlaneMap> others;
   for (int grid = 1; grid < grids; ++grid) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     // At three grids this is a third or two thirds of each smaller voxel too.
     SE3 T_grid_G = input.T_grid_G;
     T_grid_G.t += Vector3d::Constant(options.root_size_m * grid / grids);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
-#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
+#include "core/io/tum_file.h"
 #include "core/report/matrix_text.h"
 
 namespace rigcal {
@@ -67,17 +66,6 @@ std::string refined_yaml(const SensorResult& sensor, const CalibrationResult& re
   return {};
 }
 
-// Nine decimals from an integer: a double would keep only some hundred nanoseconds of a UTC time.
-std::string seconds_text(std::int64_t stamp_ns) {
-  std::array<char, 32> text{};
-  const std::int64_t seconds = stamp_ns / ns_per_second;
-  const std::int64_t rest = stamp_ns % ns_per_second;
-  std::snprintf(text.data(), text.size(), "%s%lld.%09lld", stamp_ns < 0 ? "-" : "",
-                static_cast<long long>(seconds < 0 ? -seconds : seconds),
-                static_cast<long long>(rest < 0 ? -rest : rest));
-  return text.data();
-}
-
 bool has_times(const std::vector<StopPose>& trajectory) {
   return std::any_of(trajectory.begin(), trajectory.end(),
                      [](const StopPose& pose) { return pose.stop.start_ns != 0 || pose.stop.end_ns != 0; });
@@ -132,10 +120,9 @@ std::string trajectory_tum(const CalibrationResult& result) {
   for (const StopPose& pose : result.trajectory) {
     if (!pose.known) continue;
     const Stop& stop = pose.stop;
-    text += times ? seconds_text(stop.start_ns + (stop.end_ns - stop.start_ns) / 2) : std::to_string(stop.index);
-    for (const double value : pose.T_G_base.t) text += " " + number_text(value);
-    for (const double value : xyzw_from_rotation(pose.T_G_base.R)) text += " " + number_text(value);
-    text += "\n";
+    const std::string stamp =
+        times ? tum_stamp(stop.start_ns + (stop.end_ns - stop.start_ns) / 2) : std::to_string(stop.index);
+    text += tum_line(stamp, pose.T_G_base);
   }
   return text;
 }

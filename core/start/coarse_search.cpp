@@ -25,7 +25,7 @@ struct Asked {
 
 class CoarseSearch {
  public:
-  CoarseSearch(const SurfelIndex& index, const MovingSurfels& moving, const MatchTolerance& tolerance)
+  CoarseSearch(const SurfelIndex& index, const MovingSurfels& moving, const SurfelMatchTolerance& tolerance)
       : index_(index), moving_(moving), tolerance_(tolerance) {
     for (std::size_t first = 0; first < first_stride; ++first) {
       for (std::size_t i = first; i < moving.items.size(); i += first_stride) order_.push_back(i);
@@ -93,7 +93,7 @@ class CoarseSearch {
 
   const SurfelIndex& index_;
   const MovingSurfels& moving_;
-  const MatchTolerance& tolerance_;
+  const SurfelMatchTolerance& tolerance_;
   std::vector<std::size_t> order_;  // in which the surfels are asked for: evenly over all at any time
 };
 
@@ -107,8 +107,8 @@ std::vector<SE3> placed_by(const MovingSurfels& moving, const SE3& X) {
 }
 
 std::vector<ScoredPose> best_matches(const SurfelIndex& index, const MovingSurfels& moving,
-                                     const std::vector<SE3>& poses, const MatchTolerance& tolerance, std::size_t most,
-                                     const std::function<bool(const SE3&, const SE3&)>& near) {
+                                     const std::vector<SE3>& poses, const SurfelMatchTolerance& tolerance,
+                                     std::size_t most, const std::function<bool(const SE3&, const SE3&)>& near) {
   const CoarseSearch search(index, moving, tolerance);
   const auto count = static_cast<double>(std::max<std::size_t>(1, moving.items.size()));
   std::vector<ScoredPose> out;

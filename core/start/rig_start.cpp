@@ -254,7 +254,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   place_stops(input, base_patches, placed);
   std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
   if (start) try_equal_steps(input, patches, base_patches, context, *start);
-  if (!start || context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (!start || context.cancelled()) return cancelled_error();
   return *std::move(start);
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/geometry/point_cluster.h"
 #include "core/records/records.h"
+#include "core/voxel/upper_triangle.h"
 
 namespace rigcal {
 
@@ -15,18 +16,14 @@ namespace rigcal {
 struct Cell {
   double N = 0.0;
   Vector3d mean = Vector3d::Zero();
-  Eigen::Matrix<double, 6, 1> scatter = Eigen::Matrix<double, 6, 1>::Zero();  ///< xx xy xz yy yz zz
+  UpperTriangle scatter = UpperTriangle::Zero();
   /// Where a surface goes on beyond a border across the rays, points are sorted there by the noise of their ranges.
   /// Of the covariance of noise and place on the surface so much is left (1: all, as is said of all cubes),
   double noise_share = 1.0;
   /// and the mean is moved away from the sensor, along the ray, by this (1/m) times the variance of ranges (m^2).
   double noise_shift_per_m = 0.0;
 
-  [[nodiscard]] Matrix3d scatter_matrix() const {
-    Matrix3d S;
-    S << scatter[0], scatter[1], scatter[2], scatter[1], scatter[3], scatter[4], scatter[2], scatter[4], scatter[5];
-    return S;
-  }
+  [[nodiscard]] Matrix3d scatter_matrix() const { return full(scatter); }
 };
 
 /// All cells of what one LiDAR saw in one stop, by two ways to divide it: each point is once in either.

@@ -128,7 +128,7 @@ Expected<RunTruth> simulate_run(const Scene& scene, const Rig& rig, const RunOpt
   const double duration_s = simulated->motion.duration_s();
   const auto blocks = static_cast<std::int64_t>(std::ceil(duration_s / PacketRenderer::block_s));
   for (std::int64_t first = 0; first < blocks; first += blocks_a_turn) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     const auto count = static_cast<std::size_t>(std::min(blocks_a_turn, blocks - first));
     std::vector<PacketBlock> rendered(count * renderers.size());
     parallel_for(rendered.size(), 1, [&](std::size_t begin, std::size_t end) {

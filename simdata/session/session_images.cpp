@@ -24,7 +24,7 @@ class ImageCount {
   Expected<void> add() {
     ++done_;
     context_.reporter.progress("render images", static_cast<double>(done_) / static_cast<double>(images_));
-    if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context_.cancelled()) return cancelled_error();
     return {};
   }
   [[nodiscard]] std::uint64_t done() const { return done_; }

@@ -157,7 +157,7 @@ Expected<SessionSummary> simulate_patches(const Scene& scene, const Rig& rig, co
   SessionSummary summary;
   summary.stops = static_cast<int>(light->T_G_base.size());
   for (std::size_t i = 0; i < light->patches.size(); ++i) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     if (const auto written = folder->write(light->patches[i]); !written) return written.error();
     summary.points += light->patches[i].points.size();
     context.reporter.progress("write patches", static_cast<double>(i + 1) / static_cast<double>(light->patches.size()));

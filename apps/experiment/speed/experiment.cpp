@@ -29,7 +29,7 @@ Expected<ManyScans> time_scans(const ExperimentOptions& options, const RunContex
   set_options.seed = options.seed;
   const Expected<SpeedSet> set = make_set(set_options);
   if (!set) return set.error();
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (context.cancelled()) return cancelled_error();
   const RefinePass pass = standard_passes(1).back();
   PlaneMapOptions map_options = pass.map;
   map_options.with_rays = false;
@@ -86,7 +86,7 @@ Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContex
   out.bandwidth = measure_bandwidth(static_cast<std::size_t>(std::min(1.0, 10.0 * options.scale) * bandwidth_bytes));
   if (is_wanted("stages", options.parts)) {
     for (const double points : table_points) {
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+      if (context.cancelled()) return cancelled_error();
       context.reporter.progress("stages", static_cast<double>(out.tables.size()) / table_points.size());
       SetOptions set_options;
       set_options.points = points * options.scale;

@@ -21,7 +21,7 @@ class Growth {
   Growth(const GrowthOptions& options, const RunContext& context) : options_(options), context_(context) {}
 
   Expected<void> add(const std::string& by, double size, SetOptions set_options) {
-    if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context_.cancelled()) return cancelled_error();
     context_.reporter.progress("growth", static_cast<double>(rows_.size()) / rows_in_all());
     set_options.points *= options_.scale;
     set_options.seed = options_.seed;
@@ -43,7 +43,7 @@ class Growth {
     if (!set) return set.error();
     const std::vector<NoiseModel> noise(set->truth.T_base_sensor.size());
     for (const double leaf_m : options_.leaves_m) {
-      if (context_.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+      if (context_.cancelled()) return cancelled_error();
       CellOptions cell_options;
       cell_options.size_m = std::min(largest_cell_m, cell_share * leaf_m);
       PlaneMapOptions map_options;

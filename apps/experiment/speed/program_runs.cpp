@@ -50,7 +50,7 @@ Expected<ProgramRun> run_program(std::vector<std::string> arguments, const fs::p
     told = context.cancelled();
     std::this_thread::sleep_for(look_every);
   }
-  if (told) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (told) return cancelled_error();
   if (end->code < 0 || end->code > 1) return system_error("rigcal " + command + " failed: " + last_line(log));
   ProgramRun out;
   out.wall_s = seconds_since(begin);

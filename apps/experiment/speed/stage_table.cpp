@@ -194,7 +194,7 @@ Expected<StageTable> time_stages(const SpeedSet& set, const RunContext& context)
   }
   out.stages.push_back({"points to cells", cells_took.wall_s, cells_took.cpu_s,
                         static_cast<double>(out.points * sizeof(Point) + out.cells * sizeof(Cell))});
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (context.cancelled()) return cancelled_error();
   time_steps(set, cells, out);
   if (const auto done = time_calibration(set, std::move(cells), context, out); !done) return done.error();
   out.memory_mb = memory.peak_mb();

@@ -19,8 +19,6 @@ constexpr std::uint64_t guess_stream = 970;
 enum Method : std::size_t { ours, ransac, information, methods };
 constexpr std::array<const char*, methods> method_names{"rigcal", "fixed voxels", "information"};
 
-Error cancelled() { return {ErrorKind::cancelled, "stopped", {}, {}}; }
-
 // All points of the map, in the world.
 std::vector<Vector3d> map_points(const CameraSide& side) {
   std::vector<Vector3d> out;
@@ -104,7 +102,7 @@ Expected<void> try_side(const CameraSide& side, int trials, std::uint64_t seed, 
         const auto begin = SteadyClock::now();
         const auto answer = find_camera(method, side, fixed, task, context);
         if (!answer) return answer.error();
-        if (context.cancelled()) return cancelled();
+        if (context.cancelled()) return cancelled_error();
         cameras[method].seconds += seconds_since(begin);
         cameras[method].add(*answer, side.T_lidar_camera[c]);
         found[method].push_back(*answer);

@@ -84,7 +84,7 @@ Expected<std::vector<CameraTask>> take_images(const Run& run, int images, const 
     CameraTask task{camera.sensor, camera.name, camera.model.intrinsics(), std::nullopt, {}};
     const sim::ImageRenderer renderer(run.scene, caster, camera.model);
     for (int k = 0; k < wanted; ++k) {
-      if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+      if (context.cancelled()) return cancelled_error();
       context.reporter.progress(camera.name + " images", static_cast<double>(k) / wanted);
       const int stop = k * stops / wanted;
       const double time_s = simulated->motion.stop_start_s(stop) + 0.5 * simulated->motion.dwell_s(stop);
@@ -147,7 +147,7 @@ Expected<CameraSide> make_side(const Run& run, int sensor, const std::vector<Cam
 }  // namespace
 
 Expected<std::vector<CameraSide>> make_camera_sides(const CameraSetOptions& options, const RunContext& context) {
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (context.cancelled()) return cancelled_error();
   const Expected<Run> run = make_run(options);
   if (!run) return run.error();
   const Expected<std::vector<CameraTask>> cameras = take_images(*run, options.images, context);

@@ -138,7 +138,7 @@ Expected<void> try_setting(const Setting& setting, const LidarExperimentOptions&
     const sim::LightRig& light = drive->set.light;
     by_motion.add(light,
                   place_by_motion(drive->icp, light.rig.base, rough_motions(light, driven, driven.seed), context));
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
   }
   for (const Chain* chain : {&ours, &by_icp, &by_motion}) rows.push_back(chain->row());
   return {};
@@ -149,7 +149,7 @@ Expected<void> try_setting(const Setting& setting, const LidarExperimentOptions&
 Expected<std::vector<ChainRow>> try_chain(const LidarExperimentOptions& options, const RunContext& context) {
   std::vector<ChainRow> rows;
   for (std::size_t k = 0; k < settings.size(); ++k) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     const auto& scenes = options.scenes;
     if (!scenes.empty() && std::find(scenes.begin(), scenes.end(), settings[k].scene) == scenes.end()) continue;
     context.reporter.progress("chain", static_cast<double>(k) / static_cast<double>(settings.size()));

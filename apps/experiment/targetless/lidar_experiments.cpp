@@ -17,8 +17,6 @@ constexpr int icp_iterations = 30;
 constexpr std::array<double, 3> basin_deg{10.0, 20.0, 30.0};
 constexpr std::array<double, 4> basin_m{0.5, 1.0, 2.0, 4.0};
 
-Error cancelled() { return {ErrorKind::cancelled, "stopped", {}, {}}; }
-
 Expected<std::vector<Ground>> grounds_of(const LidarExperimentOptions& options, const RunContext& context) {
   GroundOptions grounds;
   grounds.seed = options.seed;
@@ -109,7 +107,7 @@ Expected<IterationsExperiment> try_iterations(const LidarExperimentOptions& opti
     if (!trial) return trial.error();
     ours.push_back(std::move(*trial));
     icp.push_back(try_icp(ground, guess, icp_iterations, false, context));
-    if (context.cancelled()) return cancelled();
+    if (context.cancelled()) return cancelled_error();
   }
   context.reporter.progress("iterations", 1.0);
   out.guess_rotation_rad = mean_spread(rotations);
@@ -137,7 +135,7 @@ Expected<std::vector<BasinCell>> try_basin(const LidarExperimentOptions& options
       if (!trial) return trial.error();
       ours.push_back(std::move(*trial));
       icp.push_back(try_icp(ground, guess, icp_iterations, true, context));
-      if (context.cancelled()) return cancelled();
+      if (context.cancelled()) return cancelled_error();
     }
     for (BasinCell counted : {count("rigcal", ours), count("ICP", icp)}) {
       counted.rotation_deg = deg;

@@ -109,7 +109,7 @@ StageSeconds one_icp_iteration(PairwiseIcp& icp, int base, const std::string& st
 }  // namespace
 
 Expected<TimeExperiment> measure_times(const LidarExperimentOptions& options, const RunContext& context) {
-  if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+  if (context.cancelled()) return cancelled_error();
   context.reporter.progress("time", 0.0);
   SetOptions set_options;
   set_options.seed = options.seed;
@@ -134,7 +134,7 @@ Expected<TimeExperiment> measure_times(const LidarExperimentOptions& options, co
   const RigState state = nearly_right(set->light, options.seed);
   double done = 0.0;
   for (const char* stage : stage_names) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     context.reporter.progress("time", ++done / 4.0);
     const int base = set->light.rig.base;
     out.stages.push_back(middle_of("rigcal", stage, repetitions, [&] { return one_pass(*set, stage, state); }));

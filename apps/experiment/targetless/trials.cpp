@@ -37,7 +37,7 @@ Expected<Ground> make_ground(const SetOptions& options, const sim::Scene& scene)
 Expected<std::vector<Ground>> make_grounds(const GroundOptions& options, const RunContext& context) {
   std::vector<Ground> out;
   for (const std::string& name : options.scenes) {
-    if (context.cancelled()) return Error{ErrorKind::cancelled, "stopped", {}, {}};
+    if (context.cancelled()) return cancelled_error();
     context.reporter.progress("scenes", static_cast<double>(out.size()) / static_cast<double>(options.scenes.size()));
     const Expected<sim::Scene> scene = sim::load_scene(name);
     if (!scene) return scene.error();

@@ -277,7 +277,7 @@ class Judge : public BatchFiles {
   }
 
   SessionWork work;
-  SessionRecord record;
+  AttemptRecord record;
 };
 
 TEST_F(Judge, CalibratesWhereThereIsNothingYet) {

@@ -9,6 +9,7 @@ TEST(Error, MessageNamesPlaceAndMend) {
   EXPECT_EQ(input_error("unknown key 'foo'", "rig.yaml:3", "did you mean 'for'?").message(),
             "rig.yaml:3: unknown key 'foo'; did you mean 'for'?");
   EXPECT_EQ(input_error("no packet").message(), "no packet");
+  EXPECT_EQ(cancelled_error("stopped", "run.pcap").message(), "run.pcap: stopped");
 }
 
 TEST(Expected, HoldsAValueOrAnError) {

@@ -55,7 +55,7 @@ TEST(BestMatches, AreThoseOfAskingEveryPoseToTheEnd) {
   Random random(3);
   const Scene scene(random);
   const SurfelIndex index(scene.map, 0.5);
-  const MatchTolerance tolerance{std::cos(to_rad(20.0)), 0.2};
+  const SurfelMatchTolerance tolerance{std::cos(to_rad(20.0)), 0.2};
   for (const double apart_m : {0.0, 0.05, 0.3, 0.8}) {
     const auto near = [&](const SE3& a, const SE3& b) { return (a.t - b.t).norm() < apart_m; };
     for (const int count : {0, 3, 40, 500}) {
