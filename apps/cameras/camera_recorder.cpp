@@ -18,13 +18,13 @@ namespace {
 
 using Kind = camera::Delivery::Kind;
 
-constexpr std::int64_t kLookNs = 100'000'000;
-constexpr int kLooksBetweenSearches = 20;  ///< Of kLookNs: 2 s.
-constexpr std::size_t kSpareBuffers = 8;   ///< For frames that are on their way while others wait to be written.
-constexpr std::size_t kMostEvents = 10'000;
-constexpr std::size_t kMostPulses = 4096;  ///< For which the writing thread had no time yet.
+constexpr std::int64_t look_ns = 100'000'000;
+constexpr int looks_between_searches = 20;  ///< Of look_ns: 2 s.
+constexpr std::size_t spare_buffers = 8;    ///< For frames that are on their way while others wait to be written.
+constexpr std::size_t most_events = 10'000;
+constexpr std::size_t most_pulses = 4096;  ///< For which the writing thread had no time yet.
 std::atomic<bool> has_left{false};
-constexpr auto kMatchPeriod = std::chrono::milliseconds(100);
+constexpr auto match_period = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -55,9 +55,9 @@ CameraRecorder::CameraRecorder(RigCamera wanted, std::unique_ptr<camera::Camera>
       taking_("frames of " + wanted_.sensor),
       writing_("images of " + wanted_.sensor),
       waiting_(kMostWaiting) {
-  pulses_.reserve(kMostPulses);
-  taken_pulses_.reserve(kMostPulses);
-  wanted_.config.buffers = kMostWaiting + kSpareBuffers;
+  pulses_.reserve(most_pulses);
+  taken_pulses_.reserve(most_pulses);
+  wanted_.config.buffers = kMostWaiting + spare_buffers;
   status_.sensor = wanted_.sensor;
   status_.state = "searching";
 }
@@ -96,7 +96,7 @@ std::int64_t CameraRecorder::now_ns() const { return clock_.from_monotonic(monot
 void CameraRecorder::tell(std::string text, bool is_gap) {
   const std::int64_t stamp_ns = now_ns();
   const std::lock_guard lock(mutex_);
-  if (events_.size() < kMostEvents) events_.push_back({stamp_ns, std::move(text), is_gap});
+  if (events_.size() < most_events) events_.push_back({stamp_ns, std::move(text), is_gap});
 }
 
 void CameraRecorder::set_state(const char* state) {
@@ -165,8 +165,8 @@ bool CameraRecorder::prepare_camera() {
     camera_->close();
     // The same trouble is told once.
     if (setup.error().what != std::exchange(last_trouble_, setup.error().what)) tell(setup.error().message(), true);
-    for (int i = 0; i < kLooksBetweenSearches && !is_stopped_; ++i)
-      std::this_thread::sleep_for(std::chrono::nanoseconds(kLookNs));
+    for (int i = 0; i < looks_between_searches && !is_stopped_; ++i)
+      std::this_thread::sleep_for(std::chrono::nanoseconds(look_ns));
   }
   return false;
 }
@@ -191,7 +191,7 @@ void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
 void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
   const std::lock_guard lock(mutex_);
   if (!expects_pulses_) return;
-  if (pulses_.size() == kMostPulses) {
+  if (pulses_.size() == most_pulses) {
     has_dropped_pulses_ = true;
     return;
   }
@@ -233,7 +233,7 @@ void CameraRecorder::take_frames() {
 
 // Triggers a camera that is triggered by software, where it is time. How long to wait for what comes.
 std::int64_t CameraRecorder::tell_camera() {
-  if (!wanted_.is_told || !are_wanted_) return kLookNs;
+  if (!wanted_.is_told || !are_wanted_) return look_ns;
   const std::int64_t now_ns = monotonic_now_ns();
   if (now_ns >= image_due_ns_) {
     const auto told = camera_->trigger();
@@ -241,9 +241,9 @@ std::int64_t CameraRecorder::tell_camera() {
     if (!told && camera_->state() == camera::CameraState::streaming &&
         told.error().what != std::exchange(last_trouble_, told.error().what))
       tell(told.error().message(), true);
-    image_due_ns_ = now_ns + std::llround(1e9 / wanted_.config.frame_rate.value_or(kUsualImageRate));
+    image_due_ns_ = now_ns + std::llround(1e9 / wanted_.config.frame_rate.value_or(usual_image_rate));
   }
-  return std::min(kLookNs, image_due_ns_ - now_ns);
+  return std::min(look_ns, image_due_ns_ - now_ns);
 }
 
 void CameraRecorder::queue(camera::Frame frame) {
@@ -285,7 +285,7 @@ void CameraRecorder::write() {
     taken_pulses_.clear();
     {
       std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kMatchPeriod, [this] { return count_ > 0 || has_ended_; });
+      changed_.wait_for(lock, match_period, [this] { return count_ > 0 || has_ended_; });
       has_frame = count_ > 0;
       is_last = !has_frame && has_ended_;
       if (has_frame) next = std::move(waiting_[first_]);

@@ -14,7 +14,7 @@ namespace rigcal {
 
 /// Images a second of cameras that are triggered, where the rig file does not say: one or more in each stop, and little
 /// to pack.
-constexpr double kUsualImageRate = 2.0;
+constexpr double usual_image_rate = 2.0;
 
 /// A camera of the rig that can be taken live.
 struct RigCamera {

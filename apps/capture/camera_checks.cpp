@@ -8,8 +8,8 @@
 namespace rigcal {
 namespace {
 
-constexpr int kFramesToSee = 5;
-constexpr std::int64_t kLookNs = 100'000'000;
+constexpr int frames_to_see = 5;
+constexpr std::int64_t look_ns = 100'000'000;
 
 CameraFinding survey(const RigCamera& wanted, CameraDrivers& drivers, double seconds, const std::stop_token& stop) {
   CameraFinding finding;
@@ -32,9 +32,9 @@ CameraFinding survey(const RigCamera& wanted, CameraDrivers& drivers, double sec
     return finding;
   }
   const auto end = SteadyClock::now() + std::chrono::duration<double>(seconds);
-  for (int frames = 0; frames < kFramesToSee && SteadyClock::now() < end && !stop.stop_requested();) {
+  for (int frames = 0; frames < frames_to_see && SteadyClock::now() < end && !stop.stop_requested();) {
     if (wanted.is_told) static_cast<void>(opened->trigger());
-    const auto delivery = opened->next(kLookNs);
+    const auto delivery = opened->next(look_ns);
     if (delivery && delivery->kind == camera::Delivery::Kind::frame) ++frames;
   }
   finding.counters = opened->counters();

@@ -59,7 +59,7 @@ std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const Capt
   std::vector<std::string> all;
   if (link.losses > 0) all.push_back("its connection was lost " + counted(link.losses, "time"));
   if (link.interruptions > link.losses) all.push_back("it was interrupted " + counted(link.interruptions, "time"));
-  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
+  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns)
     all.push_back("nothing came from it in the last " + std::to_string(silence_ns / ns_per_second) + " s");
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)
     all.push_back(livox::missing_text(missing.setting, missing.outcome) + ": " +

@@ -79,7 +79,7 @@ void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::DeviceRep
     const bool is_sampling = device.link.state == livox::LinkState::sampling;
     if (!is_sampling) since_ns.reset();
     if (is_sampling && !since_ns) since_ns = now_ns;
-    const bool is_silent = is_sampling && now_ns - std::max(*since_ns, device.last_packet_ns) > kLongestSilenceNs;
+    const bool is_silent = is_sampling && now_ns - std::max(*since_ns, device.last_packet_ns) > longest_silence_ns;
     if (is_silent == is_silent_[i]) continue;
     is_silent_[i] = is_silent;
     // Whether it still answers is known a second later: then it is lost, or it is not.

@@ -62,7 +62,7 @@ std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_
     if (device.report.packets == 0) {
       gaps.push_back(utc_text(start_ns) + " " + device.sensor + ": it never sent anything" +
                      reason_of_nothing(device.report.link));
-    } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs) {
+    } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns) {
       gaps.push_back(utc_text(device.report.last_packet_ns) + " " + device.sensor +
                      ": nothing came any more until the end, " + fixed_text(seconds_of_ns(silence_ns), 1) + " s");
     }

@@ -16,7 +16,7 @@
 namespace rigcal {
 
 /// A LiDAR that sends sends hundreds of packets a second.
-constexpr std::int64_t kLongestSilenceNs = 2'000'000'000;
+constexpr std::int64_t longest_silence_ns = 2'000'000'000;
 
 /// How a LiDAR of a running capture does.
 struct CaptureDevice {

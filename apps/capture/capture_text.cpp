@@ -160,7 +160,7 @@ std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& de
   std::string text;
   if (const std::uint64_t times = device.report.link.counters.interruptions; times > 0)
     text += ", interrupted " + counted(times, "time");
-  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > kLongestSilenceNs)
+  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns)
     text += ", nothing in the last " + std::to_string(silence_ns / ns_per_second) + " s";
   for (const livox::MissingSetting& missing : device.report.link.missing_settings)
     text += ", `" + missing.setting + "` not in force";

@@ -8,8 +8,8 @@
 namespace rigcal {
 namespace {
 
-constexpr std::int64_t kLookNs = 100'000'000;
-constexpr std::size_t kMostEvents = 10'000;
+constexpr std::int64_t look_ns = 100'000'000;
+constexpr std::size_t most_events = 10'000;
 
 const char* name_of(trigger::TriggerSource source) {
   switch (source) {
@@ -40,7 +40,7 @@ std::optional<trigger::TriggerOptions> trigger_options(const Rig& rig) {
     if (!sensor.camera || !sensor.camera->trigger || !sensor.camera->frame_rate) continue;
     rate = std::min(rate.value_or(*sensor.camera->frame_rate), *sensor.camera->frame_rate);
   }
-  options.pattern.period_ns = std::llround(1e9 / rate.value_or(kUsualImageRate));
+  options.pattern.period_ns = std::llround(1e9 / rate.value_or(usual_image_rate));
   options.pattern.width_ns = std::llround(1e3 * lines.pulse_us);
   return options;
 }
@@ -78,7 +78,7 @@ void TriggerRecorder::take() {
   while (true) {
     heartbeat_.beat();
     const bool was_stopped = is_stopped_;
-    if (!trigger_->next(event, kLookNs)) {
+    if (!trigger_->next(event, look_ns)) {
       if (was_stopped) break;
       continue;
     }
@@ -101,7 +101,7 @@ void TriggerRecorder::note(const trigger::TriggerEvent& event) {
   const bool is_lost = event.kind == trigger::TriggerEventKind::lost;
   if (!is_lost && event.kind != trigger::TriggerEventKind::returned) return;
   const std::lock_guard lock(mutex_);
-  if (events_.size() == kMostEvents) return;
+  if (events_.size() == most_events) return;
   events_.push_back(
       {event.stamp_ns, std::string(name_of(event.source)) + (is_lost ? " is gone" : " is back"), is_lost});
 }

@@ -12,8 +12,8 @@ namespace rigcal {
 namespace {
 
 // A rig has a dozen sensors; more addresses than this are somebody's noise and are not told apart.
-constexpr std::size_t kMaxDevices = 256;
-constexpr double kImuIntervalNs = 5e6;  // 200 Hz.
+constexpr std::size_t max_devices = 256;
+constexpr double imu_interval_ns = 5e6;  // 200 Hz.
 
 struct Device {
   DeviceIngest counts;
@@ -101,7 +101,7 @@ Device* LidarIngest::Devices::find(const IpAddress& ip) {
 
 Device* LidarIngest::Devices::find_or_add(const IpAddress& ip) {
   if (Device* known = find(ip)) return known;
-  if (devices_.size() >= kMaxDevices && sensor_at(rig_, codes_, ip) < 0) return nullptr;
+  if (devices_.size() >= max_devices && sensor_at(rig_, codes_, ip) < 0) return nullptr;
   Device& device = devices_[ip];
   device.counts.ip = ip;
   assign(device);
@@ -128,7 +128,7 @@ void LidarIngest::Devices::learn(const livox::ControlFrame& frame, const IpAddre
   if (!livox::is_broadcast(frame)) return;
   const Expected<livox::Broadcast> broadcast = livox::parse_broadcast(frame);
   if (!broadcast) return;
-  if (codes_.size() >= kMaxDevices && !codes_.contains(from) && sensor_by_ip(rig_, from) < 0) return;
+  if (codes_.size() >= max_devices && !codes_.contains(from) && sensor_by_ip(rig_, from) < 0) return;
   std::string& code = codes_[from];
   const bool news = code != broadcast->broadcast_code;
   code = broadcast->broadcast_code;
@@ -148,7 +148,7 @@ void LidarIngest::Devices::count(const livox::ControlFrame& frame, const Datagra
   const IpAddress& ip = request ? datagram.to.ip : datagram.from.ip;
   // A broadcast is looked at more closely (`learn`) before its sender counts as a device.
   if (!request && !livox::is_broadcast(frame)) static_cast<void>(find_or_add(ip));
-  if (control_frames_.size() >= kMaxDevices && !control_frames_.contains(ip) && sensor_at(rig_, codes_, ip) < 0) return;
+  if (control_frames_.size() >= max_devices && !control_frames_.contains(ip) && sensor_at(rig_, codes_, ip) < 0) return;
   ++control_frames_[ip][livox::frame_name(frame)];
 }
 
@@ -201,7 +201,7 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
     return;
   }
   const double interval =
-      imu ? kImuIntervalNs
+      imu ? imu_interval_ns
           : shot_interval_ns(device.model, header.data_type) * livox::record_layout(header.data_type).slots;
   if (ledger.add(device_ns, interval, stamp.stamp_ns) == Arrival::duplicate) {
     ++counts.unused_packets;

@@ -8,21 +8,21 @@
 namespace rigcal {
 namespace {
 
-constexpr double kMillisecond = 1e6;
-constexpr double kSecond = 1e9;
-constexpr double kEarlyJump = 20.0 * kMillisecond;
+constexpr double millisecond = 1e6;
+constexpr double second = 1e9;
+constexpr double early_jump_ns = 20.0 * millisecond;
 // While the line is young it may stand on packets of one burst, which come up to about 100 ms late.
-constexpr double kYoung = kSecond;
-constexpr double kYoungEarlyJump = 200.0 * kMillisecond;
-constexpr double kLateJump = kSecond;
-constexpr double kBackwards = 50.0 * kMillisecond;  // Streams of a device are a few milliseconds apart.
-constexpr double kDriftAllowance = 500e-6;
-constexpr int kStraysOfJump = 5;
-constexpr double kStraysAgree = 100.0 * kMillisecond;
-constexpr double kLateShift = 5.0 * kMillisecond;
-constexpr double kSteerTime = 0.1 * kSecond;
-constexpr double kSteerRate = 0.2;
-constexpr double kSteerLimit = 100.0 * kMillisecond;
+constexpr double young_ns = second;
+constexpr double young_early_jump_ns = 200.0 * millisecond;
+constexpr double late_jump_ns = second;
+constexpr double backwards_ns = 50.0 * millisecond;  // Streams of a device are a few milliseconds apart.
+constexpr double drift_allowance = 500e-6;
+constexpr int strays_of_jump = 5;
+constexpr double strays_agree_ns = 100.0 * millisecond;
+constexpr double late_shift_ns = 5.0 * millisecond;
+constexpr double steer_time_ns = 0.1 * second;
+constexpr double steer_rate = 0.2;
+constexpr double steer_limit_ns = 100.0 * millisecond;
 
 }  // namespace
 
@@ -42,22 +42,22 @@ void DeviceClock::start(std::int64_t device_ns, std::int64_t received_ns) {
 
 bool DeviceClock::is_stray(double time, double offset) const {
   const double height = offset - line_.at(time);
-  const double allowance = kDriftAllowance * std::abs(time - latest_);
-  const double early = line_.age(latest_) < kYoung ? kYoungEarlyJump : kEarlyJump;
-  return height < -(early + allowance) || height > kLateJump + allowance || time < latest_ - kBackwards;
+  const double allowance = drift_allowance * std::abs(time - latest_);
+  const double early = line_.age(latest_) < young_ns ? young_early_jump_ns : early_jump_ns;
+  return height < -(early + allowance) || height > late_jump_ns + allowance || time < latest_ - backwards_ns;
 }
 
 SessionStamp DeviceClock::add_stray(double offset, std::int64_t device_ns, std::int64_t received_ns) {
-  if (strays_in_row_ == 0 || std::abs(offset - stray_offset_) > kStraysAgree) {
+  if (strays_in_row_ == 0 || std::abs(offset - stray_offset_) > strays_agree_ns) {
     strays_in_row_ = 0;
     stray_offset_ = offset;
   }
   ++strays_in_row_;
-  if (strays_in_row_ < kStraysOfJump) {
+  if (strays_in_row_ < strays_of_jump) {
     ++figures_.strays;
     return {received_ns, true, false};
   }
-  figures_.strays -= kStraysOfJump - 1;  // They were the first packets after the jump.
+  figures_.strays -= strays_of_jump - 1;  // They were the first packets after the jump.
   ++figures_.jumps;
   start(device_ns, received_ns);
   return {received_ns, false, true};
@@ -88,21 +88,21 @@ SessionStamp DeviceClock::add(std::int64_t device_ns, std::int64_t received_ns) 
 
 void DeviceClock::mend_late_shift() {
   const double height = line_.recent_height();
-  if (height < kLateShift) return;
+  if (height < late_shift_ns) return;
   line_.keep_recent();
-  if (height > kEarlyJump) ++figures_.jumps;
+  if (height > early_jump_ns) ++figures_.jumps;
 }
 
 void DeviceClock::steer() {
   const double current = course_.at(latest_);
-  const double target = line_.at(latest_ + kSteerTime);
+  const double target = line_.at(latest_ + steer_time_ns);
   const double slope = line_.slope();
-  if (std::abs(target - current) > kSteerLimit) {
+  if (std::abs(target - current) > steer_limit_ns) {
     course_ = {latest_, line_.at(latest_), slope, latest_, slope};
     return;
   }
-  const double rate = std::clamp((target - current) / kSteerTime, slope - kSteerRate, slope + kSteerRate);
-  course_ = {latest_, current, rate, latest_ + kSteerTime, slope};
+  const double rate = std::clamp((target - current) / steer_time_ns, slope - steer_rate, slope + steer_rate);
+  course_ = {latest_, current, rate, latest_ + steer_time_ns, slope};
 }
 
 void DeviceClock::count_delay(double delay) {

@@ -6,11 +6,11 @@
 namespace rigcal {
 namespace {
 
-constexpr double kBin = 1e8;             // 0.1 s: 50 to 250 packets, enough for one that was hardly delayed.
-constexpr double kSlopeSpan = 0.5e9;     // Shorter spans say more of the jitter than of the drift.
-constexpr double kMaxSlope = 500e-6;     // Crystals are within 100 ppm; a PTP slave's servo steers by a few hundred.
-constexpr double kMaxAge = 20e9;         // Older points (before a pause) say nothing of the offset of now.
-constexpr double kLoweredRestart = 2e6;  // 2 ms below the line is no jitter: the line stood on delayed packets.
+constexpr double bin_ns = 1e8;              // 0.1 s: 50 to 250 packets, enough for one that was hardly delayed.
+constexpr double slope_span_ns = 0.5e9;     // Shorter spans say more of the jitter than of the drift.
+constexpr double max_slope = 500e-6;        // Crystals are within 100 ppm; a PTP slave's servo steers by a few hundred.
+constexpr double max_age_ns = 20e9;         // Older points (before a pause) say nothing of the offset of now.
+constexpr double lowered_restart_ns = 2e6;  // 2 ms below the line is no jitter: the line stood on delayed packets.
 
 }  // namespace
 
@@ -25,13 +25,13 @@ void OffsetLine::restart(double time, double offset) {
 }
 
 bool OffsetLine::add(double time, double offset) {
-  const bool full = time >= bin_start_ + kBin;
+  const bool full = time >= bin_start_ + bin_ns;
   if (full) close_bin(time);
   const double height = offset - at(time);
   if (height < 0.0) {
     offset_ += height;
     lowered_ -= height;
-    if (lowered_ > kLoweredRestart) {
+    if (lowered_ > lowered_restart_ns) {
       restart(time, offset);
       return true;
     }
@@ -48,7 +48,7 @@ void OffsetLine::close_bin(double time) {
   }
   ring_[(first_ + count_) % kCapacity] = open_;
   ++count_;
-  while (count_ > 1 && early(0).time < time - kMaxAge) {
+  while (count_ > 1 && early(0).time < time - max_age_ns) {
     first_ = (first_ + 1) % kCapacity;
     --count_;
   }
@@ -58,8 +58,8 @@ void OffsetLine::close_bin(double time) {
 }
 
 void OffsetLine::fit(double now) {
-  if (early(count_ - 1).time - early(0).time >= kSlopeSpan) {
-    slope_ = std::clamp(hull_slope(), -kMaxSlope, kMaxSlope);
+  if (early(count_ - 1).time - early(0).time >= slope_span_ns) {
+    slope_ = std::clamp(hull_slope(), -max_slope, max_slope);
   }
   time_ = now;
   offset_ = std::numeric_limits<double>::infinity();

@@ -9,25 +9,25 @@ namespace rigcal {
 namespace {
 
 // The public driver's rule for these sensors: less is jitter of the stamps, more is a packet that is missing.
-constexpr double kGapIntervals = 1.8;
+constexpr double gap_intervals = 1.8;
 
 // Stamps come from the wire: what is made of them may not fit.
-constexpr double kMost = 9e18;
+constexpr double most = 9e18;
 
 }  // namespace
 
 std::uint64_t StreamLedger::missing_between(const Packet& before, const Packet& after) {
   const auto distance = static_cast<std::uint64_t>(after.device_ns) - static_cast<std::uint64_t>(before.device_ns);
   const double intervals = static_cast<double>(distance) / before.interval_ns;
-  return intervals > kGapIntervals ? static_cast<std::uint64_t>(std::round(std::min(intervals, kMost))) - 1 : 0;
+  return intervals > gap_intervals ? static_cast<std::uint64_t>(std::round(std::min(intervals, most))) - 1 : 0;
 }
 
 StreamGap StreamLedger::gap_between(const Packet& before, const Packet& after) {
   const auto distance = static_cast<std::uint64_t>(after.device_ns) - static_cast<std::uint64_t>(before.device_ns);
   const double length = static_cast<double>(distance) - before.interval_ns;
-  const auto due_in = static_cast<std::uint64_t>(std::llround(std::min(before.interval_ns, kMost)));
+  const auto due_in = static_cast<std::uint64_t>(std::llround(std::min(before.interval_ns, most)));
   return {static_cast<std::int64_t>(static_cast<std::uint64_t>(before.session_ns) + due_in),
-          std::llround(std::min(length, kMost)), missing_between(before, after)};
+          std::llround(std::min(length, most)), missing_between(before, after)};
 }
 
 void StreamLedger::open(const Packet& before, const Packet& after) {

@@ -42,10 +42,10 @@ std::string kalibr_camera(const PlacedSensor& sensor, std::vector<std::string>& 
 }
 
 /// COLMAP counts pixels from the corner of the first one, not from its centre.
-constexpr double kColmapPixelShift = 0.5;
+constexpr double colmap_pixel_shift = 0.5;
 
 void add_colmap_camera(const CameraIntrinsics& camera, Json& json) {
-  std::vector<double> parameters{camera.fx, camera.fy, camera.cx + kColmapPixelShift, camera.cy + kColmapPixelShift};
+  std::vector<double> parameters{camera.fx, camera.fy, camera.cx + colmap_pixel_shift, camera.cy + colmap_pixel_shift};
   const std::size_t kept = std::min<std::size_t>(camera.distortion.size(), 4);
   parameters.insert(parameters.end(), camera.distortion.begin(),
                     camera.distortion.begin() + static_cast<std::ptrdiff_t>(kept));

@@ -10,7 +10,7 @@
 namespace rigcal::camera {
 namespace {
 
-constexpr std::size_t kMostRefusals = 20;  ///< That are told of one loss.
+constexpr std::size_t most_refusals = 20;  ///< That are told of one loss.
 
 /// What no back end can do.
 Expected<void> check_config(const CameraConfig& config) {
@@ -167,7 +167,7 @@ std::optional<Delivery> Camera::refused(const Error& why) {
   delivery.text = identity_.id + ": the camera cannot be had again yet: " + reason.message();
   const bool was_told = std::find(refusals_.begin(), refusals_.end(), delivery.text) != refusals_.end();
   // A text that is another one each time is not told for ever.
-  if (was_told || refusals_.size() == kMostRefusals) return std::nullopt;
+  if (was_told || refusals_.size() == most_refusals) return std::nullopt;
   refusals_.push_back(delivery.text);
   return delivery;
 }

@@ -96,7 +96,7 @@ bool is_loss(int error) {
          error == EMSGSIZE;
 }
 
-constexpr std::size_t kControlBytes = 128;  // Stamp and address information take 64.
+constexpr std::size_t control_bytes = 128;  // Stamp and address information take 64.
 
 }  // namespace
 
@@ -124,14 +124,14 @@ struct ReceiveBatch::Buffers {
   void prepare() {
     for (std::size_t i = 0; i < size; ++i) {
       headers[i].msg_hdr.msg_namelen = sizeof(sockaddr_in);
-      headers[i].msg_hdr.msg_controllen = kControlBytes;
+      headers[i].msg_hdr.msg_controllen = control_bytes;
       headers[i].msg_hdr.msg_flags = 0;
     }
     size = 0;
   }
 
   struct Control {
-    alignas(cmsghdr) std::uint8_t bytes[kControlBytes];
+    alignas(cmsghdr) std::uint8_t bytes[control_bytes];
   };
   std::vector<std::uint8_t> bytes;
   std::vector<Control> control;

@@ -14,13 +14,13 @@
 namespace rigcal::camera {
 namespace {
 
-constexpr std::int64_t kLookNs = 100'000'000;  ///< Between looks whether the camera is still there.
+constexpr std::int64_t look_ns = 100'000'000;  ///< Between looks whether the camera is still there.
 /// Between tries to have a lost camera again: each asks the network, and every second one all interfaces by broadcasts.
-constexpr std::int64_t kSearchPauseNs = 300'000'000;
+constexpr std::int64_t search_pause_ns = 300'000'000;
 
 class AravisCamera final : public Camera {
  public:
-  explicit AravisCamera(const AravisOptions& options) : Camera(kSearchPauseNs), options_(options) {}
+  explicit AravisCamera(const AravisOptions& options) : Camera(search_pause_ns), options_(options) {}
   ~AravisCamera() override { close(); }
   AravisCamera(const AravisCamera&) = delete;
   AravisCamera& operator=(const AravisCamera&) = delete;
@@ -143,7 +143,7 @@ Expected<Delivery> AravisCamera::do_next(std::int64_t timeout_ns) {
   const std::int64_t deadline_ns = monotonic_now_ns() + timeout_ns;
   while (true) {
     const std::int64_t left_ns = std::max<std::int64_t>(deadline_ns - monotonic_now_ns(), 0);
-    if (std::optional<Frame> frame = stream_->next(std::min(left_ns, kLookNs))) return deliver(std::move(*frame));
+    if (std::optional<Frame> frame = stream_->next(std::min(left_ns, look_ns))) return deliver(std::move(*frame));
     // To end the stream of a camera that is gone takes Aravis seconds: first it is said, see `do_let_go`.
     if (device_->is_lost()) return lose(device_->is_usb() ? "it was unplugged" : "its heartbeat stopped");
     if (monotonic_now_ns() >= deadline_ns) return Delivery{};

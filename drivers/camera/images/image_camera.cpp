@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using Pace = ImageCameraOptions::Pace;
 
 /// Numbers of files from here on are stamps (17 minutes after 1970 and later), smaller ones count stops.
-constexpr std::int64_t kSmallestStamp = 1'000'000'000'000;
+constexpr std::int64_t smallest_stamp_ns = 1'000'000'000'000;
 
 void sleep_until(std::int64_t time_ns) {
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
@@ -127,7 +127,7 @@ Expected<CameraIdentity> ImageCamera::do_open(const std::string& name) {
   if (folder->images.empty())
     return system_error("there are no images in the folder", identity.address, "name another one");
   images_ = std::move(folder->images);
-  has_stamps_ = folder->has_frames || images_.front().number >= kSmallestStamp;
+  has_stamps_ = folder->has_frames || images_.front().number >= smallest_stamp_ns;
   // The first that can be read says what the others have to be.
   std::optional<Error> unread;
   for (const ListedImage& listed : images_) {

@@ -18,8 +18,8 @@ namespace rigcal::camera {
 namespace {
 
 /// Between tries to have a lost camera again: each only opens the device files that are there, and is cheap.
-constexpr std::int64_t kSearchPauseNs = 100'000'000;
-constexpr std::int64_t kDryPauseNs = 1'000'000;  ///< Until somebody gives a buffer back.
+constexpr std::int64_t search_pause_ns = 100'000'000;
+constexpr std::int64_t dry_pause_ns = 1'000'000;  ///< Until somebody gives a buffer back.
 
 /// CLOCK_MONOTONIC on Linux, as the kernel stamps.
 void sleep_ns(std::int64_t time_ns) { std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns)); }
@@ -32,7 +32,7 @@ std::string text_of(const std::uint8_t (&field)[size]) {
 
 class VideoCamera final : public Camera {
  public:
-  explicit VideoCamera(std::shared_ptr<VideoKernel> kernel) : Camera(kSearchPauseNs), kernel_(std::move(kernel)) {}
+  explicit VideoCamera(std::shared_ptr<VideoKernel> kernel) : Camera(search_pause_ns), kernel_(std::move(kernel)) {}
   ~VideoCamera() override { close(); }
   VideoCamera(const VideoCamera&) = delete;
   VideoCamera& operator=(const VideoCamera&) = delete;
@@ -197,7 +197,7 @@ std::optional<Delivery> VideoCamera::look(const VideoKernel::Ready& ready) {
   if (ready.frame) return take();
   // The kernel also calls it an error where it has no buffer to fill.
   if (ready.error && buffers_->is_dry()) {
-    sleep_ns(kDryPauseNs);
+    sleep_ns(dry_pause_ns);
     return std::nullopt;
   }
   if (ready.error) return take();

@@ -15,10 +15,10 @@ namespace rigcal::camera {
 namespace {
 
 /// Drivers that never end a list are not asked for ever; that of `vivid` has a hundred formats.
-constexpr int kMostListed = 1024;
+constexpr int most_listed = 1024;
 
 /// The unit of V4L2_CID_EXPOSURE_ABSOLUTE.
-constexpr double kExposureStepUs = 100.0;
+constexpr double exposure_step_us = 100.0;
 
 v4l2_format format_question() {
   v4l2_format format{};
@@ -73,7 +73,7 @@ Expected<CameraSetup> VideoSetter::apply(const CameraConfig& config) {
   }
   v4l2_streamparm rate = rate_question();
   if (device_->control(VIDIOC_G_PARM, &rate) == 0) setup_.frame_rate = rate_of(rate);
-  if (const auto exposure = control(V4L2_CID_EXPOSURE_ABSOLUTE)) setup_.exposure_us = *exposure * kExposureStepUs;
+  if (const auto exposure = control(V4L2_CID_EXPOSURE_ABSOLUTE)) setup_.exposure_us = *exposure * exposure_step_us;
   setup_.frame_ids = v4l2_sequence_numbers;
   return setup_;
 }
@@ -88,7 +88,7 @@ Expected<void> VideoSetter::set_format(const CameraConfig& config) {
   if (const int code = device_->control(VIDIOC_G_FMT, &now); code != 0)
     return video_error("the camera does not say what it sends", device_->path(), code);
   std::vector<std::string> usable;
-  for (std::uint32_t i = 0; i < kMostListed; ++i) {
+  for (std::uint32_t i = 0; i < most_listed; ++i) {
     v4l2_fmtdesc listed{};
     listed.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     listed.index = i;
@@ -189,7 +189,7 @@ Expected<void> VideoSetter::set_exposure(double exposure_us) {
     if (auto done = set_control(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "the exposure by hand"); !done)
       return done;
   }
-  return set_within(V4L2_CID_EXPOSURE_ABSOLUTE, exposure_us, kExposureStepUs, "an exposure in us");
+  return set_within(V4L2_CID_EXPOSURE_ABSOLUTE, exposure_us, exposure_step_us, "an exposure in us");
 }
 
 Expected<void> VideoSetter::set_gain(double gain) {
@@ -239,7 +239,7 @@ std::optional<std::int32_t> VideoSetter::control(std::uint32_t id) const {
 
 std::string VideoSetter::sizes_text(std::uint32_t fourcc) const {
   std::vector<std::string> sizes;
-  for (std::uint32_t i = 0; i < kMostListed; ++i) {
+  for (std::uint32_t i = 0; i < most_listed; ++i) {
     v4l2_frmsizeenum listed{};
     listed.index = i;
     listed.pixel_format = fourcc;
