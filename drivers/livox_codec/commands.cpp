@@ -9,14 +9,14 @@ namespace rigcal::livox {
 namespace {
 
 // In the order of the enumerators, a row a set.
-constexpr std::array<const char*, 14> kGeneral{
+constexpr std::array<const char*, 14> general_names{
     "broadcast",   "handshake",        "device_information", "heartbeat",       "sampling",
     "coordinates", "disconnect",       "abnormal_status",    "set_ip_mode",     "get_ip_mode",
     "reboot",      "write_parameters", "read_parameters",    "reset_parameters"};
-constexpr std::array<const char*, 11> kLidar{
+constexpr std::array<const char*, 11> lidar_names{
     "set_power_mode",  "write_extrinsics", "read_extrinsics", "rain_suppression", "set_fan",     "get_fan",
     "set_return_mode", "get_return_mode",  "set_imu_rate",    "get_imu_rate",     "set_utc_time"};
-constexpr std::array<const char*, 15> kHub{
+constexpr std::array<const char*, 15> hub_names{
     "hub_list_lidars",  "hub_set_power_mode",  "hub_slot_power",       "hub_write_extrinsics",  "hub_read_extrinsics",
     "hub_lidar_status", "hub_use_extrinsics",  "hub_rain_suppression", "hub_slot_power_status", "hub_set_fan",
     "hub_get_fan",      "hub_set_return_mode", "hub_get_return_mode",  "hub_set_imu_rate",      "hub_get_imu_rate"};
@@ -35,15 +35,15 @@ std::string command_name(Command command) {
   const char* set = "set";
   switch (static_cast<CommandSet>(code >> 8U)) {
     case CommandSet::general:
-      name = name_in(kGeneral, id);
+      name = name_in(general_names, id);
       set = "general";
       break;
     case CommandSet::lidar:
-      name = name_in(kLidar, id);
+      name = name_in(lidar_names, id);
       set = "lidar";
       break;
     case CommandSet::hub:
-      name = name_in(kHub, id);
+      name = name_in(hub_names, id);
       set = "hub";
       break;
   }
@@ -55,7 +55,7 @@ std::string command_name(Command command) {
 
 std::optional<Command> find_command(const std::string& name) {
   for (unsigned set = 0; set <= static_cast<unsigned>(CommandSet::hub); ++set) {
-    for (unsigned id = 0; id < kGeneral.size() + kHub.size(); ++id) {
+    for (unsigned id = 0; id < general_names.size() + hub_names.size(); ++id) {
       const auto command = static_cast<Command>(set << 8U | id);
       if (command_name(command) == name && name.find("_0x") == std::string::npos) return command;
     }

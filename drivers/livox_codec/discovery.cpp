@@ -7,9 +7,9 @@
 namespace rigcal::livox {
 namespace {
 
-constexpr std::size_t kBroadcastBytes = 19;
-constexpr std::size_t kHandshakeBytes = 10;
-constexpr std::size_t kOldHandshakeBytes = 8;
+constexpr std::size_t broadcast_bytes = 19;
+constexpr std::size_t handshake_bytes = 10;
+constexpr std::size_t old_handshake_bytes = 8;
 
 constexpr std::uint8_t code_of(DeviceType type) { return static_cast<std::uint8_t>(type); }
 
@@ -43,12 +43,12 @@ bool is_broadcast(const ControlFrame& frame) {
 
 bool is_handshake(const ControlFrame& frame) {
   return frame.type != FrameType::message && command_of(frame) == Command::handshake &&
-         (frame.payload.size() == kHandshakeBytes || frame.payload.size() == kOldHandshakeBytes);
+         (frame.payload.size() == handshake_bytes || frame.payload.size() == old_handshake_bytes);
 }
 
 Expected<Broadcast> parse_broadcast(const ControlFrame& frame) {
   if (!is_broadcast(frame)) return input_error("not a broadcast", "control frame");
-  if (frame.payload.size() != kBroadcastBytes) {
+  if (frame.payload.size() != broadcast_bytes) {
     return input_error("has a payload of " + std::to_string(frame.payload.size()) + " bytes instead of 19",
                        "broadcast");
   }

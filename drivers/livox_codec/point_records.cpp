@@ -8,9 +8,9 @@
 namespace rigcal::livox {
 namespace {
 
-constexpr float kMillimetre = 0.001F;
-constexpr std::uint32_t kMaxZenith = 18000;  // 0.01 degrees.
-constexpr std::uint32_t kMaxAzimuth = 36000;
+constexpr float millimetre = 0.001F;
+constexpr std::uint32_t max_zenith = 18000;  // 0.01 degrees.
+constexpr std::uint32_t max_azimuth = 36000;
 
 struct SinCos {
   float sin;
@@ -20,7 +20,7 @@ struct SinCos {
 /// Sine and cosine of every angle that a record can hold: 288 kB, of which a sweep touches neighbours only.
 const std::vector<SinCos>& sin_cos_table() {
   static const std::vector<SinCos> table = [] {
-    std::vector<SinCos> values(kMaxAzimuth + 1);
+    std::vector<SinCos> values(max_azimuth + 1);
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double angle = static_cast<double>(i) * std::numbers::pi / 18000.0;
       values[i] = {static_cast<float>(std::sin(angle)), static_cast<float>(std::cos(angle))};
@@ -72,15 +72,15 @@ struct Direction {
 };
 
 Direction direction(const SinCos* table, std::uint32_t zenith, std::uint32_t azimuth) {
-  const SinCos elevation = table[std::min(zenith, kMaxZenith)];
-  const SinCos heading = table[std::min(azimuth, kMaxAzimuth)];
+  const SinCos elevation = table[std::min(zenith, max_zenith)];
+  const SinCos heading = table[std::min(azimuth, max_azimuth)];
   return {elevation.sin * heading.cos, elevation.sin * heading.sin, elevation.cos,
-          zenith <= kMaxZenith && azimuth <= kMaxAzimuth};
+          zenith <= max_zenith && azimuth <= max_azimuth};
 }
 
 Point* put_polar(const Direction& way, std::uint32_t depth_mm, std::uint8_t reflectivity, std::uint8_t tag,
                  std::uint16_t shot, Point* out) {
-  const float depth = static_cast<float>(depth_mm) * kMillimetre;
+  const float depth = static_cast<float>(depth_mm) * millimetre;
   *out = {depth * way.x, depth * way.y, depth * way.z, reflectivity, tag, shot};
   return out + ((depth_mm != 0 && way.possible) ? 1 : 0);
 }
@@ -132,9 +132,9 @@ Polar to_polar(const Point& point) {
   const double depth = std::sqrt(x * x + y * y + z * z);
   RIGCAL_ASSERT(depth < 4.0e6, "a depth that no packet can hold: " + std::to_string(depth));
   if (depth == 0.0) return {0, 0, 0};
-  constexpr double kPerRadian = 18000.0 / std::numbers::pi;
-  const long zenith = std::lround(std::atan2(std::sqrt(x * x + y * y), z) * kPerRadian);
-  const long azimuth = std::lround(std::atan2(y, x) * kPerRadian);  // -18000 .. 18000
+  constexpr double per_radian = 18000.0 / std::numbers::pi;
+  const long zenith = std::lround(std::atan2(std::sqrt(x * x + y * y), z) * per_radian);
+  const long azimuth = std::lround(std::atan2(y, x) * per_radian);  // -18000 .. 18000
   return {static_cast<std::uint32_t>(std::lround(depth * 1000.0)), static_cast<std::uint16_t>(zenith),
           static_cast<std::uint16_t>(azimuth < 0 ? azimuth + 36000 : azimuth)};
 }

@@ -10,13 +10,13 @@
 namespace rigcal::livox {
 namespace {
 
-constexpr std::uint8_t kVersion = 5;
+constexpr std::uint8_t packet_version = 5;
 // Offsets in the header.
-constexpr std::ptrdiff_t kStatusAt = 4;
-constexpr std::size_t kDataTypeAt = 9;
+constexpr std::ptrdiff_t status_at = 4;
+constexpr std::size_t data_type_at = 9;
 
 // In the order of DataType.
-constexpr std::array<RecordLayout, 9> kLayouts{{
+constexpr std::array<RecordLayout, 9> layouts{{
     {100, 13, 1, false, false},
     {100, 9, 1, true, false},
     {96, 14, 1, false, true},
@@ -34,7 +34,7 @@ Error packet_error(std::string what, std::size_t offset) {
 
 }  // namespace
 
-const RecordLayout& record_layout(DataType type) { return kLayouts[static_cast<std::size_t>(type)]; }
+const RecordLayout& record_layout(DataType type) { return layouts[static_cast<std::size_t>(type)]; }
 
 std::size_t packet_bytes(DataType type) {
   const RecordLayout& layout = record_layout(type);
@@ -46,14 +46,14 @@ Expected<SamplePacket> parse_sample_packet(ByteView datagram) {
   SamplePacket packet;
   SampleHeader& header = packet.header;
   ByteReader reader(datagram);
-  if (reader.read<std::uint8_t>() != kVersion) return packet_error("the version is not 5", 0);
+  if (reader.read<std::uint8_t>() != packet_version) return packet_error("the version is not 5", 0);
   header.slot = reader.read<std::uint8_t>();
   header.lidar_id = reader.read<std::uint8_t>();
   (void)reader.read<std::uint8_t>();  // Reserved.
   header.status = reader.read<std::uint32_t>();
   const auto timestamp_type = reader.read<std::uint8_t>();
   const auto data_type = reader.read<std::uint8_t>();
-  if (data_type >= kLayouts.size()) return packet_error("unknown data type " + std::to_string(data_type), 9);
+  if (data_type >= layouts.size()) return packet_error("unknown data type " + std::to_string(data_type), 9);
   header.data_type = static_cast<DataType>(data_type);
   if (datagram.size() != packet_bytes(header.data_type)) {
     return packet_error("data type " + std::to_string(data_type) + " makes " +
@@ -85,7 +85,7 @@ void write_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& 
 
 void append_sample_header(const SampleHeader& header, std::vector<std::uint8_t>& bytes) {
   ByteWriter writer(bytes);
-  writer.write(kVersion);
+  writer.write(packet_version);
   writer.write(header.slot);
   writer.write(header.lidar_id);
   writer.write(std::uint8_t{0});
@@ -105,13 +105,13 @@ void overwrite_stamp(std::uint32_t status, TimestampType type, std::int64_t devi
   SampleHeader header;
   header.status = status;
   header.timestamp_type = type;
-  header.data_type = static_cast<DataType>(packet[kDataTypeAt]);
+  header.data_type = static_cast<DataType>(packet[data_type_at]);
   header.device_stamp_ns = device_stamp_ns;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(kSampleHeaderBytes);
   append_sample_header(header, bytes);
   // Version, slot, unit and the reserved byte before the status are not of the stamp.
-  std::copy(bytes.begin() + kStatusAt, bytes.end(), packet.begin() + kStatusAt);
+  std::copy(bytes.begin() + status_at, bytes.end(), packet.begin() + status_at);
 }
 
 Expected<ImuReading> decode_imu(const SamplePacket& packet) {

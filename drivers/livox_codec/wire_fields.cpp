@@ -8,8 +8,8 @@
 namespace rigcal::livox {
 namespace {
 
-constexpr std::int64_t kHourMicroseconds = 3'600'000'000;
-constexpr std::int64_t kMicrosecondNs = 1000;
+constexpr std::int64_t hour_microseconds = 3'600'000'000;
+constexpr std::int64_t microsecond_ns = 1000;
 
 bool is_printable(std::uint8_t character) { return character > 0x20 && character < 0x7F; }
 
@@ -35,23 +35,23 @@ std::optional<std::int64_t> read_utc_time(ByteReader& reader) {
   const int hour = reader.read<std::uint8_t>();
   const std::int64_t microseconds = reader.read<std::uint32_t>();
   const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month{month}, std::chrono::day{day}};
-  if (!reader.ok() || !date.ok() || hour > 23 || microseconds >= kHourMicroseconds) return std::nullopt;
+  if (!reader.ok() || !date.ok() || hour > 23 || microseconds >= hour_microseconds) return std::nullopt;
   const std::int64_t hours = std::int64_t{std::chrono::sys_days{date}.time_since_epoch().count()} * 24 + hour;
-  return (hours * kHourMicroseconds + microseconds) * kMicrosecondNs;
+  return (hours * hour_microseconds + microseconds) * microsecond_ns;
 }
 
 void write_utc_time(std::int64_t unix_ns, ByteWriter& writer) {
   const std::chrono::sys_time<std::chrono::nanoseconds> time{std::chrono::nanoseconds{unix_ns}};
   const auto day = std::chrono::floor<std::chrono::days>(time);
   const std::chrono::year_month_day date{day};
-  const std::int64_t microseconds = (time - day).count() / kMicrosecondNs;
+  const std::int64_t microseconds = (time - day).count() / microsecond_ns;
   const int year = static_cast<int>(date.year()) - 2000;
   RIGCAL_ASSERT(year >= 0 && year <= 255, "UTC times on the wire reach from 2000 to 2255");
   writer.write(static_cast<std::uint8_t>(year));
   writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.month())));
   writer.write(static_cast<std::uint8_t>(static_cast<unsigned>(date.day())));
-  writer.write(static_cast<std::uint8_t>(microseconds / kHourMicroseconds));
-  writer.write(static_cast<std::uint32_t>(microseconds % kHourMicroseconds));
+  writer.write(static_cast<std::uint8_t>(microseconds / hour_microseconds));
+  writer.write(static_cast<std::uint32_t>(microseconds % hour_microseconds));
 }
 
 }  // namespace rigcal::livox
