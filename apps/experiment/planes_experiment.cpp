@@ -84,7 +84,7 @@ SE3 informed(const sim::CornerClouds& clouds, const SE3& truth) {
     const FittedPlane b = told_plane(clouds.b, plane);
     pairs.push_back({a, a.normal.dot(truth.R * b.normal) < 0.0 ? b.flipped() : b});
   }
-  return align_planes(pairs, truth, AlignmentOptions{}).T_a_b;
+  return align_planes(pairs, truth).T_a_b;
 }
 
 // Both LiDARs know which way is up, as the paper's are mounted level.
@@ -102,7 +102,7 @@ std::optional<SE3> found_by_planes(const sim::CornerClouds& clouds, const SE3& t
 }
 
 std::optional<SE3> found_as_published(const sim::CornerClouds& clouds) {
-  const auto found = calibrate_as_published(clouds.a.points, clouds.b.points, PaperMethodOptions{});
+  const auto found = calibrate_as_published(clouds.a.points, clouds.b.points);
   if (!found) return std::nullopt;
   return found->T_a_b;
 }

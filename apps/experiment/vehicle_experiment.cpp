@@ -155,7 +155,7 @@ void compare_still(const std::array<Cloud, lidars>& clouds, Place& out) {
     if (!corner) continue;
     out.found[i][0] = corner->T_a_b;
     out.found[i][1] = by_registration(clouds[0], clouds[i], corner->T_a_b);
-    out.found[i][3] = align_planes(corner->pairs, corner->T_a_b, AlignmentOptions{}).T_a_b;
+    out.found[i][3] = align_planes(corner->pairs, corner->T_a_b).T_a_b;
   }
   out.moment = {clouds[0], clouds[1], *guess[1], placed.state.T_base_sensor[1]};
 }

@@ -14,6 +14,9 @@
 namespace rigcal {
 namespace {
 
+// As wide as half of a LiDAR's beam, or half a step of its scan, radians.
+constexpr double widening_sigma = 0.004;
+
 using board::BorderCost;
 using board::ChangingCamera;
 using board::PlaneCost;
@@ -269,7 +272,7 @@ class Adjuster {
     const bool ranges_known = options_.range_offset_sigma_m <= 0.0 || options_.sensors_fixed;
     hold_near(&block.range_offset, options_.range_offset_sigma_m, ranges_known);
     for (double& growth : block.growth) hold_near(&growth, options_.growth_sigma_m, options_.sensors_fixed);
-    hold_near(&block.widening, options_.widening_sigma, options_.sensors_fixed);
+    hold_near(&block.widening, widening_sigma, options_.sensors_fixed);
   }
 
   void hold_near(double* parameter, double sigma, bool known) {

@@ -44,7 +44,6 @@ struct BoardAdjustOptions {
   /// How far a LiDAR's ranges may be off; 0: not at all. Where the boards do not tell, the offset stays near zero.
   double range_offset_sigma_m = 0.03;
   double growth_sigma_m = 0.02;
-  double widening_sigma = 0.004;  ///< As wide as half of a LiDAR's beam, or half a step of its scan, radians.
   /// What no averaging over points takes away from a plate's plane: its own unevenness, the laser's calibration.
   double plane_floor_m = 0.001;
   /// The same for one of its edges: beams do not widen all of them alike.

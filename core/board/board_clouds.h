@@ -11,6 +11,10 @@
 
 namespace rigcal {
 
+/// Points nearer than this or farther are of no plate.
+inline constexpr double nearest_plate_m = 0.4;
+inline constexpr double farthest_plate_m = 10.0;
+
 /// A place on a plate's border as a LiDAR saw it: between the last ray on it and the next one.
 struct BorderPoint {
   Vector3d p = Vector3d::Zero();  ///< In the LiDAR's frame, on the plate's plane.
@@ -52,28 +56,19 @@ struct CloudBoards {
   std::string why_none;  ///< In words, where there is none.
 };
 
-struct CloudBoardOptions {
-  double max_range_m = 10.0;
-  double min_range_m = 0.4;
-  int least_rings = 4;
-  double match_error_m = 0.06;  ///< Mean distance of a cluster's points from the template laid on them.
-  std::uint64_t seed = 1;
-};
-
 /// Finds plates in a cloud of a spinning LiDAR: segments of its rings, clusters of them, planes in these, the template
 /// of the board laid on each by ICP, the rectangle fitted to the rings' ends. `rings_in_shot`: the points carry their
 /// ring in Point::shot; otherwise rings are told by elevation.
 [[nodiscard]] CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& board, bool rings_in_shot,
-                                           const CloudBoardOptions& options = {});
+                                           std::uint64_t seed = 1);
 
 /// Finds plates in a cloud without rings, as Livox sensors accumulate it over a stop: flat pieces of the right extent
 /// that stand free, their outline by the density of the points, and the squares by their reflectivity where it shows
 /// them.
-[[nodiscard]] CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& board,
-                                            const CloudBoardOptions& options = {});
+[[nodiscard]] CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& board);
 
 /// The one or the other, by whether the cloud has rings: by elevation, or, where `rings_in_shot`, by their numbers.
 [[nodiscard]] CloudBoards find_cloud_boards(std::span<const Point> points, const BoardModel& board, bool rings_in_shot,
-                                            const CloudBoardOptions& options = {});
+                                            std::uint64_t seed = 1);
 
 }  // namespace rigcal

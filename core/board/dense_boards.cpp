@@ -40,12 +40,12 @@ struct FlatCell {
 
 using Cells = std::map<Key, FlatCell>;
 
-Cells make_cells(std::span<const Point> points, const CloudBoardOptions& options) {
+Cells make_cells(std::span<const Point> points) {
   Cells cells;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector3d p(points[k].x, points[k].y, points[k].z);
     const double range = p.norm();
-    if (!(range > options.min_range_m) || range > options.max_range_m) continue;
+    if (!(range > nearest_plate_m) || range > farthest_plate_m) continue;
     FlatCell& cell = cells[{static_cast<int>(std::floor(p.x() / cell_m)), static_cast<int>(std::floor(p.y() / cell_m)),
                             static_cast<int>(std::floor(p.z() / cell_m))}];
     cell.points.add(p);
@@ -250,10 +250,9 @@ bool may_be_plate(const Region& region, const BoardModel& board) {
 
 }  // namespace
 
-CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& board,
-                              const CloudBoardOptions& options) {
+CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& board) {
   CloudBoards out;
-  Cells cells = make_cells(points, options);
+  Cells cells = make_cells(points);
   const Directions directions(points);
   std::vector<PlateFit> fits;
   int id = 0;
@@ -265,12 +264,12 @@ CloudBoards find_dense_boards(std::span<const Point> points, const BoardModel& b
     if (candidate.points.size() < 50) continue;
     outline_of(board, plane_frame(candidate.plane, candidate.plane.points.mean()), candidate);
     drop_ends_of_view(directions, candidate);
-    PlateFit fit = fit_plate(candidate, board, options);
+    PlateFit fit = fit_plate(candidate, board);
     if (fit.board) {
       // Once more along the plate's own edges.
       outline_of(board, fit.board->T_lidar_board, candidate);
       drop_ends_of_view(directions, candidate);
-      fit = fit_plate(candidate, board, options);
+      fit = fit_plate(candidate, board);
     }
     if (fit.board && goes_on(points, board, *fit.board)) {
       fit.board.reset();

@@ -11,6 +11,9 @@
 namespace rigcal {
 namespace {
 
+constexpr double min_length_m = 0.08;
+constexpr double eigenvalue_ratio = 0.9;  // Largest over the sum.
+
 constexpr double ring_gap_rad = to_rad(0.08);
 constexpr double ring_spread_rad = to_rad(0.3);
 constexpr std::size_t least_ring_points = 8;
@@ -182,10 +185,9 @@ std::vector<RingSegment> ring_segments(const std::vector<LidarRing>& rings, cons
       for (std::size_t k = from; k < to; ++k) cluster.add(ring.points[k]);
       const Vector3d middle = cluster.mean();
       const double length = (ring.points[to - 1] - ring.points[from]).norm();
-      if (middle.norm() > options.max_range_m || length > options.max_length_m || length < options.min_length_m)
-        continue;
+      if (middle.norm() > options.max_range_m || length > options.max_length_m || length < min_length_m) continue;
       const SymmetricEigen eigen = symmetric_eigen(cluster.covariance());
-      if (eigen.values[2] < options.eigenvalue_ratio * eigen.values.sum()) continue;
+      if (eigen.values[2] < eigenvalue_ratio * eigen.values.sum()) continue;
       out.push_back({static_cast<int>(r), from, to, middle, length});
     }
   }

@@ -38,9 +38,7 @@ struct RingSegment {
 struct SegmentOptions {
   double max_range_m = 10.0;
   double max_length_m = 1.2;
-  double min_length_m = 0.08;
   double line_tolerance_m = 0.05;
-  double eigenvalue_ratio = 0.9;  ///< Largest over the sum.
 };
 [[nodiscard]] std::vector<RingSegment> ring_segments(const std::vector<LidarRing>& rings,
                                                      const SegmentOptions& options);

@@ -10,6 +10,8 @@
 namespace rigcal {
 namespace {
 
+constexpr double match_error_m = 0.06;  // Mean distance of a cluster's points from the template laid on them.
+
 using Eigen::Vector2d;
 
 constexpr double least_overlap = 0.6;
@@ -93,7 +95,7 @@ TemplateMatch match_template(const std::vector<Vector2d>& points, const Vector2d
   return best;
 }
 
-PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board, const CloudBoardOptions& options) {
+PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board) {
   PlateFit out;
   const SE3 frame = plane_frame(candidate.plane, candidate.plane.points.mean());
   const SE3 to_plane = frame.inverse();
@@ -119,7 +121,7 @@ PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board, con
     return out;
   }
   const TemplateMatch match = match_template(flat, board.size());
-  if (match.error_m > options.match_error_m) {
+  if (match.error_m > match_error_m) {
     out.why_not = "its shape is another";
     return out;
   }

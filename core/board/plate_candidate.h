@@ -38,8 +38,7 @@ struct PlateFit {
   std::string why_not;
   Eigen::Vector2d sides = Eigen::Vector2d::Zero();  ///< Of the smallest rectangle round the candidate, longer first.
 };
-[[nodiscard]] PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board,
-                                 const CloudBoardOptions& options);
+[[nodiscard]] PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board);
 
 /// Why no candidate was taken, in words: the piece that comes nearest to the plate in size, and what it lacked.
 [[nodiscard]] std::string why_no_plate(const std::vector<PlateFit>& fits, const BoardModel& board);

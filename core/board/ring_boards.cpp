@@ -9,6 +9,8 @@
 namespace rigcal {
 namespace {
 
+constexpr int least_rings = 4;
+
 constexpr double ransac_threshold_m = 0.05;
 constexpr double threshold_sigmas = 3.0;  // of the ranges' noise, where that is more
 constexpr double line_sigmas = 4.5;       // the same for points of a segment: none of some hundred may lie farther off
@@ -177,15 +179,15 @@ bool same_place(const CloudBoard& a, const CloudBoard& b, const BoardModel& boar
 }  // namespace
 
 CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& board, bool rings_in_shot,
-                             const CloudBoardOptions& options) {
+                             std::uint64_t seed) {
   CloudBoards out;
-  const std::vector<LidarRing> rings = split_rings(points, rings_in_shot, options.min_range_m);
+  const std::vector<LidarRing> rings = split_rings(points, rings_in_shot, nearest_plate_m);
   if (rings.empty()) {
     out.why_none = "its points are in no rings";
     return out;
   }
   SegmentOptions segmenting;
-  segmenting.max_range_m = options.max_range_m;
+  segmenting.max_range_m = farthest_plate_m;
   segmenting.max_length_m = 1.15 * board.size().norm();
   const double noise_m = range_noise(rings);
   segmenting.line_tolerance_m = std::max(segmenting.line_tolerance_m, line_sigmas * noise_m);
@@ -205,11 +207,11 @@ CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& bo
     ransac.threshold_m = std::max(ransac_threshold_m, threshold_sigmas * noise_m);
     ransac.min_share = 0.2;
     ransac.max_draws = 500;
-    ransac.seed = options.seed;
+    ransac.seed = seed;
     for (const FittedPlane& plane : ransac_planes(cloud, ransac)) {
       const auto candidate = candidate_on(plane, rings, segments, cluster, segmenting.max_length_m);
-      if (!candidate || candidate->rings < options.least_rings) continue;
-      PlateFit fit = fit_plate(candidate->plate, board, options);
+      if (!candidate || candidate->rings < least_rings) continue;
+      PlateFit fit = fit_plate(candidate->plate, board);
       if (fit.board) {
         fit.board->rings = candidate->rings;
         const auto known = std::find_if(out.boards.begin(), out.boards.end(),
@@ -228,14 +230,14 @@ CloudBoards find_ring_boards(std::span<const Point> points, const BoardModel& bo
 }
 
 CloudBoards find_cloud_boards(std::span<const Point> points, const BoardModel& board, bool rings_in_shot,
-                              const CloudBoardOptions& options) {
-  if (split_rings(points, false, options.min_range_m).empty() &&
-      (!rings_in_shot || split_rings(points, true, options.min_range_m).empty())) {
-    return find_dense_boards(points, board, options);
+                              std::uint64_t seed) {
+  if (split_rings(points, false, nearest_plate_m).empty() &&
+      (!rings_in_shot || split_rings(points, true, nearest_plate_m).empty())) {
+    return find_dense_boards(points, board);
   }
-  CloudBoards found = find_ring_boards(points, board, false, options);
+  CloudBoards found = find_ring_boards(points, board, false, seed);
   // Lasers that do not all look out from one point have no elevations of their own; their number tells them apart.
-  if (found.boards.empty() && rings_in_shot) found = find_ring_boards(points, board, true, options);
+  if (found.boards.empty() && rings_in_shot) found = find_ring_boards(points, board, true, seed);
   return found;
 }
 

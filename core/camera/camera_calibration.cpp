@@ -18,6 +18,12 @@
 namespace rigcal {
 namespace {
 
+// How far the intrinsics of the rig file may be off: a scale of the focal lengths and k1 are estimated with the pose
+// under these sigmas. They are estimated freely as well, so that what is wrong with them is seen; where they are
+// clearly others, the pose is that with the freely estimated ones.
+constexpr double focal_sigma = 0.0007;
+constexpr double k1_sigma = 0.002;
+
 // Fewer segments in all images together would fit anything.
 constexpr std::size_t least_segments = 12;
 
@@ -125,8 +131,8 @@ class CameraCalibration {
     priors_.T_base_camera = guess_T_base_camera;
     priors_.rotation_rad = options_.guess_sigma_rad;
     priors_.translation_m = options_.guess_sigma_m;
-    priors_.focal_scale = options_.focal_sigma;
-    priors_.k1 = options_.k1_sigma;
+    priors_.focal_scale = focal_sigma;
+    priors_.k1 = k1_sigma;
   }
 
   // Of few edges a wrong place may explain more than the right one. Grey values are another witness: where they lead to
@@ -258,9 +264,9 @@ class CameraCalibration {
     set_priors(guess);
     find_visible(scene_, camera_.intrinsics, CameraState{guess}, sparse_view, views_);
     if (segments() < least_segments) return;
-    EdgeSearchOptions search;
-    if (stops_of(views_) < least_stops_for_closeness) search.finest_px = finest_px;
-    std::vector<SE3> starts = search_edges(scene_, camera_.intrinsics, guess, priors_, views_, search);
+    const bool look_closely = stops_of(views_) < least_stops_for_closeness;
+    std::vector<SE3> starts = look_closely ? search_edges(scene_, camera_.intrinsics, guess, priors_, views_, finest_px)
+                                           : search_edges(scene_, camera_.intrinsics, guess, priors_, views_);
     starts.push_back(guess);
     for (const SE3& start : starts) solve_quickly(start, minima);
   }

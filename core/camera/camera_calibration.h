@@ -35,11 +35,6 @@ struct CameraCalibrationOptions {
   /// How far the guess may be off: the sigmas of the soft prior of the coarse stage.
   double guess_sigma_m = 0.12;
   double guess_sigma_rad = to_rad(6.0);
-  /// How far the intrinsics of the rig file may be off: a scale of the focal lengths and k1 are estimated with the pose
-  /// under these sigmas. They are estimated freely as well, so that what is wrong with them is seen; where they are
-  /// clearly others, the pose is that with the freely estimated ones.
-  double focal_sigma = 0.0007;
-  double k1_sigma = 0.002;
   bool refine_intrinsics = false;  ///< The estimated ones are the result, and need not agree with the rig file's.
 };
 

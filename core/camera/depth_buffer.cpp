@@ -11,6 +11,9 @@
 namespace rigcal {
 namespace {
 
+constexpr int cell_px = 4;            // Edge of a cell of the buffer.
+constexpr double own_plane_m = 0.08;  // What lies so near to a point's own faces does not hide it.
+
 // A surface that fills the view would be splatted over everything; beyond this it is near enough to be dense anyway.
 constexpr int max_splat_cells = 12;
 
@@ -34,9 +37,9 @@ class DepthBuffer::Filling {
       : model_(model),
         columns_(columns + 2 * max_splat_cells),
         rows_(rows + 2 * max_splat_cells),
-        cells_per_px_(1.0 / options.cell_px),
+        cells_per_px_(1.0 / cell_px),
         half_cells_m_(0.5 * 0.5 * (model.intrinsics().fx + model.intrinsics().fy) * options.sample_m *
-                      std::sqrt(static_cast<double>(options.stride)) / options.cell_px) {}
+                      std::sqrt(static_cast<double>(options.stride)) / cell_px) {}
 
   void add(const Vector3d& p_C, float range_m, std::size_t sample) {
     const auto pixel = model_.project(p_C);
@@ -110,8 +113,8 @@ DepthBuffer::DepthBuffer(const CameraModel& model, const SE3& T_C_G, std::span<c
                          std::span<const SampleBlock> blocks, const DepthBufferOptions& options)
     : samples_(samples),
       options_(options),
-      columns_((model.intrinsics().width + options.cell_px - 1) / options.cell_px),
-      rows_((model.intrinsics().height + options.cell_px - 1) / options.cell_px) {
+      columns_((model.intrinsics().width + cell_px - 1) / cell_px),
+      rows_((model.intrinsics().height + cell_px - 1) / cell_px) {
   const Eigen::Matrix3f R = T_C_G.R.cast<float>();
   const Eigen::Vector3f t = T_C_G.t.cast<float>();
   const ViewCone cone(T_C_G, model);
@@ -152,8 +155,8 @@ void DepthBuffer::find_nearest_around() {
   }
 }
 
-int DepthBuffer::column(double x) const { return static_cast<int>(std::floor((x + 0.5) / options_.cell_px)); }
-int DepthBuffer::row(double y) const { return static_cast<int>(std::floor((y + 0.5) / options_.cell_px)); }
+int DepthBuffer::column(double x) const { return static_cast<int>(std::floor((x + 0.5) / cell_px)); }
+int DepthBuffer::row(double y) const { return static_cast<int>(std::floor((y + 0.5) / cell_px)); }
 
 template <class Accept>
 bool DepthBuffer::unhidden(const Eigen::Vector2d& pixel, double range_m, const Accept& hides) const {
@@ -174,14 +177,13 @@ bool DepthBuffer::unhidden(const Eigen::Vector2d& pixel, double range_m, const A
 bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m, const LidarEdge& edge) const {
   return unhidden(pixel, range_m, [&](const MapSample& sample) {
     const Vector3d d = sample.p_G.cast<double>() - edge.p_G;
-    return std::abs(d.dot(edge.normal_a_G)) > options_.own_plane_m &&
-           std::abs(d.dot(edge.normal_b_G)) > options_.own_plane_m;
+    return std::abs(d.dot(edge.normal_a_G)) > own_plane_m && std::abs(d.dot(edge.normal_b_G)) > own_plane_m;
   });
 }
 
 bool DepthBuffer::on_plane_of(const MapSample& own, const MapSample& other) const {
   return own.normal_G.squaredNorm() > 0.0F &&
-         std::abs(own.normal_G.dot(other.p_G - own.p_G)) <= static_cast<float>(options_.own_plane_m);
+         std::abs(own.normal_G.dot(other.p_G - own.p_G)) <= static_cast<float>(own_plane_m);
 }
 
 bool DepthBuffer::sees(const Eigen::Vector2d& pixel, double range_m, const MapSample& own) const {

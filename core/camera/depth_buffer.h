@@ -10,12 +10,10 @@
 namespace rigcal {
 
 struct DepthBufferOptions {
-  int cell_px = 4;                ///< Edge of a cell of the buffer.
   double sample_m = 0.05;         ///< Width of a sample of the map.
   std::size_t stride = 1;         ///< Every so many samples one takes part, so much wider: quicker, and coarser.
   double tolerance_m = 0.12;      ///< What lies so far behind the nearest surface is still seen,
   double tolerance_per_m = 0.01;  ///< and so much more for each metre of its range.
-  double own_plane_m = 0.08;      ///< What lies so near to a point's own faces does not hide it.
 };
 
 /// The nearest surface of the map in each small square of an image: tells what a camera sees and what something else

@@ -5,6 +5,14 @@
 namespace rigcal {
 namespace {
 
+constexpr double gate_rad = to_rad(15.0);  // Of a partner's direction, to the projected edge's.
+constexpr double outlier = 0.1;            // The likelihood that clutter has everywhere.
+constexpr double segment_px = 0.2;         // Sigma of a whole segment: shading, blur, fit.
+constexpr double segment_m = 0.0005;       // What its stretch of the line is off in space by itself,
+constexpr double line_m = 0.0015;          // and the whole line, in all images alike,
+constexpr double line_per_m = 0.0003;      // and so much more for each metre of its range.
+constexpr double kernel_sigmas = 1.0;      // Of Geman and McClure (1987) on a segment's mean offset.
+
 // Neighbouring pixels of a chain are at most a diagonal apart, so one of them lies so near to any line across it.
 constexpr float half_step_px = 0.75F;
 
@@ -16,7 +24,7 @@ class ViewMatcher {
         camera_(camera),
         options_(options),
         gate_px_(static_cast<float>(options.gate_px)),
-        cos_gate_(static_cast<float>(std::cos(options.gate_rad))) {}
+        cos_gate_(static_cast<float>(std::cos(gate_rad))) {}
 
   [[nodiscard]] SegmentFit segment(const EdgeSegment& segment, std::vector<EdgeMatch>* matches) {
     SegmentFit fit;
@@ -56,12 +64,12 @@ class ViewMatcher {
     }
     if (fit.samples == 0) return fit;
     fit.offset_px = fit.weight > 0.0 ? offsets / fit.weight : 0.0;
-    fit.sigma_px = std::hypot(options_.segment_px, options_.segment_m * px_per_m / fit.samples);
+    fit.sigma_px = std::hypot(segment_px, segment_m * px_per_m / fit.samples);
     // While partners are still sought far away, a segment may be as far off.
-    fit.line_variance = std::pow(options_.line_m, 2) + std::pow(options_.line_per_m * range_m / fit.samples, 2) +
-                        std::pow(shift_m / fit.samples, 2);
+    fit.line_variance =
+        std::pow(line_m, 2) + std::pow(line_per_m * range_m / fit.samples, 2) + std::pow(shift_m / fit.samples, 2);
     fit.expected_px = std::hypot(fit.sigma_px, std::sqrt(fit.line_variance) * px_per_m / fit.samples);
-    const double normalised = fit.offset_px / (options_.kernel_sigmas * std::hypot(fit.expected_px, options_.scale_px));
+    const double normalised = fit.offset_px / (kernel_sigmas * std::hypot(fit.expected_px, options_.scale_px));
     fit.robust = 1.0 / std::pow(1.0 + normalised * normalised, 2);
     return fit;
   }
@@ -118,7 +126,7 @@ class ViewMatcher {
 
   void weigh(const EdgeProjection& projection) {
     const double variance = options_.scale_px * options_.scale_px + projection.sigma_px * projection.sigma_px;
-    double sum = options_.outlier;
+    double sum = outlier;
     for (int c = 0; c < count_; ++c) {
       Candidate& candidate = candidates_[static_cast<std::size_t>(c)];
       candidate.weight = std::exp(-0.5 * candidate.offset * candidate.offset / variance);

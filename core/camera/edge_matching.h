@@ -9,15 +9,8 @@
 namespace rigcal {
 
 struct MatchOptions {
-  double gate_px = 2.0;            ///< Partners are looked for so far to either side,
-  double gate_rad = to_rad(15.0);  ///< and within so much of the projected edge's direction.
-  double scale_px = 0.4;           ///< Sigma of what is a partner,
-  double outlier = 0.1;            ///< against which clutter has this likelihood everywhere.
-  double segment_px = 0.2;         ///< Sigma of a whole segment: shading, blur, fit.
-  double segment_m = 0.0005;       ///< What its stretch of the line is off in space by itself,
-  double line_m = 0.0015;          ///< and the whole line, in all images alike,
-  double line_per_m = 0.0003;      ///< and so much more for each metre of its range.
-  double kernel_sigmas = 1.0;      ///< Of Geman and McClure (1987) on a segment's mean offset.
+  double gate_px = 2.0;   ///< Partners are looked for so far to either side.
+  double scale_px = 0.4;  ///< Sigma of what is a partner.
 };
 
 /// A pixel of an image edge that a sample may be seen at, with the probability that it is.

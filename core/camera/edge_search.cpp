@@ -12,6 +12,12 @@
 namespace rigcal {
 namespace {
 
+constexpr double reach_rad = to_rad(6.0);   // Rotations so far from the centre, about each axis,
+constexpr double step_rad = to_rad(1.2);    // on a grid like this.
+constexpr double apart_rad = to_rad(2.0);   // Minima that lie nearer are one.
+constexpr int most_starts = 3;              // How many are wanted.
+constexpr std::size_t most_samples = 3000;  // Of all views together, at most.
+
 // Scale of the nearness: what a rotation half a step off and a translation off by some centimetres do to a pixel.
 constexpr double scale_px = 8.0;
 
@@ -25,8 +31,8 @@ struct ViewProbes {
 class Search {
  public:
   Search(const CameraScene& scene, const CameraIntrinsics& intrinsics, const SE3& centre, const EdgePriors& priors,
-         const std::vector<EdgeView>& views, const EdgeSearchOptions& options)
-      : model_(intrinsics), centre_(centre), priors_(priors), views_(views), options_(options) {
+         const std::vector<EdgeView>& views, double finest_px)
+      : model_(intrinsics), centre_(centre), priors_(priors), views_(views), finest_px_(finest_px) {
     set_scale(scale_px);
     choose_probes(scene, views);
   }
@@ -35,18 +41,18 @@ class Search {
     std::vector<Scored> grid = score_grid();
     std::vector<Scored> starts;
     for (const Scored& candidate : grid) {
-      if (static_cast<int>(starts.size()) >= 2 * options_.starts) break;
+      if (static_cast<int>(starts.size()) >= 2 * most_starts) break;
       if (is_new(candidate, starts)) starts.push_back(candidate);
     }
     climb_all(starts);
-    for (double scale = 0.5 * scale_px; scale >= options_.finest_px; scale *= 0.5) {
+    for (double scale = 0.5 * scale_px; scale >= finest_px_; scale *= 0.5) {
       set_scale(scale);
       climb_all(starts);
     }
     std::stable_sort(starts.begin(), starts.end(), better);
     std::vector<Scored> distinct;
     for (const Scored& candidate : starts) {
-      if (static_cast<int>(distinct.size()) >= options_.starts) break;
+      if (static_cast<int>(distinct.size()) >= most_starts) break;
       if (is_new(candidate, distinct)) distinct.push_back(candidate);
     }
     std::vector<SE3> out;
@@ -63,7 +69,7 @@ class Search {
 
   [[nodiscard]] bool is_new(const Scored& candidate, const std::vector<Scored>& among) const {
     return std::none_of(among.begin(), among.end(), [&](const Scored& other) {
-      return (other.xi.head<3>() - candidate.xi.head<3>()).norm() < options_.apart_rad;
+      return (other.xi.head<3>() - candidate.xi.head<3>()).norm() < apart_rad;
     });
   }
 
@@ -86,7 +92,7 @@ class Search {
   void choose_probes(const CameraScene& scene, const std::vector<EdgeView>& views) {
     std::size_t all = 0;
     for (const EdgeView& view : views) all += view.samples.size();
-    const std::size_t every = std::max<std::size_t>(1, (all + options_.samples - 1) / options_.samples);
+    const std::size_t every = std::max<std::size_t>(1, (all + most_samples - 1) / most_samples);
     const SE3 T_C_base = centre_.inverse();
     for (std::size_t k = 0; k < views.size(); ++k) {
       const EdgeView& view = views[k];
@@ -140,13 +146,12 @@ class Search {
   }
 
   [[nodiscard]] std::vector<Scored> score_grid() const {
-    const int half = static_cast<int>(std::round(options_.reach_rad / options_.step_rad));
+    const int half = static_cast<int>(std::round(reach_rad / step_rad));
     const int side = 2 * half + 1;
     std::vector<Scored> grid(static_cast<std::size_t>(side * side * side));
     for (std::size_t i = 0; i < grid.size(); ++i) {
       const int k = static_cast<int>(i);
-      grid[i].xi.head<3>() =
-          options_.step_rad * Vector3d(k % side - half, k / side % side - half, k / (side * side) - half);
+      grid[i].xi.head<3>() = step_rad * Vector3d(k % side - half, k / side % side - half, k / (side * side) - half);
     }
     parallel_for(grid.size(), 64, [&](std::size_t begin, std::size_t end) {
       ProbePoints::Pixels pixels;
@@ -164,7 +169,7 @@ class Search {
       for (int round = 0; round < 3; ++round) {
         bool moved = false;
         for (int k = 0; k < 6; ++k) {
-          const double step = scale * (k < 3 ? 0.5 * options_.step_rad : 0.4 * priors_.translation_m);
+          const double step = scale * (k < 3 ? 0.5 * step_rad : 0.4 * priors_.translation_m);
           for (const double sign : {1.0, -1.0}) {
             Scored next = at;
             next.xi[k] += sign * step;
@@ -184,7 +189,7 @@ class Search {
   SE3 centre_;
   const EdgePriors& priors_;
   const std::vector<EdgeView>& views_;
-  const EdgeSearchOptions& options_;
+  double finest_px_;
   double first_step_ = 1.0;
   std::vector<EdgeProximity> proximity_;
   ProbePoints points_;          // in the camera at the centre of the search
@@ -197,8 +202,8 @@ class Search {
 
 std::vector<SE3> search_edges(const CameraScene& scene, const CameraIntrinsics& intrinsics,
                               const SE3& centre_T_base_camera, const EdgePriors& priors,
-                              const std::vector<EdgeView>& views, const EdgeSearchOptions& options) {
-  return Search(scene, intrinsics, centre_T_base_camera, priors, views, options).run();
+                              const std::vector<EdgeView>& views, double finest_px) {
+  return Search(scene, intrinsics, centre_T_base_camera, priors, views, finest_px).run();
 }
 
 }  // namespace rigcal

@@ -15,6 +15,13 @@
 namespace rigcal {
 namespace {
 
+constexpr double least_turn_rad = to_rad(4.0);   // A smaller one tells little of its axis,
+constexpr double largest_turn_rad = to_rad(50);  // a larger one leaves little that both images see.
+constexpr std::size_t most_neighbours = 2;       // With so many others each image is compared,
+constexpr int most_features = 1000;              // by so many features (Rublee et al. 2011: ORB),
+constexpr float distinct = 0.8F;                 // each much more like its partner than like the next best.
+constexpr std::size_t most_pairs = 2000;
+
 // Features are looked for in images of about this width: what turns and shifts by degrees needs no single pixels.
 constexpr int width_looked_at = 800;
 
@@ -34,7 +41,7 @@ struct Described {
   cv::Mat descriptors;  // a row for each ray
 };
 
-Described describe(const GreyImage& grey, const CameraModel& model, int features) {
+Described describe(const GreyImage& grey, const CameraModel& model) {
   const cv::Mat values(grey.height, grey.width, CV_32F, const_cast<float*>(grey.values.data()));
   const double scale = std::min(1.0, static_cast<double>(width_looked_at) / grey.width);
   cv::Mat smaller;
@@ -42,7 +49,7 @@ Described describe(const GreyImage& grey, const CameraModel& model, int features
   smaller.convertTo(smaller, CV_8U);
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
-  cv::ORB::create(features, 1.2F, 6, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, 8)
+  cv::ORB::create(most_features, 1.2F, 6, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, 8)
       ->detectAndCompute(smaller, cv::noArray(), points, descriptors);
   Described out;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -56,8 +63,7 @@ Described describe(const GreyImage& grey, const CameraModel& model, int features
 }
 
 // Partners that are each other's best, and much better than the next.
-void append_matches(const Described& first, const Described& second, double turn_rad, float distinct,
-                    std::vector<SeenTwice>& pairs) {
+void append_matches(const Described& first, const Described& second, double turn_rad, std::vector<SeenTwice>& pairs) {
   if (first.rays.size() < 2 || second.rays.size() < 2) return;
   const cv::BFMatcher matcher(cv::NORM_HAMMING);
   std::vector<std::vector<cv::DMatch>> there;
@@ -78,8 +84,7 @@ struct Turned {
   Vector3d rotation_base = Vector3d::Zero();  // vector of the rotation from the second's frame into the first's
 };
 
-std::vector<Turned> neighbours_of(const CameraScene& scene, const CameraTask& camera,
-                                  const ImageMotionOptions& options) {
+std::vector<Turned> neighbours_of(const CameraScene& scene, const CameraTask& camera) {
   std::vector<Turned> out;
   const std::vector<CameraView>& views = camera.views;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -90,13 +95,13 @@ std::vector<Turned> neighbours_of(const CameraScene& scene, const CameraTask& ca
       const Matrix3d& R_i = scene.T_G_base[static_cast<std::size_t>(views[i].stop)].R;
       const Matrix3d& R_j = scene.T_G_base[static_cast<std::size_t>(views[j].stop)].R;
       const Vector3d rotation = log_so3(R_i.transpose() * R_j);
-      if (rotation.norm() < options.least_turn_rad || rotation.norm() > options.largest_turn_rad) continue;
+      if (rotation.norm() < least_turn_rad || rotation.norm() > largest_turn_rad) continue;
       own.push_back({i, j, rotation});
     }
     std::stable_sort(own.begin(), own.end(), [](const Turned& a, const Turned& b) {
       return a.rotation_base.squaredNorm() < b.rotation_base.squaredNorm();
     });
-    own.resize(std::min(own.size(), options.neighbours));
+    own.resize(std::min(own.size(), most_neighbours));
     out.insert(out.end(), own.begin(), own.end());
   }
   return out;
@@ -195,29 +200,26 @@ Candidate settled(const std::vector<SeenTwice>& pairs, const Vector3d& axis) {
 
 }  // namespace
 
-std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera,
-                                    const ImageMotionOptions& options) {
-  const std::vector<Turned> turned = neighbours_of(scene, camera, options);
+std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera) {
+  const std::vector<Turned> turned = neighbours_of(scene, camera);
   if (turned.empty() || !scene.turn) return {};
   const CameraModel model(camera.intrinsics);
   std::vector<Described> described(camera.views.size());
   parallel_for(described.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      if (is_usable(scene, camera.intrinsics, camera.views[k]))
-        described[k] = describe(camera.views[k].grey, model, options.features);
+      if (is_usable(scene, camera.intrinsics, camera.views[k])) described[k] = describe(camera.views[k].grey, model);
     }
   });
   std::vector<std::vector<SeenTwice>> found(turned.size());
   parallel_for(turned.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Turned& t = turned[k];
-      append_matches(described[t.first], described[t.second], scene.turn->axis_base.dot(t.rotation_base),
-                     options.distinct, found[k]);
+      append_matches(described[t.first], described[t.second], scene.turn->axis_base.dot(t.rotation_base), found[k]);
     }
   });
   std::size_t all = 0;
   for (const auto& some : found) all += some.size();
-  const std::size_t every = std::max<std::size_t>(1, (all + options.most_pairs - 1) / options.most_pairs);
+  const std::size_t every = std::max<std::size_t>(1, (all + most_pairs - 1) / most_pairs);
   std::size_t count = 0;
   std::vector<SeenTwice> pairs;
   for (const auto& some : found) {

@@ -14,20 +14,10 @@ struct SeenTwice {
   Vector3d second = Vector3d::UnitZ();
 };
 
-struct ImageMotionOptions {
-  double least_turn_rad = to_rad(4.0);   ///< A smaller one tells little of its axis,
-  double largest_turn_rad = to_rad(50);  ///< a larger one leaves little that both images see.
-  std::size_t neighbours = 2;            ///< With so many others each image is compared,
-  int features = 1000;                   ///< by so many features (Rublee et al. 2011: ORB),
-  float distinct = 0.8F;                 ///< each much more like its partner than like the next best.
-  std::size_t most_pairs = 2000;
-};
-
 /// What the images of a camera have in common, the rig having turned by CameraScene::turn. Wrong partners are among
 /// them. None where the rig did not turn by enough, or the images show nothing that could be recognised. In the order
 /// of the views; deterministic.
-[[nodiscard]] std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera,
-                                                  const ImageMotionOptions& options = {});
+[[nodiscard]] std::vector<SeenTwice> match_images(const CameraScene& scene, const CameraTask& camera);
 
 struct CameraAxis {
   Vector3d axis_camera = Vector3d::UnitZ();  ///< The axis of the turn, unit, in the optical frame.

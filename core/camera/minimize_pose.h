@@ -15,10 +15,7 @@ struct PoseMinimum {
 
 struct PoseMinimizeOptions {
   int max_evaluations = 40;
-  /// In the unit that `shape` makes: the root mean square change of the grey values.
-  double first_step = 0.5;
-  double longest_step = 1.5;
-  double shortest_step = 0.002;
+  double shortest_step = 0.002;  ///< In the unit that `shape` makes: the root mean square change of the grey values.
 };
 
 /// The minimum near `start` of a smooth function of a pose, by BFGS. `evaluate(T)` returns `value`, its derivative
@@ -26,6 +23,8 @@ struct PoseMinimizeOptions {
 template <class Evaluate>
 [[nodiscard]] PoseMinimum minimize_pose(const SE3& start, const PoseMinimizeOptions& options,
                                         const Evaluate& evaluate) {
+  constexpr double first_step = 0.5;
+  constexpr double longest_step = 1.5;
   const auto here = evaluate(start);
   PoseMinimum best{start, here.value, 1};
   // In z = L^T xi all directions weigh the same.
@@ -38,12 +37,12 @@ template <class Evaluate>
   const auto xi_of = [&](const Vector6d& z) -> Vector6d { return llt.matrixU().solve(z); };
 
   Vector6d g = in_z(here.gradient);
-  Matrix6d H = Matrix6d::Identity() * (options.first_step / std::max(g.norm(), 1e-12));
+  Matrix6d H = Matrix6d::Identity() * (first_step / std::max(g.norm(), 1e-12));
   bool scaled = false;
   while (best.evaluations < options.max_evaluations) {
     Vector6d step = -(H * g);
     if (!(step.dot(g) < 0.0)) break;
-    if (step.norm() > options.longest_step) step *= options.longest_step / step.norm();
+    if (step.norm() > longest_step) step *= longest_step / step.norm();
     if (step.norm() < options.shortest_step) break;
     bool better = false;
     while (best.evaluations < options.max_evaluations && step.norm() >= 0.5 * options.shortest_step) {

@@ -32,7 +32,7 @@ double other_lens_gain(const CameraScene& scene, const CameraIntrinsics& intrins
   const CameraIntrinsics other = other_lens(intrinsics);
   const SE3& centre = priors.T_base_camera;
   find_visible(scene, other, CameraState{centre}, sparse_view, views);
-  std::vector<SE3> starts = search_edges(scene, other, centre, priors, views, {});
+  std::vector<SE3> starts = search_edges(scene, other, centre, priors, views);
   starts.push_back(centre);
   EdgeSolution best;
   for (const SE3& start : starts) {

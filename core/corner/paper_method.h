@@ -9,17 +9,10 @@
 
 namespace rigcal {
 
-struct PaperMethodOptions {
-  RansacOptions ransac;
-  bool refine = true;
-  Vector3d up_a = Vector3d::UnitZ();  ///< Upwards in the frame of each LiDAR: the method wants level mounting.
-  Vector3d up_b = Vector3d::UnitZ();
-};
-
 /// The method as published: three planes of each cloud, put in order, normals laid on each other, then the symmetric
-/// point-to-plane cost. Gives T_a_b. Errors: fewer than three planes, planes that are nearly parallel.
+/// point-to-plane cost. Gives T_a_b. The method wants level mounting: z is upwards in either frame. Errors: fewer than
+/// three planes, planes that are nearly parallel.
 [[nodiscard]] Expected<PlaneAlignment> calibrate_as_published(std::span<const Vector3d> cloud_a,
-                                                              std::span<const Vector3d> cloud_b,
-                                                              const PaperMethodOptions& options);
+                                                              std::span<const Vector3d> cloud_b);
 
 }  // namespace rigcal

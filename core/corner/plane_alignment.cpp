@@ -70,7 +70,7 @@ void pair_residuals(const PlanePair& pair, const SE3& T, Eigen::Matrix<double, 8
   jacobian->block<1, 3>(7, 3) = -root_a * n_in_a.transpose();
 }
 
-PlaneAlignment align_planes(std::span<const PlanePair> pairs, const SE3& start, const AlignmentOptions& options) {
+PlaneAlignment align_planes(std::span<const PlanePair> pairs, const SE3& start, double robust_scale) {
   PlaneAlignment out;
   out.T_a_b = start;
   if (pairs.empty()) return out;
@@ -78,11 +78,11 @@ PlaneAlignment align_planes(std::span<const PlanePair> pairs, const SE3& start, 
   x << Vector3d::Zero(), start.t;
   ceres::Problem problem;
   for (const PlanePair& pair : pairs) {
-    ceres::LossFunction* loss = options.robust_scale > 0.0 ? new ceres::CauchyLoss(options.robust_scale) : nullptr;
+    ceres::LossFunction* loss = robust_scale > 0.0 ? new ceres::CauchyLoss(robust_scale) : nullptr;
     problem.AddResidualBlock(new PairCost(pair, start), loss, x.data());
   }
   ceres::Solver::Options solver;
-  solver.max_num_iterations = options.max_iterations;
+  solver.max_num_iterations = 60;
   solver.linear_solver_type = ceres::DENSE_QR;
   solver.num_threads = 1;
   solver.logging_type = ceres::SILENT;

@@ -22,12 +22,6 @@ struct PlanePair {
 void pair_residuals(const PlanePair& pair, const SE3& T_a_b, Eigen::Matrix<double, 8, 1>& residuals,
                     Eigen::Matrix<double, 8, 6>* jacobian);
 
-struct AlignmentOptions {
-  /// Scale of the Cauchy kernel over the misfit of a whole pair, in sigmas; 0: plain least squares, as published.
-  double robust_scale = 0.0;
-  int max_iterations = 60;
-};
-
 struct PlaneAlignment {
   SE3 T_a_b;
   double cost_before = 0.0;
@@ -36,8 +30,9 @@ struct PlaneAlignment {
   bool converged = false;
 };
 
-/// Lays b's planes on a's and a's on b's at once, by Levenberg-Marquardt from `start`.
+/// Lays b's planes on a's and a's on b's at once, by Levenberg-Marquardt from `start`. `robust_scale`: of the Cauchy
+/// kernel over the misfit of a whole pair, in sigmas; 0: plain least squares, as published.
 [[nodiscard]] PlaneAlignment align_planes(std::span<const PlanePair> pairs, const SE3& start,
-                                          const AlignmentOptions& options);
+                                          double robust_scale = 0.0);
 
 }  // namespace rigcal

@@ -178,10 +178,8 @@ std::vector<AlignmentCandidate> alignment_candidates(const std::vector<SeenPlane
   sort_by_agreement(tried);
   if (tried.size() > 2 * most) tried.resize(2 * most);
   std::vector<AlignmentCandidate> out;
-  AlignmentOptions robust;
-  robust.robust_scale = 3.0;
   for (AlignmentCandidate& c : tried) {
-    c.T_a_b = align_planes(pairs_of(a, b, c.matches, c.T_a_b), c.T_a_b, robust).T_a_b;
+    c.T_a_b = align_planes(pairs_of(a, b, c.matches, c.T_a_b), c.T_a_b, 3.0).T_a_b;
     if (is_known(out, c.T_a_b)) continue;
     const PlaneMatches matches = match_planes(a, b, c.T_a_b, PlaneMatchTolerance{to_rad(3.0), 0.25});
     if (matches.size() >= 3) {

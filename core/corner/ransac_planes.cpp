@@ -9,6 +9,11 @@
 namespace rigcal {
 namespace {
 
+constexpr double confidence = 0.9999;  // To have drawn three points of the best plane at least once.
+// Draws are compared by so many of the points, evenly over the cloud.
+constexpr std::size_t scored_points = 4000;
+constexpr int refits = 12;
+
 std::optional<FittedPlane> plane_through(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   PointCluster three;
   three.add(a);
@@ -23,7 +28,7 @@ std::size_t count_near(const FittedPlane& plane, std::span<const Vector3d> point
 }
 
 // How many draws make it sure that three of a share `inliers` came together.
-double draws_for(double inliers, double confidence) {
+double draws_for(double inliers) {
   const double all_three = std::pow(inliers, 3);
   if (all_three >= 1.0) return 1.0;
   return all_three <= 0.0 ? 1e9 : std::log(1.0 - confidence) / std::log(1.0 - all_three);
@@ -31,7 +36,7 @@ double draws_for(double inliers, double confidence) {
 
 std::optional<FittedPlane> best_drawn(std::span<const Vector3d> points, const RansacOptions& options, Random& random) {
   std::vector<Vector3d> few;
-  const std::size_t size = std::min(points.size(), options.scored_points);
+  const std::size_t size = std::min(points.size(), scored_points);
   for (std::size_t i = 0; i < size; ++i) few.push_back(points[i * points.size() / size]);
   std::optional<FittedPlane> best;
   std::size_t most = 0;
@@ -46,14 +51,14 @@ std::optional<FittedPlane> best_drawn(std::span<const Vector3d> points, const Ra
     if (near <= most) continue;
     most = near;
     best = plane;
-    needed = draws_for(static_cast<double>(near) / static_cast<double>(size), options.confidence);
+    needed = draws_for(static_cast<double>(near) / static_cast<double>(size));
   }
   return best;
 }
 
 std::optional<FittedPlane> refitted(FittedPlane plane, std::span<const Vector3d> points, const RansacOptions& options) {
   double before = 0.0;
-  for (int k = 0; k < options.refits; ++k) {
+  for (int k = 0; k < refits; ++k) {
     PointCluster near;
     for (const Vector3d& p : points) {
       if (std::abs(plane.distance(p)) <= options.threshold_m) near.add(p);

@@ -10,12 +10,9 @@ namespace rigcal {
 
 struct RansacOptions {
   std::size_t planes = 3;
-  double threshold_m = 0.25;   ///< A point this near belongs to the plane: two and a half sigmas of the paper's noise.
-  double min_share = 0.05;     ///< Of all points; a plane with fewer is none.
-  double confidence = 0.9999;  ///< To have drawn three points of the best plane at least once.
+  double threshold_m = 0.25;  ///< A point this near belongs to the plane: two and a half sigmas of the paper's noise.
+  double min_share = 0.05;    ///< Of all points; a plane with fewer is none.
   int max_draws = 3000;
-  std::size_t scored_points = 4000;  ///< Draws are compared by so many of the points, evenly over the cloud.
-  int refits = 12;
   std::uint64_t seed = 1;
 };
 

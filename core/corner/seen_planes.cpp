@@ -14,12 +14,15 @@
 namespace rigcal {
 namespace {
 
+constexpr std::size_t most_planes = 10;
+constexpr double min_points = 30.0;
+constexpr double min_area_m2 = 1.0;
+
 constexpr int rounds = 6;  // of areas
 constexpr int steps = 8;   // of weights with the same areas
 
 // One step of `shared_out`; planes that lose their points are dropped. True: nothing moves any more.
-bool refit(const std::vector<Vector3d>& points, double min_points, std::vector<PlaneShare>& planes,
-           std::vector<PlaneArea>& areas) {
+bool refit(const std::vector<Vector3d>& points, std::vector<PlaneShare>& planes, std::vector<PlaneArea>& areas) {
   const std::vector<PlaneShare> fitted = shared_out(points, planes, areas);
   std::vector<PlaneShare> kept;
   std::vector<PlaneArea> kept_areas;
@@ -98,8 +101,8 @@ double SeenPlane::weight() const {
   return 1.0 / (plane.sigma_m * plane.sigma_m + points_per_part * unevenness_m * unevenness_m);
 }
 
-std::vector<SeenPlane> find_planes(const PlaneCloud& cloud, const SeenPlanesOptions& options) {
-  const PlaneVotes votes = vote_for_planes(cloud.cells, options.most);
+std::vector<SeenPlane> find_planes(const PlaneCloud& cloud) {
+  const PlaneVotes votes = vote_for_planes(cloud.cells, most_planes);
   const double first_part_m = std::max(1.0, votes.surfel_m);
   std::vector<PlaneShare> planes;
   for (const FittedPlane& plane : votes.planes) {
@@ -110,7 +113,7 @@ std::vector<SeenPlane> find_planes(const PlaneCloud& cloud, const SeenPlanesOpti
   for (int round = 0; round < rounds; ++round) {
     areas = areas_of(planes, cloud.points, round == 0 ? first_part_m : 0.0);
     bool rest = false;
-    for (int step = 0; step < steps && !rest; ++step) rest = refit(cloud.points, options.min_points, planes, areas);
+    for (int step = 0; step < steps && !rest; ++step) rest = refit(cloud.points, planes, areas);
     const std::size_t before = planes.size();
     drop_doubles(planes);
     if (rest && before == planes.size() && round > 1) break;
@@ -118,7 +121,7 @@ std::vector<SeenPlane> find_planes(const PlaneCloud& cloud, const SeenPlanesOpti
   areas = areas_of(planes, cloud.points, 0.0);
   std::vector<SeenPlane> out;
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    if (areas[k].area_m2() < options.min_area_m2) continue;
+    if (areas[k].area_m2() < min_area_m2) continue;
     SeenPlane seen;
     seen.plane = planes[k].plane;
     seen.area_m2 = areas[k].area_m2();

@@ -28,16 +28,10 @@ struct SeenPlane {
   [[nodiscard]] double weight() const;
 };
 
-struct SeenPlanesOptions {
-  std::size_t most = 10;
-  double min_points = 30.0;
-  double min_area_m2 = 1.0;
-};
-
 /// The large planes of a cloud, by the number of their points, whatever its noise, density and clutter. Surfels of a
 /// size that the cloud supports vote for planes, one after the other; then all points are shared out between the planes
 /// and what is none of them by their likelihoods, each plane within the places where it was seen, and the planes
 /// fitted anew, until they rest. The same points give the same planes in whichever frame, to about rounding.
-[[nodiscard]] std::vector<SeenPlane> find_planes(const PlaneCloud& cloud, const SeenPlanesOptions& options = {});
+[[nodiscard]] std::vector<SeenPlane> find_planes(const PlaneCloud& cloud);
 
 }  // namespace rigcal

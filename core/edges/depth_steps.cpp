@@ -10,6 +10,16 @@
 namespace rigcal {
 namespace {
 
+constexpr double min_step_m = 0.15;       // The far surface is so much farther,
+constexpr double min_step_per_m = 0.005;  // or so much for each metre of range,
+constexpr double min_slope = 4.0;         // and what lies between is so steep in space,
+constexpr double min_slope_alone = 15.0;  // where nothing tells how the near surface goes on: it may be seen flat.
+constexpr double range_noise_m = 0.02;
+constexpr double reach_spacings = 1.5;       // Rays so near to each other are neighbours.
+constexpr double same_surface_m = 0.1;       // Neighbours of the near ray on its own surface differ by less,
+constexpr double same_surface_per_m = 0.01;  // and so much more for each metre:
+constexpr int min_support = 3;               // so many must be there, or it is a stray point.
+
 struct Ray {
   float u;
   float v;
@@ -302,17 +312,17 @@ class FaceGrid {
 
 class StepFinder {
  public:
-  StepFinder(const FaceGrid& grid, const DepthStepOptions& options) : grid_(grid), options_(options) {}
+  explicit StepFinder(const FaceGrid& grid) : grid_(grid) {}
 
   void look(const Ray& ray, std::vector<DepthStep>& steps) {
     const float spacing = grid_.spacing(ray.u, ray.v);
-    const auto reach = static_cast<float>(options_.reach_spacings) * spacing;
-    if (grid_.is_even(ray.u, ray.v, static_cast<float>(options_.min_step_m))) return;
-    if (!grid_.may_end(ray, reach, static_cast<float>(options_.min_slope))) return;
-    const auto same = static_cast<float>(options_.same_surface_m + options_.same_surface_per_m * ray.range_m);
+    const auto reach = static_cast<float>(reach_spacings) * spacing;
+    if (grid_.is_even(ray.u, ray.v, static_cast<float>(min_step_m))) return;
+    if (!grid_.may_end(ray, reach, static_cast<float>(min_slope))) return;
+    const auto same = static_cast<float>(same_surface_m + same_surface_per_m * ray.range_m);
     Neighbours near;
     grid_.neighbours(ray, reach, same, near);
-    if (near.support < options_.min_support) return;
+    if (near.support < min_support) return;
     const auto to = [&](std::size_t side) {
       const bool any = near.distance2[side] < reach * reach;
       return any ? &grid_.rays()[static_cast<std::size_t>(near.nearest[side])] : nullptr;
@@ -322,7 +332,7 @@ class StepFinder {
       const Ray& far = *to(side);
       const float apart = std::sqrt(near.distance2[side]);
       const float rise = rise_beyond(ray, far, apart, to(side ^ 1U), near.distance2[side ^ 1U]);
-      if (rise < options_.min_step_m || rise < options_.min_step_per_m * ray.range_m) continue;
+      if (rise < min_step_m || rise < min_step_per_m * ray.range_m) continue;
       steps.push_back({0.5F * (ray.u + far.u), 0.5F * (ray.v + far.v), ray.inverse_depth, (far.u - ray.u) / apart,
                        (far.v - ray.v) / apart, rise, spacing});
     }
@@ -334,18 +344,17 @@ class StepFinder {
   [[nodiscard]] float rise_beyond(const Ray& ray, const Ray& far, float apart, const Ray* before, float before2) const {
     const float rise = far.range_m - ray.range_m;
     const auto slope = static_cast<double>(rise / (apart * ray.range_m));
-    if (slope < options_.min_slope) return 0.0F;
-    if (slope > options_.min_slope_alone) return rise;
+    if (slope < min_slope) return 0.0F;
+    if (slope > min_slope_alone) return rise;
     if (before == nullptr) return 0.0F;
     const float share = apart / std::sqrt(before2);
     const float expected = ray.inverse_depth + share * (ray.inverse_depth - before->inverse_depth);
     if (expected <= 0.0F) return 0.0F;
-    const float noise_m = static_cast<float>(options_.range_noise_m) * (1.0F + share);
+    const float noise_m = static_cast<float>(range_noise_m) * (1.0F + share);
     return far.range_m - ray.range_m * ray.inverse_depth / expected - 3.0F * noise_m;
   }
 
   const FaceGrid& grid_;
-  const DepthStepOptions& options_;
 };
 
 }  // namespace
@@ -367,8 +376,7 @@ Vector3d from_face(const FacePlace& place) {
   return p / place.inverse_depth;
 }
 
-std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const Point> points,
-                                                                const DepthStepOptions& options) {
+std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const Point> points) {
   std::array<std::vector<Ray>, cube_faces> rays;
   for (const Point& point : points) {
     const Vector3d p(point.x, point.y, point.z);
@@ -384,7 +392,7 @@ std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const 
     if (rays[face].empty()) continue;
     const FaceGrid grid(rays[face]);
     rays[face] = {};
-    StepFinder finder(grid, options);
+    StepFinder finder(grid);
     for (const Ray& ray : grid.rays()) finder.look(ray, steps[face]);
   }
   return steps;

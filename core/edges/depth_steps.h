@@ -35,21 +35,8 @@ struct DepthStep {
   float spacing = 0.0F;  ///< Of the rays around, in u and v.
 };
 
-struct DepthStepOptions {
-  double min_step_m = 0.15;       ///< The far surface is so much farther,
-  double min_step_per_m = 0.005;  ///< or so much for each metre of range,
-  double min_slope = 4.0;         ///< and what lies between is so steep in space,
-  double min_slope_alone = 15.0;  ///< where nothing tells how the near surface goes on: it may be seen flat.
-  double range_noise_m = 0.02;
-  double reach_spacings = 1.5;       ///< Rays so near to each other are neighbours.
-  double same_surface_m = 0.1;       ///< Neighbours of the near ray on its own surface differ by less,
-  double same_surface_per_m = 0.01;  ///< and so much more for each metre:
-  int min_support = 3;               ///< so many must be there, or it is a stray point.
-};
-
 /// The steps of one patch on each face. `points` are those of one sensor at one stop, in its frame. In the order of the
 /// points.
-[[nodiscard]] std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const Point> points,
-                                                                              const DepthStepOptions& options);
+[[nodiscard]] std::array<std::vector<DepthStep>, cube_faces> find_depth_steps(std::span<const Point> points);
 
 }  // namespace rigcal

@@ -15,6 +15,8 @@
 namespace rigcal {
 namespace {
 
+constexpr double min_leaf_m = 0.25;  // Smaller leaves are strips along an edge: their normals are not sure.
+
 // What edges ask of a leaf.
 struct Leaf {
   Vector3d center;
@@ -23,10 +25,10 @@ struct Leaf {
       reach_m;  // how far beyond its own middle it may be met: leaves know the size of their voxel, not their outline
 };
 
-std::vector<Leaf> unmerged(const std::vector<PlaneFeature>& features, double min_size_m) {
+std::vector<Leaf> unmerged(const std::vector<PlaneFeature>& features) {
   std::vector<Leaf> leaves;
   for (const PlaneFeature& f : features) {
-    if (f.merged || f.size_m < min_size_m) continue;
+    if (f.merged || f.size_m < min_leaf_m) continue;
     leaves.push_back({f.center_G, {f.normal_G, f.normal_G.dot(f.center_G)}, 0.9 * f.size_m + 0.15});
   }
   return leaves;
@@ -140,7 +142,7 @@ struct KeyedIndex {
 // Of each two leaves that may meet the larger one (or the later one of two as large) is in the list of the smaller
 // one's cube.
 void find_pairs(const std::vector<Leaf>& leaves, const LeafLists& twice_as_far, std::uint32_t i, double max_dot,
-                double piece_m, std::vector<Candidate>& found) {
+                std::vector<Candidate>& found) {
   const Leaf& a = leaves[i];
   for (const std::uint32_t j : twice_as_far.at(a.center)) {
     const Leaf& b = leaves[j];
@@ -155,21 +157,21 @@ void find_pairs(const std::vector<Leaf>& leaves, const LeafLists& twice_as_far, 
     const double origin = line.direction.dot(line.p);
     const double low = origin + std::max(of_a.low, of_b.low);
     const double high = origin + std::min(of_a.high, of_b.high);
-    for (double at = std::floor(low / piece_m) * piece_m; low < high && at < high; at += piece_m) {
-      const Vector3d middle = line.p + (at + 0.5 * piece_m - origin) * line.direction;
+    for (double at = std::floor(low / edge_piece_m) * edge_piece_m; low < high && at < high; at += edge_piece_m) {
+      const Vector3d middle = line.p + (at + 0.5 * edge_piece_m - origin) * line.direction;
       found.push_back({key_of(middle, line.direction), middle, line.direction, i, j});
     }
   }
 }
 
-std::vector<Candidate> all_candidates(const std::vector<Leaf>& leaves, const LidarEdgeOptions& options) {
+std::vector<Candidate> all_candidates(const std::vector<Leaf>& leaves) {
   constexpr std::size_t grain = 128;
   const LeafLists lists(leaves, [](const Leaf& leaf) { return 2.0 * leaf.reach_m; });
-  const double max_dot = std::cos(options.min_angle_rad);
+  const double max_dot = std::cos(least_edge_angle_rad);
   std::vector<std::vector<Candidate>> parts((leaves.size() + grain - 1) / grain);
   parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      find_pairs(leaves, lists, static_cast<std::uint32_t>(i), max_dot, options.piece_m, parts[begin / grain]);
+      find_pairs(leaves, lists, static_cast<std::uint32_t>(i), max_dot, parts[begin / grain]);
     }
   });
   std::vector<Candidate> all;
@@ -188,17 +190,17 @@ Line3 intersect(const WorldPlane& a, const WorldPlane& b, const Vector3d& near) 
   return line;
 }
 
-std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features, const LidarEdgeOptions& options) {
-  const std::vector<Leaf> leaves = unmerged(features, options.min_leaf_m);
-  const std::vector<Candidate> candidates = all_candidates(leaves, options);
+std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features) {
+  const std::vector<Leaf> leaves = unmerged(features);
+  const std::vector<Candidate> candidates = all_candidates(leaves);
   std::vector<KeyedIndex> order(candidates.size());
   for (std::uint32_t i = 0; i < candidates.size(); ++i) order[i] = {candidates[i].key, i};
   radix_sort(order);
   // The first of each key is kept.
   const auto end = std::unique(order.begin(), order.end(), [](const auto& x, const auto& y) { return x.key == y.key; });
   order.erase(end, order.end());
-  const double max_dot = std::cos(options.min_angle_rad);
-  const auto near_m = [&](const Leaf& leaf) { return leaf.reach_m + options.piece_m; };
+  const double max_dot = std::cos(least_edge_angle_rad);
+  const auto near_m = [&](const Leaf& leaf) { return leaf.reach_m + edge_piece_m; };
   const LeafLists near(leaves, near_m);
   std::vector<EdgePiece> pieces(order.size());
   parallel_for(pieces.size(), 256, [&](std::size_t first, std::size_t last) {

@@ -6,6 +6,9 @@
 
 namespace rigcal {
 
+inline constexpr double least_edge_angle_rad = to_rad(60.0);  ///< Between the faces.
+inline constexpr double edge_piece_m = 0.5;                   ///< Length over which the faces are fitted anew.
+
 /// n.p = d in the world, n unit.
 struct WorldPlane {
   Vector3d n = Vector3d::UnitZ();
@@ -30,9 +33,8 @@ struct Line3 {
 };
 [[nodiscard]] Line3 intersect(const WorldPlane& a, const WorldPlane& b, const Vector3d& near);
 
-/// Pieces of `piece_m` along the intersections of leaves that lie next to each other. Pieces that several pairs of
+/// Pieces of `edge_piece_m` along the intersections of leaves that lie next to each other. Pieces that several pairs of
 /// leaves give are kept once. The order depends on the leaves only.
-[[nodiscard]] std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features,
-                                                     const LidarEdgeOptions& options);
+[[nodiscard]] std::vector<EdgePiece> edge_candidates(const std::vector<PlaneFeature>& features);
 
 }  // namespace rigcal

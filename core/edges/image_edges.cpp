@@ -10,6 +10,14 @@
 namespace rigcal {
 namespace {
 
+constexpr double blur_px = 1.2;      // Sigma at which the gradient is taken.
+constexpr double low_sigmas = 3.0;   // An edge goes on where the gradient is above so much noise,
+constexpr double high_sigmas = 8.0;  // and is one if it is above so much somewhere.
+// Likewise at least, in grey values a pixel: what is smaller is no edge of a surface.
+constexpr double min_gradient = 0.75;
+constexpr int min_chain_px = 20;  // Shorter ones are clutter.
+constexpr int fit_px = 6;         // Position and normal are those of a line through so many neighbours on either side.
+
 using Eigen::Vector2d;
 using Eigen::Vector2f;
 
@@ -54,11 +62,10 @@ struct ChainSums {
 
 class EdgeFinder {
  public:
-  EdgeFinder(const GreyImage& image, const ImageEdgeOptions& options)
-      : options_(options), gradients_(gradient_of(image, options.blur_px)) {
+  explicit EdgeFinder(const GreyImage& image) : gradients_(gradient_of(image, blur_px)) {
     const double noise = gradient_noise();
-    low_ = static_cast<float>(std::max(options.min_gradient, options.low_sigmas * noise));
-    high_ = static_cast<float>(std::max(2.0 * options.min_gradient, options.high_sigmas * noise));
+    low_ = static_cast<float>(std::max(min_gradient, low_sigmas * noise));
+    high_ = static_cast<float>(std::max(2.0 * min_gradient, high_sigmas * noise));
   }
 
   std::vector<ImageEdge> run() {
@@ -68,7 +75,7 @@ class EdgeFinder {
     for (std::size_t i = 0; i < maxima_.size(); ++i) {
       if (maxima_[i].used || maxima_[i].strength < high_) continue;
       const std::vector<int> chain = trace(static_cast<int>(i));
-      if (static_cast<int>(chain.size()) < options_.min_chain_px) continue;
+      if (static_cast<int>(chain.size()) < min_chain_px) continue;
       add_chain(chain, chains++, out);
     }
     return out;
@@ -109,7 +116,7 @@ class EdgeFinder {
   void find_maxima() {
     at_.assign(gradient_.values.size(), -1);
     // At the border the gradient is of what was made up beyond it.
-    const int margin = 2 + static_cast<int>(std::ceil(2.0 * options_.blur_px));
+    const int margin = 2 + static_cast<int>(std::ceil(2.0 * blur_px));
     for (int y = margin; y < gradient_.height - margin; ++y) {
       for (int x = margin; x < gradient_.width - margin; ++x) {
         const float m = gradient_.at(x, y);
@@ -176,7 +183,7 @@ class EdgeFinder {
     sums_.assign(1, ChainSums{});
     for (const int i : chain) sums_.push_back(sums_.back() + ChainSums(position(i) - origin));
     const auto size = chain.size();
-    const auto reach = static_cast<std::size_t>(options_.fit_px);
+    const auto reach = static_cast<std::size_t>(fit_px);
     for (std::size_t i = 0; i < size; ++i) {
       const Maximum& m = maxima_[static_cast<std::size_t>(chain[i])];
       const std::size_t first = i > reach ? i - reach : 0;
@@ -195,7 +202,6 @@ class EdgeFinder {
     return maxima_[static_cast<std::size_t>(maximum)].position.cast<double>();
   }
 
-  const ImageEdgeOptions& options_;
   ImageGradient gradients_;
   const GreyImage& gradient_ = gradients_.length;
   float low_ = 0.0F;
@@ -207,9 +213,9 @@ class EdgeFinder {
 
 }  // namespace
 
-std::vector<ImageEdge> find_image_edges(const GreyImage& image, const ImageEdgeOptions& options) {
+std::vector<ImageEdge> find_image_edges(const GreyImage& image) {
   if (image.width < least_side || image.height < least_side) return {};
-  return EdgeFinder(image, options).run();
+  return EdgeFinder(image).run();
 }
 
 GreyImage blurred(const GreyImage& image, double sigma_px) {

@@ -23,19 +23,10 @@ struct ImageEdge {
   int chain = 0;             ///< Number of the connected edge that it is part of.
 };
 
-struct ImageEdgeOptions {
-  double blur_px = 1.2;        ///< Sigma at which the gradient is taken.
-  double low_sigmas = 3.0;     ///< An edge goes on where the gradient is above so much noise,
-  double high_sigmas = 8.0;    ///< and is one if it is above so much somewhere.
-  double min_gradient = 0.75;  ///< Likewise at least, in grey values a pixel: what is smaller is no edge of a surface.
-  int min_chain_px = 20;       ///< Shorter ones are clutter.
-  int fit_px = 6;              ///< Position and normal are those of a line through so many neighbours on either side.
-};
-
 /// Edges of an image by the maxima of the gradient across themselves (Canny 1986), to a fraction of a pixel. The noise
 /// is estimated from the image itself. In the order of the chains, along each; images of less than 16 pixels a side
 /// have none.
-[[nodiscard]] std::vector<ImageEdge> find_image_edges(const GreyImage& image, const ImageEdgeOptions& options = {});
+[[nodiscard]] std::vector<ImageEdge> find_image_edges(const GreyImage& image);
 
 /// A copy blurred by a Gaussian of `sigma_px`; the borders go on as they end.
 [[nodiscard]] GreyImage blurred(const GreyImage& image, double sigma_px);

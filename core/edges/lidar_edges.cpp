@@ -17,6 +17,13 @@
 namespace rigcal {
 namespace {
 
+constexpr double reach_m = 0.4;  // How far from the edge the faces are fitted.
+// The beam's width rounds the edge: points so near to the other face are not used.
+constexpr double footprint_m = 0.06;
+constexpr double sample_m = 0.025;
+constexpr double max_sigma_m = 0.004;
+constexpr double min_points = 25.0;  // Of each face of a piece.
+
 // A face of a piece: a plane fitted to the points around it, and how sure it is where the edge runs.
 struct Face {
   WorldPlane plane;
@@ -45,11 +52,10 @@ struct Workspace {
 
 class PieceFitter {
  public:
-  PieceFitter(const EdgePiece& piece, const EdgePoints& points, const std::vector<NoiseModel>& noise,
-              const LidarEdgeOptions& options, Workspace& work)
-      : piece_(piece), noise_(noise), options_(options), work_(work) {
+  PieceFitter(const EdgePiece& piece, const EdgePoints& points, const std::vector<NoiseModel>& noise, Workspace& work)
+      : piece_(piece), noise_(noise), work_(work) {
     // What lies on a third plane belongs to neither face.
-    work_.points.take(piece, points, noise, std::hypot(0.5 * options.piece_m, options.reach_m), options.footprint_m);
+    work_.points.take(piece, points, noise, std::hypot(0.5 * edge_piece_m, reach_m), footprint_m);
     const double range2 = std::pow(work_.points.largest_range_m(), 2);
     for (const NoiseModel& n : noise) {
       largest_variance_ =
@@ -65,7 +71,7 @@ class PieceFitter {
     // Leaves are metres large: the first gate takes what they are off here, the later ones only noise.
     for (const double slack : {0.03, 0.01, 0.0}) {
       const bool fits = fit(a, b.plane, line, slack) && fit(b, a.plane, line, slack);
-      if (!fits || std::abs(a.plane.n.dot(b.plane.n)) > std::cos(options_.min_angle_rad)) return {};
+      if (!fits || std::abs(a.plane.n.dot(b.plane.n)) > std::cos(least_edge_angle_rad)) return {};
       line = intersect(a.plane, b.plane, piece_.middle);
       if ((line.p - piece_.middle).norm() > 0.15) return {};  // it has left the place where the leaves meet
     }
@@ -76,12 +82,12 @@ class PieceFitter {
   bool fit(Face& face, const WorldPlane& other, const Line3& line, double slack) {
     FaceGate gate;
     gate.line = line;
-    gate.half_length_m = 0.5 * options_.piece_m;
-    gate.reach_m = options_.reach_m;
+    gate.half_length_m = 0.5 * edge_piece_m;
+    gate.reach_m = reach_m;
     gate.own = face.plane;
     gate.own_m = 2.5 * std::sqrt(largest_variance_) + slack + 1e-5;  // rounding
     gate.other = other;
-    gate.border_m = options_.footprint_m + border_sigmas * std::sqrt(largest_variance_);
+    gate.border_m = footprint_m + border_sigmas * std::sqrt(largest_variance_);
     work_.points.choose(gate, work_.chosen);
     face.points.clear();
     std::vector<double>& variances = work_.variances;
@@ -95,7 +101,7 @@ class PieceFitter {
       face.points.push_back(&point);
       variances.push_back(variance);
     }
-    if (static_cast<double>(face.points.size()) < options_.min_points) return false;
+    if (static_cast<double>(face.points.size()) < min_points) return false;
     // Noise along the ray moves a point along the plane as well, and would turn it.
     double weight = 0.0;
     Vector3d q = Vector3d::Zero();
@@ -155,7 +161,7 @@ class PieceFitter {
     constexpr double places_m[] = {0.07, 0.11, 0.15};
     constexpr double near_m = 0.03;
     constexpr double along_m = 0.04;
-    const double step = options_.sample_m;
+    const double step = sample_m;
     const Vector3d across = face.plane.n.cross(line.direction);
     std::vector<std::array<std::uint8_t, 2>> filled(static_cast<std::size_t>(count));  // a bit for each place, by sides
     for (const EdgePoint* point : face.points) {
@@ -183,10 +189,10 @@ class PieceFitter {
     edge.normal_b_G = b.plane.n;
     edge.covariance_G = line_covariance(a, b, line);
     const double worst = symmetric_eigen(edge.covariance_G).values[2];
-    if (!(worst < options_.max_sigma_m * options_.max_sigma_m)) return {};
+    if (!(worst < max_sigma_m * max_sigma_m)) return {};
     std::vector<LidarEdge> out;
-    const double step = options_.sample_m;
-    const int half = static_cast<int>(std::floor(0.5 * options_.piece_m / step));
+    const double step = sample_m;
+    const int half = static_cast<int>(std::floor(0.5 * edge_piece_m / step));
     const double first_m = (0.5 - half) * step;
     const std::vector<char> of_a = occupied(a, line, first_m, 2 * half);
     const std::vector<char> of_b = occupied(b, line, first_m, 2 * half);
@@ -200,7 +206,6 @@ class PieceFitter {
 
   const EdgePiece& piece_;
   const std::vector<NoiseModel>& noise_;
-  const LidarEdgeOptions& options_;
   Workspace& work_;
   double largest_variance_ = 0.0;  // along whatever normal
 };
@@ -209,16 +214,16 @@ class PieceFitter {
 
 std::vector<LidarEdge> find_lidar_edges(const std::vector<PlaneFeature>& leaves, const std::vector<PatchCells>& patches,
                                         const RigState& state, const std::vector<NoiseModel>& noise,
-                                        const std::vector<char>& use, const LidarEdgeOptions& options) {
-  const std::vector<EdgePiece> pieces = edge_candidates(leaves, options);
-  const double reach = std::hypot(0.5 * options.piece_m, options.reach_m);
+                                        const std::vector<char>& use) {
+  const std::vector<EdgePiece> pieces = edge_candidates(leaves);
+  const double reach = std::hypot(0.5 * edge_piece_m, reach_m);
   const EdgePoints points(pieces, patches, state, use, reach);
   std::vector<std::vector<LidarEdge>> of_piece(pieces.size());
   parallel_for(pieces.size(), 16, [&](std::size_t begin, std::size_t end) {
     Workspace work;
-    for (std::size_t i = begin; i < end; ++i) of_piece[i] = PieceFitter(pieces[i], points, noise, options, work).run();
+    for (std::size_t i = begin; i < end; ++i) of_piece[i] = PieceFitter(pieces[i], points, noise, work).run();
   });
-  LineBook book(options.sample_m);
+  LineBook book(sample_m);
   for (const std::vector<LidarEdge>& piece : of_piece) book.add(piece);
   return book.take();
 }

@@ -22,17 +22,6 @@ struct LidarEdge {
   int line = 0;          ///< Samples of one physical edge have the same; they err together.
 };
 
-struct LidarEdgeOptions {
-  double min_angle_rad = to_rad(60.0);  ///< Between the faces.
-  double min_leaf_m = 0.25;             ///< Smaller leaves are strips along an edge: their normals are not sure.
-  double piece_m = 0.5;                 ///< Length over which the faces are fitted anew.
-  double reach_m = 0.4;                 ///< How far from the edge the faces are fitted.
-  double footprint_m = 0.06;  ///< The beam's width rounds the edge: points so near to the other face are not used.
-  double sample_m = 0.025;
-  double max_sigma_m = 0.004;
-  double min_points = 25.0;  ///< Of each face of a piece.
-};
-
 /// Edges of the map that stands: intersections of neighbouring leaves that are not parallel, each piece fitted anew
 /// from the points around it (a leaf is too large to be flat to a millimetre), sampled where both faces are really
 /// there. `leaves` are features of the plane map (merged ones are left out), `patches` need their thinned points,
@@ -41,6 +30,6 @@ struct LidarEdgeOptions {
 [[nodiscard]] std::vector<LidarEdge> find_lidar_edges(const std::vector<PlaneFeature>& leaves,
                                                       const std::vector<PatchCells>& patches, const RigState& state,
                                                       const std::vector<NoiseModel>& noise,
-                                                      const std::vector<char>& use, const LidarEdgeOptions& options);
+                                                      const std::vector<char>& use);
 
 }  // namespace rigcal

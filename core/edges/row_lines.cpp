@@ -9,6 +9,17 @@
 namespace rigcal {
 namespace {
 
+constexpr double reach = 0.028;              // A line begins with steps so near to each other, in u and v: 1.6 degrees.
+constexpr int least_rows = 5;                // It crosses so many,
+constexpr double min_filled = 0.6;           // of those that lie between its ends this share,
+constexpr double min_length = 0.010;         // and is so long, in u and v.
+constexpr int most_missed = 3;               // It ends where so many rows in turn have no step on it.
+constexpr double across_spacings = 0.65;     // Steps so near to a line belong to it.
+constexpr double max_rms_spacings = 0.45;    // Of their distances across, in spacings.
+constexpr double same_depth_m = 0.3;         // Steps of one line begin within this in depth,
+constexpr double same_depth_per_m = 0.03;    // and so much for each metre;
+constexpr double painted_depth_per_m = 0.3;  // painted ones lie on a road that goes away.
+
 using Eigen::Vector2d;
 
 // More neighbours tell no more of where a line through one of them goes.
@@ -19,16 +30,13 @@ constexpr int most_rounds = 8;
 
 class RowLineGrower {
  public:
-  RowLineGrower(std::span<const RowStep> steps, const RowLineOptions& options)
-      : steps_(steps), options_(options), used_(steps.size(), 0) {
-    fill_grid();
-  }
+  explicit RowLineGrower(std::span<const RowStep> steps) : steps_(steps), used_(steps.size(), 0) { fill_grid(); }
 
   [[nodiscard]] std::vector<StepLine> run() {
     std::vector<std::pair<int, std::uint32_t>> seeds;
     for (std::uint32_t i = 0; i < steps_.size(); ++i) {
       const int rows = rows_of(straightest(i));
-      if (rows >= options_.least_rows - 1) seeds.emplace_back(-rows, i);
+      if (rows >= least_rows - 1) seeds.emplace_back(-rows, i);
     }
     std::sort(seeds.begin(), seeds.end());
     std::vector<StepLine> lines;
@@ -48,7 +56,7 @@ class RowLineGrower {
   }
 
   void fill_grid() {
-    columns_ = std::clamp(static_cast<int>(2.0 / options_.reach), 1, 1000);
+    columns_ = std::clamp(static_cast<int>(2.0 / reach), 1, 1000);
     cells_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(columns_));
     for (std::uint32_t i = 0; i < steps_.size(); ++i)
       cells_[static_cast<std::size_t>(column(steps_[i].v) * columns_ + column(steps_[i].u))].push_back(i);
@@ -68,20 +76,20 @@ class RowLineGrower {
   [[nodiscard]] Vector2d at(std::uint32_t i) const { return {steps_[i].u, steps_[i].v}; }
 
   [[nodiscard]] double depth_gate_m(const RowStep& step) const {
-    return options_.same_depth_m + options_.same_depth_per_m / step.inverse_depth;
+    return same_depth_m + same_depth_per_m / step.inverse_depth;
   }
 
   // Steps like one around it, in other rows, the nearest first.
   [[nodiscard]] std::vector<std::uint32_t> alike(std::uint32_t seed) const {
     const RowStep& s = steps_[seed];
     const double depth = 1.0 / s.inverse_depth;
-    const double gate = s.is_painted() ? options_.painted_depth_per_m * depth : depth_gate_m(s);
+    const double gate = s.is_painted() ? painted_depth_per_m * depth : depth_gate_m(s);
     std::vector<std::pair<double, std::uint32_t>> found;
-    visit_box(at(seed).array() - options_.reach, at(seed).array() + options_.reach, [&](std::uint32_t i) {
+    visit_box(at(seed).array() - reach, at(seed).array() + reach, [&](std::uint32_t i) {
       const RowStep& other = steps_[i];
       if (other.change != s.change || other.row == s.row) return;
       const double apart = (at(i) - at(seed)).norm();
-      if (apart > options_.reach || std::abs(1.0 / other.inverse_depth - depth) > gate) return;
+      if (apart > reach || std::abs(1.0 / other.inverse_depth - depth) > gate) return;
       found.emplace_back(apart, i);
     });
     std::sort(found.begin(), found.end());
@@ -102,7 +110,7 @@ class RowLineGrower {
   // rows.
   [[nodiscard]] std::vector<std::uint32_t> straightest(std::uint32_t seed) const {
     const std::vector<std::uint32_t> around = alike(seed);
-    const double across = options_.across_spacings * steps_[seed].spacing;
+    const double across = across_spacings * steps_[seed].spacing;
     std::vector<std::uint32_t> best;
     int best_rows = 0;
     std::vector<std::uint32_t> on;
@@ -144,9 +152,9 @@ class RowLineGrower {
 
   // What lies on a line and on its surface, from a row of it to both sides up to where too many rows have nothing.
   [[nodiscard]] std::vector<std::uint32_t> members(const StepLine& line, std::uint32_t seed) const {
-    const double low = line.low - options_.reach;
-    const double high = line.high + options_.reach;
-    const double across = options_.across_spacings * line.spacing;
+    const double low = line.low - reach;
+    const double high = line.high + reach;
+    const double across = across_spacings * line.spacing;
     const Vector2d a = line.c + low * line.t;
     const Vector2d b = line.c + high * line.t;
     std::vector<std::pair<int, std::uint32_t>> on;
@@ -162,7 +170,7 @@ class RowLineGrower {
     std::sort(on.begin(), on.end());
     auto begin = std::lower_bound(on.begin(), on.end(), std::pair<int, std::uint32_t>{steps_[seed].row, 0});
     auto end = begin;
-    const int most_apart = options_.most_missed + 1;
+    const int most_apart = most_missed + 1;
     for (int last = steps_[seed].row; end != on.end() && end->first - last <= most_apart; ++end) last = end->first;
     for (int last = steps_[seed].row; begin != on.begin() && last - std::prev(begin)->first <= most_apart; --begin)
       last = std::prev(begin)->first;
@@ -190,12 +198,11 @@ class RowLineGrower {
       last = std::max(last, steps_[i].row);
     }
     const int rows = rows_of(line.steps);
-    return rows >= options_.least_rows && rows >= options_.min_filled * (last - first + 1) &&
-           line.high - line.low >= options_.min_length && line.rms <= options_.max_rms * line.spacing;
+    return rows >= least_rows && rows >= min_filled * (last - first + 1) && line.high - line.low >= min_length &&
+           line.rms <= max_rms_spacings * line.spacing;
   }
 
   std::span<const RowStep> steps_;
-  const RowLineOptions& options_;
   std::vector<char> used_;
   int columns_ = 1;
   std::vector<std::vector<std::uint32_t>> cells_;
@@ -203,8 +210,6 @@ class RowLineGrower {
 
 }  // namespace
 
-std::vector<StepLine> find_row_lines(std::span<const RowStep> steps, const RowLineOptions& options) {
-  return RowLineGrower(steps, options).run();
-}
+std::vector<StepLine> find_row_lines(std::span<const RowStep> steps) { return RowLineGrower(steps).run(); }
 
 }  // namespace rigcal

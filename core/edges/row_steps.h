@@ -32,21 +32,7 @@ struct RowStep {
   }
 };
 
-struct RowStepOptions {
-  double min_rise_m = 0.4;           ///< The far surface is so much farther,
-  double min_rise_per_m = 0.05;      ///< and so much for each metre of range.
-  double same_surface_m = 0.3;       ///< The near surface goes on to the other side within this.
-  double neighbour_steps = 3.0;      ///< Returns so far apart, in steps of their row, have others missing between them:
-  double gap_steps = 5.0;            ///< nothing came back there, if it is so far.
-  double farthest_gap_m = 60.0;      ///< Beyond, surfaces hardly give returns anyway.
-  int painted_returns = 2;           ///< Reflectivities are means of so many on either side,
-  double painted_contrast = 1.5;     ///< their difference over the root of their sum, which is how they scatter,
-  double painted_even_m = 0.25;      ///< and ranges so even,
-  double painted_even_per_m = 0.02;  ///< and so much less for each metre.
-};
-
 /// The steps of all rows on each face, in the order of the rows, of which the lowest is the first.
-[[nodiscard]] std::array<std::vector<RowStep>, cube_faces> find_row_steps(std::span<const ScanRow> rows,
-                                                                          const RowStepOptions& options);
+[[nodiscard]] std::array<std::vector<RowStep>, cube_faces> find_row_steps(std::span<const ScanRow> rows);
 
 }  // namespace rigcal

@@ -15,6 +15,16 @@
 namespace rigcal {
 namespace {
 
+constexpr double min_angle_rad = to_rad(1.0);  // Shorter ones are chance; seen from the sensor.
+constexpr double min_length_m = 1.0;           // And shorter ones are leaves.
+constexpr int min_steps = 15;                  // So many rays end there.
+constexpr double min_filled = 0.5;             // Share of its length at which they do.
+constexpr double max_gap_spacings = 10.0;
+constexpr double across_spacings = 0.9;    // Steps so near to a line belong to it.
+constexpr double max_rms_spacings = 0.55;  // Of the steps' distances across, in spacings.
+constexpr double max_depth_rms_m = 0.13;   // And in depth: leaves scatter more.
+constexpr double min_rise_m = 0.25;        // Median: a floor seen flat has rows of small steps.
+
 // How far surfaces are thick where they end: noise and mixed points.
 constexpr double thickness_m = 0.06;
 
@@ -89,8 +99,8 @@ RIGCAL_WIDE void mark_on(const SortedSteps& steps, std::uint32_t count, const On
 
 class LineGrower {
  public:
-  LineGrower(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam, const OutlineOptions& options)
-      : face_(face), steps_(steps), beam_(beam), options_(options) {
+  LineGrower(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam)
+      : face_(face), steps_(steps), beam_(beam) {
     used_.assign(steps.size(), 0);
     fill_grid();
   }
@@ -246,7 +256,7 @@ class LineGrower {
   // What lies on the line, in the stretch around its middle that is not broken.
   [[nodiscard]] std::vector<std::uint32_t> members(const StepLine& line, const Eigen::Vector2d& towards) {
     const double beyond = 2.0 * seed_spacings * line.spacing;
-    const double across = options_.across_spacings * line.spacing + 0.5 * half_beam(face_, line.c, line.n(), beam_);
+    const double across = across_spacings * line.spacing + 0.5 * half_beam(face_, line.c, line.n(), beam_);
     const double low = line.low - beyond;
     const double high = line.high + beyond;
     const auto f = [](double value) { return static_cast<float>(value); };
@@ -261,7 +271,7 @@ class LineGrower {
     });
     std::sort(on.begin(), on.end());
     // From the middle outwards up to the first gap.
-    const double gap = options_.max_gap_spacings * line.spacing;
+    const double gap = max_gap_spacings * line.spacing;
     auto begin = std::lower_bound(on.begin(), on.end(), std::pair<double, std::uint32_t>{0.0, 0});
     auto end = begin;
     double last = 0.0;
@@ -291,15 +301,14 @@ class LineGrower {
 
   [[nodiscard]] bool is_outline(const StepLine& line) const {
     const double length = line.high - line.low;
-    return static_cast<int>(line.steps.size()) >= options_.min_steps &&
-           length >= options_.min_length_m * line.inverse_depth && length >= options_.min_angle_rad &&
-           line.rms <= max_rms(line) && filled(line) >= options_.min_filled &&
-           depth_rms_m(line) <= options_.max_depth_rms_m && median_rise_m(line) >= options_.min_rise_m;
+    return static_cast<int>(line.steps.size()) >= min_steps && length >= min_length_m * line.inverse_depth &&
+           length >= min_angle_rad && line.rms <= max_rms(line) && filled(line) >= min_filled &&
+           depth_rms_m(line) <= max_depth_rms_m && median_rise_m(line) >= min_rise_m;
   }
 
   // Steps scatter by the distance of the rays and by how much of the beam still meets the surface.
   [[nodiscard]] double max_rms(const StepLine& line) const {
-    return options_.max_rms * line.spacing + 0.3 * half_beam(face_, line.c, line.n(), beam_);
+    return max_rms_spacings * line.spacing + 0.3 * half_beam(face_, line.c, line.n(), beam_);
   }
 
   // How far the near surface's points lie in depth from the line: leaves and grass scatter.
@@ -331,7 +340,6 @@ class LineGrower {
   int face_;
   const std::vector<DepthStep>& steps_;
   const BeamWidth& beam_;
-  const OutlineOptions& options_;
   std::vector<char> used_;
   std::vector<std::uint32_t> starts_;
   std::vector<std::uint32_t> order_;  // steps by cells
@@ -341,9 +349,8 @@ class LineGrower {
 
 }  // namespace
 
-std::vector<StepLine> find_step_lines(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam,
-                                      const OutlineOptions& options) {
-  return LineGrower(face, steps, beam, options).run();
+std::vector<StepLine> find_step_lines(int face, const std::vector<DepthStep>& steps, const BeamWidth& beam) {
+  return LineGrower(face, steps, beam).run();
 }
 
 double half_beam(int face, const Eigen::Vector2d& at, const Eigen::Vector2d& n, const BeamWidth& beam) {

@@ -27,15 +27,15 @@ struct StepLine {
 
 /// The rows of the steps of one face that pass for outlines, the straightest first. No step is in two of them.
 [[nodiscard]] std::vector<StepLine> find_step_lines(int face, const std::vector<DepthStep>& steps,
-                                                    const BeamWidth& beam, const OutlineOptions& options);
+                                                    const BeamWidth& beam);
 
 /// The rows of a patch, by face.
 struct PatchOutlines {
   std::array<std::vector<StepLine>, cube_faces> lines;
 };
 
-/// The rows of one patch that pass for outlines, in the sensor's frame.
-[[nodiscard]] PatchOutlines find_patch_outlines(const PatchCells& patch, const OutlineOptions& options);
+/// The rows of one patch that pass for outlines, in the sensor's frame. `beams`: see `find_outlines`.
+[[nodiscard]] PatchOutlines find_patch_outlines(const PatchCells& patch, const std::vector<BeamWidth>& beams);
 
 /// Half of a beam's width across a line with the unit normal n at a place of a face, in u and v.
 [[nodiscard]] double half_beam(int face, const Eigen::Vector2d& at, const Eigen::Vector2d& n, const BeamWidth& beam);

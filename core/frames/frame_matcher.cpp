@@ -9,6 +9,9 @@
 namespace rigcal {
 namespace {
 
+// How long after a frame has come the record of its pulse may come.
+constexpr std::int64_t patience_ns = 500'000'000;
+
 constexpr std::size_t frames_of_start = 8;
 constexpr std::int64_t start_wait_ns = 2'000'000'000;  // Then fewer frames must do.
 constexpr std::int64_t pulse_wait_ns = 1'000'000'000;  // Pulses stay open so long beyond the latest possible frame.
@@ -114,7 +117,7 @@ void FrameMatcher::look_for_start(std::size_t frames) {
 }
 
 bool FrameMatcher::is_patience_over(const FrameSighting& frame) const {
-  return is_finished_ || now_ns_ - frame.received_ns >= options_.patience_ns;
+  return is_finished_ || now_ns_ - frame.received_ns >= patience_ns;
 }
 
 std::optional<FrameMatch> FrameMatcher::decide_without_line() {

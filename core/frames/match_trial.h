@@ -26,8 +26,7 @@ struct FrameMatcherOptions {
   /// The most that this shortest lag may be: add readout and transfer. Where it is less than the distance of the
   /// pulses, the start is never in doubt; otherwise it is decided by how the pulses come: bursts, pauses.
   std::int64_t most_lag_ns = 40'000'000;
-  std::int64_t least_interval_ns = 0;      ///< Of two exposures: pulses that come sooner are ignored by the camera.
-  std::int64_t patience_ns = 500'000'000;  ///< How long after a frame has come the record of its pulse may come.
+  std::int64_t least_interval_ns = 0;  ///< Of two exposures: pulses that come sooner are ignored by the camera.
 };
 
 /// Frames may come so much later than the quickest one: resent packets, a busy machine.

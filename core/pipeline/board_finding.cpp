@@ -9,8 +9,6 @@
 namespace rigcal {
 SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Patch>& all, const BoardModel& board,
                                std::uint64_t seed, const RunContext& context) {
-  CloudBoardOptions cloud;
-  cloud.seed = seed;
   const LidarSettings& settings = *rig.sensors[static_cast<std::size_t>(sensor)].lidar;
   std::vector<const Patch*> patches;
   for (const Patch& patch : all) {
@@ -19,7 +17,7 @@ SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Pat
   std::vector<CloudBoards> found(patches.size());
   parallel_for(patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end && !context.cancelled(); ++k) {
-      found[k] = find_cloud_boards(patches[k]->points, board, settings.rings, cloud);
+      found[k] = find_cloud_boards(patches[k]->points, board, settings.rings, seed);
     }
   });
   SensorBoards out;

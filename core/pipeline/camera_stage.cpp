@@ -317,12 +317,12 @@ std::vector<PlaneFeature> leaves_of_all(const LidarRecording& recording, const L
 
 }  // namespace
 
-OutlineOptions outline_options(const Rig& rig, const std::vector<int>& lidar_sensors) {
-  OutlineOptions options;
+std::vector<BeamWidth> beam_widths(const Rig& rig, const std::vector<int>& lidar_sensors) {
+  std::vector<BeamWidth> beams;
   for (const int sensor : lidar_sensors) {
-    options.beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
+    beams.push_back(beam_of(rig.sensors[static_cast<std::size_t>(sensor)].lidar->model));
   }
-  return options;
+  return beams;
 }
 
 ImageFeatures find_features(const Image& image) {
@@ -341,7 +341,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   const bool is_seen_twice = stops_of(solution.patches(recording), solution.use) >= least_stops_seen_twice;
   if (!is_seen_twice) all = leaves_of_all(recording, solution);
   const std::vector<PlaneFeature>& leaves = is_seen_twice ? solution.refined.map.features : all;
-  scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use, {});
+  scene.edges = find_lidar_edges(leaves, solution.patches(recording), solution.state, solution.noise, solution.use);
   int lines = 0;
   for (const LidarEdge& edge : scene.edges) lines = std::max(lines, edge.line + 1);
   if (stop.stop_requested()) return scene;
@@ -349,7 +349,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   const bool is_known = solution.corrected.empty() && !recording.outlines.empty();
   for (LidarEdge& edge :
        find_outlines(solution.patches(recording), solution.state, solution.use, lines,
-                     outline_options(rig, recording.lidar_sensors), is_known ? &recording.outlines : nullptr)) {
+                     beam_widths(rig, recording.lidar_sensors), is_known ? &recording.outlines : nullptr)) {
     scene.edges.push_back(edge);
   }
   if (stop.stop_requested()) return scene;

@@ -45,8 +45,8 @@ struct CameraRecording {
   std::function<StillImages(const RunContext&)> read_images;
 };
 
-/// How outlines are looked for in what these LiDARs of a rig see.
-[[nodiscard]] OutlineOptions outline_options(const Rig& rig, const std::vector<int>& lidar_sensors);
+/// How wide the beams of these LiDARs of a rig are: outlines are looked for by it.
+[[nodiscard]] std::vector<BeamWidth> beam_widths(const Rig& rig, const std::vector<int>& lidar_sensors);
 
 /// Poses, edges and samples of the map that the LiDAR calibration ended with. Told to stop, it leaves out what it has
 /// not begun.

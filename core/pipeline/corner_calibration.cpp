@@ -15,6 +15,8 @@
 namespace rigcal {
 namespace {
 
+constexpr std::size_t most_stops = 8;
+
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
 
@@ -48,7 +50,7 @@ class CornerCalibration {
     if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
     views_.base = static_cast<int>(base - recording_.lidar_sensors.begin());
     for (const int sensor : recording_.lidar_sensors) views_.names.push_back(sensor_at(sensor).name);
-    stops_ = choose_stops(recording_, options_.most_stops);
+    stops_ = choose_stops(recording_, most_stops);
     find_all_planes();
     if (context_.cancelled()) return stopped();
     StageReport& stage = clock_.begin("placement");

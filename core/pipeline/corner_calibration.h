@@ -10,7 +10,6 @@ namespace rigcal {
 struct CornerCalibrationOptions {
   Requirement require;
   double map_size_m = 0.02;  ///< Of the fused map; 0: all points that were kept.
-  std::size_t most_stops = 8;
 };
 
 /// The planes method: extrinsics of LiDARs from the planes that they see at one moment, without motion and without a

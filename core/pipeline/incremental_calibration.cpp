@@ -37,11 +37,11 @@ void IncrementalCalibration::add_stop(CalibrationStop stop) {
   const bool has_camera =
       std::any_of(rig_.sensors.begin(), rig_.sensors.end(), [](const Sensor& sensor) { return !sensor.is_lidar(); });
   if (has_camera) recording_.outlines.resize(count);
-  const OutlineOptions outlines = outline_options(rig_, recording_.lidar_sensors);
+  const std::vector<BeamWidth> beams = beam_widths(rig_, recording_.lidar_sensors);
   parallel_for(count - before, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = before + begin; k < before + end; ++k) {
       recording_.surfels[k] = extract_surfels(recording_.patches[k], SurfelOptions{});
-      if (has_camera) recording_.outlines[k] = find_patch_outlines(recording_.patches[k], outlines);
+      if (has_camera) recording_.outlines[k] = find_patch_outlines(recording_.patches[k], beams);
     }
   });
 }

@@ -19,6 +19,8 @@
 namespace rigcal {
 namespace {
 
+constexpr int max_tight_passes = 8;  // A bound only; passes end when nothing moves any more.
+
 // Of an estimate while more stops are to come; they end when nothing moves any more.
 constexpr int tight_passes_of_estimate = 5;
 
@@ -248,7 +250,7 @@ class Calibration {
 
   Expected<void> solve() {
     solution_.adjust = solving_priors(recording_, solution_.start, solving_guess_, options_);
-    const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
+    const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
     RefinePass loose = passes.front();
     // Where it is the last, its map is what sigma is told from.
     if (options_.last_stage != LastStage::joint) {
@@ -315,7 +317,7 @@ class Calibration {
   // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it.
   Expected<void> take_out_range_offsets() {
     if (options_.last_stage != LastStage::joint) return {};
-    const std::vector<RefinePass> passes = standard_passes(options_.max_tight_passes);
+    const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
     for (int round = 0; round < most_range_rounds; ++round) {
       const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_);
       if (!offsets) break;

@@ -37,7 +37,7 @@ struct LidarRecording {
   /// What depends on one patch alone, of each, where somebody has found it already (while the rest was still recorded);
   /// empty: it is found when it is needed, and the same.
   std::vector<PatchSurfels> surfels;
-  std::vector<PatchOutlines> outlines;  ///< With `outline_options`, for cameras.
+  std::vector<PatchOutlines> outlines;  ///< With `beam_widths`, for cameras.
 };
 
 enum class LastStage { poses, extrinsics, joint };
@@ -49,7 +49,6 @@ struct LidarCalibrationOptions {
   double pose_prior_m = 0.05;
   double pose_prior_rad = to_rad(2.0);
   double map_size_m = 0.02;  ///< Of the fused map; 0: all points that were kept.
-  int max_tight_passes = 8;  ///< A bound only; passes end when nothing moves any more.
   /// Told the name of the stage and where everything stands after the start and after each pass (a map built anew, then
   /// solved): for experiments on how soon a calibration is right.
   std::function<void(const std::string& stage, const RigState& state)> on_pass = {};

@@ -67,17 +67,9 @@ StepSize step_size(const Eigen::VectorXd& dx) {
   return size;
 }
 
-Eigen::MatrixXd damped(const NormalEquations& sum, const AdjustOptions& options, double lambda) {
+Eigen::MatrixXd damped(const NormalEquations& sum, double lambda) {
   Eigen::MatrixXd A = sum.H;
   A.diagonal() += lambda * sum.H.diagonal().cwiseAbs();
-  for (int i = 0; i + 5 < A.rows(); i += 6) {
-    if (options.step_rotation_rad > 0.0) {
-      A.diagonal().segment<3>(i).array() += 2.0 / (options.step_rotation_rad * options.step_rotation_rad);
-    }
-    if (options.step_translation_m > 0.0) {
-      A.diagonal().segment<3>(i + 3).array() += 2.0 / (options.step_translation_m * options.step_translation_m);
-    }
-  }
   // What nothing holds at all, a LiDAR or stop on no plane, has no gradient and stays: it must not stop the others.
   for (Eigen::Index i = 0; i < A.rows(); ++i) {
     if (A(i, i) == 0.0) A(i, i) = 1.0;
@@ -115,10 +107,10 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
   summary.cost_before = sum.cost;
   summary.costs.push_back(sum.cost);
   for (; summary.iterations < options.max_iterations; ++summary.iterations) {
-    std::optional<Eigen::VectorXd> back = solve_positive(damped(sum, options, lambda), sum.g);
+    std::optional<Eigen::VectorXd> back = solve_positive(damped(sum, lambda), sum.g);
     if (!back && options.form == HessianForm::exact) {
       const NormalEquations gauss_newton = build(features, state, layout, options, HessianForm::gauss_newton);
-      back = solve_positive(damped(gauss_newton, options, lambda), sum.g);
+      back = solve_positive(damped(gauss_newton, lambda), sum.g);
     }
     if (!back) {
       lambda = std::max(1e-4, 10.0 * lambda);

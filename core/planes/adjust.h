@@ -22,9 +22,6 @@ struct AdjustOptions {
   /// Converged when no rotation moves by more and no translation by more. Far below what the noise allows.
   double rotation_tolerance_rad = 1e-8;
   double translation_tolerance_m = 1e-7;
-  /// Holds directions that the planes leave free near where the iteration starts, each step: [rad, m]; 0: off.
-  double step_rotation_rad = 0.0;
-  double step_translation_m = 0.0;
   std::vector<std::optional<PosePrior>> stop_priors;   ///< Empty or one for each stop.
   std::vector<std::optional<PosePrior>> lidar_priors;  ///< Empty or one for each LiDAR.
   /// Likewise, but found in the data by other means than planes: counts as data where priors do not.

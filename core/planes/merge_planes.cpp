@@ -14,6 +14,11 @@
 namespace rigcal {
 namespace {
 
+constexpr double max_normal_angle_rad = to_rad(3.0);
+constexpr double block_m = 2.0;            // Unevenness is taken as one over blocks of this size.
+constexpr double min_flatness_m = 0.0005;  // No wall is flatter.
+constexpr double max_extent_m = 40.0;
+
 struct Plane {
   Vector3d center;
   Vector3d normal;
@@ -191,7 +196,7 @@ class Merger {
     const Vector3d origin = leaves_[seed].center_G;
     double radius = 2.0 * leaves_[seed].size_m;
     double farthest = radius;
-    while (farthest < options_.max_extent_m) farthest *= growth;
+    while (farthest < max_extent_m) farthest *= growth;
     // The plane stays as it is until three are near: those of all radii up to there are among these, and most seeds
     // have no more.
     const std::vector<std::size_t> reach = inliers(plane, origin, farthest);
@@ -209,7 +214,7 @@ class Merger {
   }
 
   std::vector<std::size_t> inliers(const Plane& plane, const Vector3d& origin, double radius) const {
-    return free_.near(plane, origin, radius, std::cos(options_.max_normal_angle_rad), options_.tolerance_m);
+    return free_.near(plane, origin, radius, std::cos(max_normal_angle_rad), options_.tolerance_m);
   }
 
   void refit(const std::vector<std::size_t>& members, Plane& plane) const {
@@ -232,7 +237,7 @@ class Merger {
 
   // A leaf counts by its area once it is known better than the surface is flat.
   double weight(std::size_t i) const {
-    const double floor = options_.min_flatness_m * options_.min_flatness_m;
+    const double floor = min_flatness_m * min_flatness_m;
     return leaves_[i].size_m * leaves_[i].size_m / (1.0 / information_[i] + floor);
   }
 
@@ -257,7 +262,7 @@ class Merger {
     const Vector3d t2 = plane.normal.cross(t1);
     const auto block_of = [&](const PlaneFeature& leaf) {
       const Vector3d d = leaf.center_G - plane.center;
-      return std::pair(std::floor(t1.dot(d) / options_.block_m), std::floor(t2.dot(d) / options_.block_m));
+      return std::pair(std::floor(t1.dot(d) / block_m), std::floor(t2.dot(d) / block_m));
     };
     std::map<std::pair<double, double>, double> block_information;
     for (const std::size_t i : members) block_information[block_of(leaves_[i])] += information_[i];
@@ -289,7 +294,7 @@ class Merger {
   // Of the surface, m^2: from the mean square that `as_many` leaves stand off it, and that which their noise lets
   // expect.
   [[nodiscard]] double unevenness2(double seen2, double noise2, double as_many) const {
-    const double least2 = options_.min_flatness_m * options_.min_flatness_m;
+    const double least2 = min_flatness_m * min_flatness_m;
     if (!options_.trust_noise) return seen2 + least2;
     // Chance may hide as much as the mean square itself is unsure of.
     return std::max(0.0, seen2 - noise2) + std::sqrt(2.0 / as_many) * noise2 + least2 / 25.0;

@@ -8,14 +8,10 @@ namespace rigcal {
 
 struct MergeOptions {
   double tolerance_m = 0.005;  ///< Leaves' middles within this of a plane are on it.
-  double max_normal_angle_rad = to_rad(3.0);
-  double block_m = 2.0;            ///< Unevenness is taken as one over blocks of this size.
-  double min_flatness_m = 0.0005;  ///< No wall is flatter.
   /// Takes what noise explains off what leaves stand off, down to a fifth of `min_flatness_m`; else all that they
   /// stand off is unevenness, and more. For units whose ranges have shown no error of their own: such an error bends
   /// all walls alike, and leaves of one wall agree in it.
   bool trust_noise = false;
-  double max_extent_m = 40.0;
 };
 
 /// Planes larger than a voxel: leaves that lie on one physical plane, as further features beside the leaves. A rig that

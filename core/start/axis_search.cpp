@@ -15,6 +15,8 @@
 namespace rigcal {
 namespace {
 
+constexpr double wander_rad = to_rad(1.0);  // By how much a stop that wanders may be tilted.
+
 constexpr std::size_t directions = 1200;  // some six degrees apart
 constexpr std::size_t searched_items = 1000;
 // All directions are tried with every so many-th of them, the best with all.
@@ -241,7 +243,7 @@ void set_free(const std::vector<PatchSurfels>& patches, const AxisSearchOptions&
     if (p.stop == patches.front().stop) continue;
     layout.free_stop(p.stop);
     const auto j = static_cast<std::size_t>(p.stop);
-    multiview.priors.stop_priors[j] = isotropic_prior(own.T_zero_this[j], options.wander_rad, options.wander_m);
+    multiview.priors.stop_priors[j] = isotropic_prior(own.T_zero_this[j], wander_rad, options.wander_m);
   }
   RigState state{own.T_zero_this, {SE3{}}};
   align_surfels(alone, layout, multiview, state);

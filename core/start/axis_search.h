@@ -39,8 +39,7 @@ struct OwnTurn {
 
 struct AxisSearchOptions {
   double step_sigma_rad = to_rad(0.3);  ///< How far each step between two stops may be off.
-  double wander_m = 0.0;                ///< How far a stop may stand off the turn (0: none does),
-  double wander_rad = to_rad(1.0);      ///< and by how much it may then be tilted.
+  double wander_m = 0.0;                ///< How far a stop may stand off the turn (0: none does).
   std::optional<Vector3d> axis;         ///< Known direction, in the sensor's frame: then none is searched for.
 };
 

@@ -11,6 +11,11 @@
 namespace rigcal {
 namespace {
 
+constexpr double shrink = 0.7;
+constexpr int steps_each = 2;    // Steps at each tolerance.
+constexpr double reach_m = 0.6;  // How far apart the middles of two surfels of one surface may be.
+constexpr int max_partners = 4;  // Partners of a surfel, each of another patch.
+
 struct Pair {
   std::uint32_t a;
   std::uint32_t b;
@@ -36,15 +41,14 @@ class Multiview {
         world.push_back({T * s.mean, T.R * s.normal, static_cast<int>(k)});
       }
     }
-    const SurfelIndex index(world, options_.reach_m);
+    const SurfelIndex index(world, reach_m);
     const double min_cosine = std::cos(to_rad(std::min(30.0, 8.0 + 30.0 * tolerance)));
     constexpr std::size_t grain = 512;
     std::vector<std::vector<Pair>> parts((world.size() + grain - 1) / grain);
     parallel_for(world.size(), grain, [&](std::size_t begin, std::size_t end) {
       std::vector<int> partners;
       for (std::size_t i = begin; i < end; ++i) {
-        index.find_all(world[i].mean, world[i].normal, min_cosine, tolerance, world[i].group, options_.max_partners,
-                       partners);
+        index.find_all(world[i].mean, world[i].normal, min_cosine, tolerance, world[i].group, max_partners, partners);
         for (const int p : partners)
           parts[begin / grain].push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(p)});
       }
@@ -120,11 +124,11 @@ void align_surfels(const std::vector<PatchSurfels>& patches, const ParameterLayo
                    const MultiviewOptions& options, RigState& state) {
   if (layout.size() == 0) return;
   Multiview multiview(patches, layout, options);
-  for (double tolerance = options.from_m;; tolerance *= options.shrink) {
+  for (double tolerance = options.from_m;; tolerance *= shrink) {
     const bool last = tolerance <= options.to_m;
     if (last) tolerance = options.to_m;
     multiview.associate(state, tolerance);
-    for (int k = 0; k < options.steps_each; ++k) multiview.step(state, tolerance);
+    for (int k = 0; k < steps_each; ++k) multiview.step(state, tolerance);
     if (last) break;
   }
 }

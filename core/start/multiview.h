@@ -9,12 +9,8 @@
 namespace rigcal {
 
 struct MultiviewOptions {
-  double from_m = 0.3;  ///< Tolerance of the first association, of the plane distance; it shrinks ...
-  double to_m = 0.06;   ///< ... to this.
-  double shrink = 0.7;
-  int steps_each = 2;    ///< Steps at each tolerance.
-  double reach_m = 0.6;  ///< How far apart the middles of two surfels of one surface may be.
-  int max_partners = 4;  ///< Partners of a surfel, each of another patch.
+  double from_m = 0.3;   ///< Tolerance of the first association, of the plane distance; it shrinks ...
+  double to_m = 0.06;    ///< ... to this.
   AdjustOptions priors;  ///< Only the priors of these options are used.
 };
 

@@ -21,6 +21,12 @@ constexpr std::size_t finalists = 3;
 constexpr double nearest_reach = 5.0;
 // A step this small beside the tolerance changes no partner any more.
 constexpr double settled_share = 1e-3;
+// A guess may be wrong by so much about each axis (16 degrees), searched in such steps (4 degrees),
+constexpr double rotation_reach_rad = 0.28;
+constexpr double rotation_step_rad = 0.07;
+// and at 0 and +- this along each axis; the index reaches between.
+constexpr double translation_reach_m = 0.4;
+constexpr std::size_t refined = 6;  // of these poses, the best
 // A place near a guess is left only for one that fits this much better.
 constexpr double clearly_better = 1.3;
 
@@ -52,26 +58,24 @@ RegistrationResult result_of(const std::vector<Candidate>& sorted) {
   return result;
 }
 
-bool is_near(const SE3& a, const SE3& b, const RegistrationOptions& o) {
-  return rotation_distance(a.R, b.R) < 1.1 * o.rotation_step_rad && (a.t - b.t).norm() < 0.3;
+bool is_near(const SE3& a, const SE3& b) {
+  return rotation_distance(a.R, b.R) < 1.1 * rotation_step_rad && (a.t - b.t).norm() < 0.3;
 }
 
 }  // namespace
 
-std::vector<SE3> search_grid(const SE3& guess, const RegistrationOptions& o) {
+std::vector<SE3> search_grid(const SE3& guess) {
   std::vector<SE3> out;
-  const int n = static_cast<int>(std::lround(o.rotation_reach_rad / o.rotation_step_rad));
+  const int n = static_cast<int>(std::lround(rotation_reach_rad / rotation_step_rad));
   std::vector<Vector3d> shifts{Vector3d::Zero()};
-  if (o.translation_reach_m > 0.0) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double sign : {-1.0, 1.0}) shifts.push_back(sign * o.translation_reach_m * Vector3d::Unit(axis));
-  }
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0}) shifts.push_back(sign * translation_reach_m * Vector3d::Unit(axis));
   for (int a = -n; a <= n; ++a)
     for (int b = -n; b <= n; ++b)
       for (int c = -n; c <= n; ++c) {
-        const Vector3d phi = o.rotation_step_rad * Vector3d(a, b, c);
+        const Vector3d phi = rotation_step_rad * Vector3d(a, b, c);
         // The corners of the cube lie farther out than the reach along an axis: a ball will do.
-        if (phi.norm() > o.rotation_reach_rad * 1.2 + 1e-9) continue;
+        if (phi.norm() > rotation_reach_rad * 1.2 + 1e-9) continue;
         for (const Vector3d& shift : shifts) out.push_back({guess.R * exp_so3(phi), guess.t + shift});
       }
   return out;
@@ -206,16 +210,11 @@ RegistrationResult nearer_to_guess(const RegistrationResult& near, const Registr
 }
 
 RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine, const MovingSurfels& moving,
-                                    const std::vector<SE3>& guesses, const RegistrationOptions& options) {
+                                    const SE3& guess) {
   const MovingSurfels few = thinned(moving, 400);
   const MovingSurfels many = thinned(moving, 3000);
-  std::vector<SE3> poses;
-  for (const SE3& guess : guesses) {
-    for (const SE3& X : search_grid(guess, options)) poses.push_back(X);
-  }
-  std::vector<Candidate> best = best_matches(coarse, few, poses, {std::cos(to_rad(20.0)), 0.3},
-                                             static_cast<std::size_t>(std::max(0, options.refined)),
-                                             [&](const SE3& a, const SE3& b) { return is_near(a, b, options); });
+  std::vector<Candidate> best =
+      best_matches(coarse, few, search_grid(guess), {std::cos(to_rad(20.0)), 0.3}, refined, is_near);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);

@@ -22,15 +22,8 @@ struct MovingSurfels {
 /// `count` of the items, evenly over the list; all where there are no more.
 [[nodiscard]] MovingSurfels thinned(const MovingSurfels& moving, std::size_t count);
 
-struct RegistrationOptions {
-  double rotation_reach_rad = 0.28;  ///< The guess may be wrong by this much about each axis (16 degrees) ...
-  double rotation_step_rad = 0.07;   ///< ... searched in these steps (4 degrees).
-  double translation_reach_m = 0.4;  ///< Searched at 0 and +- this along each axis; the index reaches between.
-  int refined = 6;                   ///< The best so many are refined.
-};
-
-/// All poses of the search around a guess.
-[[nodiscard]] std::vector<SE3> search_grid(const SE3& guess, const RegistrationOptions& options);
+/// All poses of the search around a guess: turned by up to 16 degrees about each axis, shifted by 0.4 m along each.
+[[nodiscard]] std::vector<SE3> search_grid(const SE3& guess);
 
 /// A pose X and how well it fits: the balanced share of the surfels that lie within 6 cm of a surface facing the same
 /// way (within 14 degrees).
@@ -54,11 +47,9 @@ struct RegistrationResult {
 [[nodiscard]] SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
                                       double from_m, double to_m);
 
-/// Searches around each of `guesses` and refines the best. `coarse` has a reach of about a metre, `fine` of half a
-/// metre.
+/// Searches around a guess and refines the best. `coarse` has a reach of about a metre, `fine` of half a metre.
 [[nodiscard]] RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine,
-                                                  const MovingSurfels& moving, const std::vector<SE3>& guesses,
-                                                  const RegistrationOptions& options);
+                                                  const MovingSurfels& moving, const SE3& guess);
 
 /// A pose and its score, as in RegistrationResult.
 struct ScoredPose {

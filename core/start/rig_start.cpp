@@ -58,7 +58,7 @@ RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchS
   }
   if (moving.items.size() < min_surfels) return {};
   const SE3 guess = *input.guess_T_base_sensor[static_cast<std::size_t>(lidar)];
-  const RegistrationResult near = register_surfels(coarse, fine, moving, {guess}, RegistrationOptions{});
+  const RegistrationResult near = register_surfels(coarse, fine, moving, guess);
   // A table top is easily taken for the floor, and the search does not reach from one to the other.
   if (!axis) return near;
   const std::vector<SE3> heights = mountings_on_map(fine, moving, {{near.X, near.score}}, *axis);
@@ -87,7 +87,7 @@ void place_by_shapes(const StartInput& input, const std::vector<PatchSurfels>& p
     const auto si = static_cast<std::size_t>(i);
     if (i == input.base || !input.guess_T_base_sensor[si] || surfels_of(patches, i) >= enough) continue;
     if (!map) map.emplace(cells, input.base, start.state.T_G_base, start.stop_known);
-    std::vector<SE3> candidates = search_grid(*input.guess_T_base_sensor[si], RegistrationOptions{});
+    std::vector<SE3> candidates = search_grid(*input.guess_T_base_sensor[si]);
     if (start.lidar_known[si]) candidates.push_back(start.matches[si].X);
     const ShapeMatch match = map->place(cells, i, candidates);
     // What slid far out of the searched region lies there by chance, and what fits elsewhere as well is no evidence.

@@ -11,6 +11,9 @@
 namespace rigcal {
 namespace {
 
+constexpr double min_flatness = 8.0;     // Middle over smallest eigenvalue.
+constexpr double max_elongation = 25.0;  // Largest over middle.
+
 // Which cell lies in a voxel.
 struct Handle {
   std::uint64_t key = 0;
@@ -40,8 +43,8 @@ Shape shape_of(const std::vector<Cell>& cells, const Handle* first, const Handle
   const SymmetricEigen eigen = symmetric_eigen_fast(S / out.N);
   const Vector3d& l = eigen.values;
   // A line of points (one ring of a spinning LiDAR) may become a surface with its neighbours.
-  if (l[2] > o.max_elongation * l[1]) return Shape::too_few;
-  if (l[1] < o.min_flatness * l[0] || l[0] > o.max_thickness_m * o.max_thickness_m) return Shape::not_flat;
+  if (l[2] > max_elongation * l[1]) return Shape::too_few;
+  if (l[1] < min_flatness * l[0] || l[0] > o.max_thickness_m * o.max_thickness_m) return Shape::not_flat;
   out.normal = eigen.vectors.col(0);
   if (out.normal.dot(out.mean) > 0.0) out.normal = -out.normal;
   out.variance = l[0] * out.N / (out.N - 3.0);

@@ -25,8 +25,6 @@ struct PatchSurfels {
 struct SurfelOptions {
   double size_m = 0.5;  ///< Finest; what has too few points for it is tried at two and four times the size.
   double min_points = 20.0;
-  double min_flatness = 8.0;     ///< Middle over smallest eigenvalue.
-  double max_elongation = 25.0;  ///< Largest over middle.
   double max_thickness_m = 0.05;
 };
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
 #include "core/base/seconds.h"
 #include "core/stops/swing.h"
 
@@ -46,10 +45,7 @@ constexpr double points_per_s_beside_gyro = 30'000.0;
 PointStillDetector::PointStillDetector(const StopOptions& options, StillListener& listener)
     : options_(options),
       listener_(listener),
-      slots_(options.source == StopSource::points ? points_per_s : points_per_s_beside_gyro) {
-  RIGCAL_ASSERT(options.min_stop_s > 0.0 && options.margin_s >= 0.0 && options.angle_limit_rad > 0.0,
-                "a stop needs a length, a margin and an angle limit");
-}
+      slots_(options.source == StopSource::points ? points_per_s : points_per_s_beside_gyro) {}
 
 void PointStillDetector::add(const PointBatch& batch) {
   const int epoch_before = slots_.epoch();

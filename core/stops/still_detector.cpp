@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/seconds.h"
 #include "core/stops/swing.h"
 
@@ -11,9 +10,7 @@ namespace {}  // namespace
 
 StillDetector::StillDetector(const StopOptions& options, StillListener& listener)
     : options_(options), listener_(listener), judge_(options), imu_sensor_(options.imu_sensor) {
-  RIGCAL_ASSERT(options.bridge_gap_s >= 0.0 && options.bridge_gap_s <= 0.3, "bridge_gap_s must lie in 0 .. 0.3");
-  RIGCAL_ASSERT(options.min_stop_s > 0.0 && options.margin_s >= 0.0 && options.angle_limit_rad > 0.0,
-                "a stop needs a length, a margin and an angle limit");
+  static_assert(StopOptions::bridge_gap_s <= 0.3, "no more is bridged than the judge looks back on");
 }
 
 void StillDetector::add(const ImuSample& sample) {

@@ -6,6 +6,11 @@
 #include "core/base/floor_of.h"
 
 namespace rigcal {
+namespace {
+
+constexpr double column_size_m = 0.25;  // Tangential size of what is gated as one.
+
+}  // namespace
 
 void GateColumns::make(std::span<const WorldCell> cells, const GateContext& context, const Vector3d& origin_G,
                        const Vector3d& normal_G) {
@@ -57,7 +62,7 @@ void GateColumns::sort(std::span<const WorldCell> cells, const GateContext& cont
   // Any two directions across the first normal serve; they are kept while the plane is refitted.
   const Vector3d t1 = normal_G.unitOrthogonal();
   const Vector3d t2 = normal_G.cross(t1);
-  const double inverse = 1.0 / context.options.column_size_m;
+  const double inverse = 1.0 / column_size_m;
   if (next_.size() < context.patches.size()) next_.resize(context.patches.size(), 0);
   present_.clear();
   for (const WorldCell& cell : cells) {

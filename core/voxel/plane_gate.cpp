@@ -10,6 +10,9 @@
 namespace rigcal {
 namespace {
 
+constexpr double gate_sigmas = 3.0;
+constexpr double min_kept = 0.7;  // Below this share of points kept, a voxel is split.
+
 // Of all observations of a plane, about a point of it, the noise's own share taken out.
 struct WeightedSum {
   double N = 0.0;
@@ -47,7 +50,7 @@ class Gate {
       if (!refit(total.N, kept_share, chi2)) return PlaneVerdict::split;
       if (!changed && round > 0) break;
     }
-    if (kept_share < o.min_kept || chi2 > o.max_chi2) return PlaneVerdict::split;
+    if (kept_share < min_kept || chi2 > o.max_chi2) return PlaneVerdict::split;
     return collect(feature, kept_cells) ? PlaneVerdict::plane : PlaneVerdict::split;
   }
 
@@ -92,8 +95,7 @@ class Gate {
         changed |= judge_cells(column);
         const double offset = u_.dot(column.mean - q_);
         const double allowed =
-            o.gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) +
-            o.gate_slack_m;
+            gate_sigmas * std::sqrt(column.variance / column.N + o.offset_floor_m * o.offset_floor_m) + o.gate_slack_m;
         bool keep = column.N > 0.0 && std::abs(offset) <= allowed;
         if (keep && column.N >= 3.0) {
           const double thickness2 = along(column.scatter, u_) / column.N;
@@ -120,7 +122,7 @@ class Gate {
       q += w * column.mean;
     }
     kept_share = points / all_points;
-    if (points < context_.options.min_points || kept_share < 0.5 * context_.options.min_kept) return false;
+    if (points < context_.options.min_points || kept_share < 0.5 * min_kept) return false;
     q /= weight;
     UpperTriangle scatter = UpperTriangle::Zero();
     for (const GateColumn& column : columns_.all()) {

@@ -12,19 +12,17 @@ namespace rigcal {
 
 /// When the points of a voxel are a plane, and which of them belong to it. Defaults hold from rooms to fields.
 struct PlaneMapOptions {
-  double root_size_m = 2.0;
+  static constexpr double root_size_m = 2.0;  ///< Largest voxels.
   double min_size_m = 0.125;
   double min_points = 30.0;
-  std::size_t min_patches = 2;    ///< That see it: one alone says nothing about poses, but what it sees is there.
-  double min_flatness = 8.0;      ///< Middle over smallest eigenvalue; larger values drop the sparse scenes' planes.
+  std::size_t min_patches = 2;  ///< That see it: one alone says nothing about poses, but what it sees is there.
+  /// Middle over smallest eigenvalue; larger values drop the sparse scenes' planes.
+  static constexpr double min_flatness = 8.0;
   double max_elongation = 25.0;   ///< Largest over middle eigenvalue: beyond it is a line.
   double max_thickness_m = 0.06;  ///< Root of the smallest eigenvalue.
-  double column_size_m = 0.25;    ///< Tangential size of what is gated as one.
-  double gate_sigmas = 3.0;
   double gate_slack_m = 0.0;      ///< Added to every gate while the poses are still rough.
   double offset_floor_m = 0.001;  ///< What a real plane is not, for each cluster: caps its weight.
-  double min_kept = 0.7;          ///< Below this share of points kept, a voxel is split.
-  double max_chi2 = 1.3;          ///< Likewise above this mean square of distance over noise.
+  double max_chi2 = 1.3;          ///< Above this mean square of distance over noise a voxel is split.
   bool with_rays = false;         ///< See PlaneFeature::rays.
   bool by_cubes = false;          ///< Not by pieces: half the time, and blunter where surfaces meet.
 };

@@ -42,7 +42,7 @@ void depth_steps(benchmark::State& state) {
     thinned = 0;
     for (const PatchCells& patch : bench.patches) {
       thinned += patch.thinned.size();
-      for (const std::vector<DepthStep>& face : find_depth_steps(patch.thinned, {})) steps += face.size();
+      for (const std::vector<DepthStep>& face : find_depth_steps(patch.thinned)) steps += face.size();
     }
   }
   state.SetItemsProcessed(state.iterations() * bench.points);

@@ -197,7 +197,7 @@ Expected<std::vector<CameraSeconds>> measure_cameras(const CameraSetOptions& opt
   by_ours.planes_s = seconds_since(begin);
   by_ours.voxels = map.features.size();
   const auto planed = SteadyClock::now();
-  static_cast<void>(find_lidar_edges(map.features, side.patches, state, side.solution->noise, {}, {}));
+  static_cast<void>(find_lidar_edges(map.features, side.patches, state, side.solution->noise, {}));
   by_ours.edges_s = seconds_since(planed);
   measure_iteration(side.scene, task, T, by_ours);
 

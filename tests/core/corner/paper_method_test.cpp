@@ -17,7 +17,7 @@ TEST(PaperMethod, IsExactWhereBothCloudsShareTheirNoise) {
   for (const int configuration : {1, 2}) {
     for (const double angle_deg : {60.0, 90.0, 120.0}) {
       const auto clouds = clouds_of(configuration, angle_deg, true, 1);
-      const auto found = calibrate_as_published(clouds.a.points, clouds.b.points, PaperMethodOptions{});
+      const auto found = calibrate_as_published(clouds.a.points, clouds.b.points);
       ASSERT_TRUE(found) << found.error().what;
       EXPECT_THAT(found->T_a_b, SE3Near(sim::paper_configuration(configuration), to_deg(1e-6), 1e-2));
     }
@@ -28,7 +28,7 @@ TEST(PaperMethod, FindsTheExtrinsicsThroughIndependentNoise) {
   for (const int configuration : {1, 2}) {
     for (const double angle_deg : {60.0, 90.0, 120.0}) {
       const auto clouds = clouds_of(configuration, angle_deg, false, 2);
-      const auto found = calibrate_as_published(clouds.a.points, clouds.b.points, PaperMethodOptions{});
+      const auto found = calibrate_as_published(clouds.a.points, clouds.b.points);
       ASSERT_TRUE(found) << found.error().what;
       EXPECT_TRUE(found->converged);
       EXPECT_LE(found->cost_after, found->cost_before);
@@ -43,18 +43,21 @@ TEST(PaperMethod, SaysWhichCloudHasNoCorner) {
   for (std::size_t k = 0; k < clouds.b.points.size(); ++k) {
     if (clouds.b.plane[k] == 0 || clouds.b.plane[k] == 1) walls.push_back(clouds.b.points[k]);
   }
-  const auto found = calibrate_as_published(clouds.a.points, walls, PaperMethodOptions{});
+  const auto found = calibrate_as_published(clouds.a.points, walls);
   ASSERT_FALSE(found);
   EXPECT_NE(found.error().message().find("second cloud: only 2 of the three planes"), std::string::npos);
 }
 
-TEST(PaperMethod, WithoutRefinementIsWhatTheNormalsAndTheCornerSay) {
+TEST(PaperMethod, StartsFromWhatTheNormalsAndTheCornerSay) {
   const auto clouds = clouds_of(1, 100.0, false, 4);
-  PaperMethodOptions options;
-  options.refine = false;
-  const auto found = calibrate_as_published(clouds.a.points, clouds.b.points, options);
-  ASSERT_TRUE(found);
-  EXPECT_THAT(found->T_a_b, SE3Near(sim::paper_configuration(1), 0.6, 60.0));
+  const auto corner_of = [](const std::vector<Vector3d>& cloud) {
+    const std::vector<FittedPlane> planes = ransac_planes(cloud, RansacOptions{});
+    return make_corner({planes.at(0), planes.at(1), planes.at(2)}, Vector3d::UnitZ());
+  };
+  const Expected<Corner> a = corner_of(clouds.a.points);
+  const Expected<Corner> b = corner_of(clouds.b.points);
+  ASSERT_TRUE(a && b);
+  EXPECT_THAT(corner_alignment(*a, *b), SE3Near(sim::paper_configuration(1), 0.6, 60.0));
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(PlaneAlignment, ComesBackFromADisturbedStart) {
   for (int k = 0; k < 20; ++k) {
     const SE3 T_a_b = random_pose(random, 1.0, 0.5);
     const Clouds clouds = make_clouds(5, T_a_b, 0.0, random);
-    const auto found = align_planes(clouds.pairs, T_a_b * random_pose(random, 0.2, 0.3), AlignmentOptions{});
+    const auto found = align_planes(clouds.pairs, T_a_b * random_pose(random, 0.2, 0.3));
     EXPECT_TRUE(found.converged);
     EXPECT_THAT(found.T_a_b, SE3Near(T_a_b, 1e-5, 1e-3));
     EXPECT_LT(found.cost_after, 1e-9 * found.cost_before);
@@ -115,15 +115,15 @@ TEST(PlaneAlignment, IsNotPulledByAPairThatIsNoneWhereTheKernelIsRobust) {
   for (PlanePair& pair : clouds.pairs) pair.weight_a = pair.weight_b = 1e4;
   clouds.pairs[2].b.points = clouds.pairs[2].b.points.transformed(random_pose(random, 0.1, 0.3));
   clouds.pairs[2].b = *fit_plane(clouds.pairs[2].b.points);
-  const auto plain = align_planes(clouds.pairs, T_a_b, AlignmentOptions{});
-  const auto robust = align_planes(clouds.pairs, T_a_b, {.robust_scale = 3.0});
+  const auto plain = align_planes(clouds.pairs, T_a_b);
+  const auto robust = align_planes(clouds.pairs, T_a_b, 3.0);
   EXPECT_GT((plain.T_a_b.t - T_a_b.t).norm(), 0.01);
   EXPECT_THAT(robust.T_a_b, SE3Near(T_a_b, 0.1, 3.0));
 }
 
 TEST(PlaneAlignment, OfNothingStaysWhereItStarts) {
   const SE3 start{exp_so3({0.1, 0.2, 0.3}), {1.0, 2.0, 3.0}};
-  const auto found = align_planes({}, start, AlignmentOptions{});
+  const auto found = align_planes({}, start);
   EXPECT_EQ(found.T_a_b.t, start.t);
   EXPECT_FALSE(found.converged);
 }

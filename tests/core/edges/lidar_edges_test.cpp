@@ -36,7 +36,7 @@ struct SeenRoom {
   }
 
   [[nodiscard]] std::vector<LidarEdge> edges() const {
-    return find_lidar_edges(map.features, patches, state, noise, {}, {});
+    return find_lidar_edges(map.features, patches, state, noise, {});
   }
 };
 
@@ -162,13 +162,12 @@ TEST(LidarEdges, AreTheSameWithOneThreadAndTwo) {
 TEST(LidarEdges, ComeFromNoStrips) {
   SeenRoom room(1);
   for (PlaneFeature& leaf : room.map.features) leaf.size_m = 0.125;
-  EXPECT_TRUE(edge_candidates(room.map.features, {}).empty());
-  LidarEdgeOptions options;
-  options.min_leaf_m = 0.125;
-  EXPECT_FALSE(edge_candidates(room.map.features, options).empty());
+  EXPECT_TRUE(edge_candidates(room.map.features).empty());
+  for (PlaneFeature& leaf : room.map.features) leaf.size_m = 0.25;
+  EXPECT_FALSE(edge_candidates(room.map.features).empty());
 }
 
-TEST(LidarEdges, NothingComesFromNothing) { EXPECT_TRUE(find_lidar_edges({}, {}, {}, {}, {}, {}).empty()); }
+TEST(LidarEdges, NothingComesFromNothing) { EXPECT_TRUE(find_lidar_edges({}, {}, {}, {}, {}).empty()); }
 
 TEST(Intersect, IsOnBothPlanesNextToThePoint) {
   Random random(7);

@@ -68,11 +68,7 @@ RigState at_origin() {
   return state;
 }
 
-OutlineOptions without_beam() {
-  OutlineOptions options;
-  options.beams = {{0.0, 0.0}};
-  return options;
-}
+std::vector<BeamWidth> without_beam() { return {{0.0, 0.0}}; }
 
 // Distance of a point, seen from the sensor, to the nearest side of the board, as an angle; the floor hides what lies
 // below -1 m only.
@@ -99,7 +95,7 @@ TEST(CubeFaces, TakeEveryDirectionAndGiveItBack) {
 }
 
 TEST(DepthSteps, AreWhereTheBoardEndsAndHardlyElsewhere) {
-  const auto steps = find_depth_steps(scan({}, 1), {});
+  const auto steps = find_depth_steps(scan({}, 1));
   std::size_t on = 0;
   std::size_t elsewhere = 0;
   for (std::size_t face = 0; face < steps.size(); ++face) {
@@ -118,7 +114,7 @@ TEST(DepthSteps, OfAWallAreNone) {
   Scan wall;
   wall.board = false;
   wall.floor = false;
-  for (const auto& face : find_depth_steps(scan(wall, 2), {})) EXPECT_TRUE(face.empty());
+  for (const auto& face : find_depth_steps(scan(wall, 2))) EXPECT_TRUE(face.empty());
 }
 
 TEST(Outlines, OfAFloorAndAWallAreNone) {
@@ -128,9 +124,9 @@ TEST(Outlines, OfAFloorAndAWallAreNone) {
 }
 
 TEST(DepthSteps, OfNothingAreNone) {
-  for (const auto& face : find_depth_steps({}, {})) EXPECT_TRUE(face.empty());
+  for (const auto& face : find_depth_steps({})) EXPECT_TRUE(face.empty());
   const std::vector<Point> zeros(100, point_at(Vector3d::Zero()));
-  for (const auto& face : find_depth_steps(zeros, {})) EXPECT_TRUE(face.empty());
+  for (const auto& face : find_depth_steps(zeros)) EXPECT_TRUE(face.empty());
 }
 
 TEST(Outlines, OfABoardLieOnItsSidesAsSureAsTheySay) {
@@ -178,8 +174,7 @@ TEST(Outlines, AHedgeHasNone) {
 }
 
 TEST(Outlines, AWideBeamMovesThemInwardsAndMakesThemLessSure) {
-  OutlineOptions wide;
-  wide.beams = {{0.005, 0.0005}};
+  const std::vector<BeamWidth> wide{{0.005, 0.0005}};
   const auto narrow_edges = find_outlines({patch_of(scan({}, 1))}, at_origin(), {}, 0, without_beam());
   const auto wide_edges = find_outlines({patch_of(scan({}, 1))}, at_origin(), {}, 0, wide);
   const auto top = [](const std::vector<LidarEdge>& edges) {

@@ -77,13 +77,13 @@ std::vector<Point> turn(const Turn& how, std::uint64_t seed) {
 }
 
 std::array<std::vector<RowStep>, cube_faces> steps_of(const Turn& how, std::uint64_t seed) {
-  return find_row_steps(find_scan_rows(turn(how, seed)), {});
+  return find_row_steps(find_scan_rows(turn(how, seed)));
 }
 
 std::array<std::vector<StepLine>, cube_faces> lines_of(const Turn& how, std::uint64_t seed) {
   std::array<std::vector<StepLine>, cube_faces> lines;
   const auto steps = steps_of(how, seed);
-  for (std::size_t face = 0; face < steps.size(); ++face) lines[face] = find_row_lines(steps[face], {});
+  for (std::size_t face = 0; face < steps.size(); ++face) lines[face] = find_row_lines(steps[face]);
   return lines;
 }
 
@@ -219,9 +219,9 @@ void turn_about(std::vector<Point>& points) {
 
 TEST(RowSteps, AreTheSameWhereATurnCloses) {
   std::vector<Point> points = turn({}, 1);
-  const auto ahead = find_row_steps(find_scan_rows(points), {});
+  const auto ahead = find_row_steps(find_scan_rows(points));
   turn_about(points);
-  const auto behind = find_row_steps(find_scan_rows(points), {});
+  const auto behind = find_row_steps(find_scan_rows(points));
   // The board is on face 0 at first, and on its opposite then.
   ASSERT_FALSE(ahead[0].empty());
   EXPECT_EQ(behind[1].size(), ahead[0].size());
@@ -237,7 +237,7 @@ TEST(RowSteps, AreNotWhereARecordedSectorEnds) {
     const std::vector<ScanRow> rows = find_scan_rows(points);
     ASSERT_FALSE(rows.empty());
     for (const ScanRow& row : rows) EXPECT_FALSE(row.closed);
-    for (const auto& face : find_row_steps(rows, {})) EXPECT_TRUE(face.empty());
+    for (const auto& face : find_row_steps(rows)) EXPECT_TRUE(face.empty());
     turn_about(points);
   }
 }
@@ -288,7 +288,7 @@ TEST(RowLines, OfAHedgeAreFew) {
   const auto steps = steps_of(hedge, 1);
   ASSERT_GT(steps[0].size(), 150U);
   std::size_t in_lines = 0;
-  for (const StepLine& line : find_row_lines(steps[0], {})) in_lines += line.steps.size();
+  for (const StepLine& line : find_row_lines(steps[0])) in_lines += line.steps.size();
   EXPECT_LT(in_lines, steps[0].size() / 10);
 }
 
@@ -298,9 +298,7 @@ TEST(Outlines, OfASpinningLidarComeFromItsRows) {
   RigState state;
   state.T_G_base = {SE3{}};
   state.T_base_sensor = {SE3{}};
-  OutlineOptions options;
-  options.beams = {{0.003, 0.003}};
-  const std::vector<LidarEdge> edges = find_outlines({patch}, state, {}, 0, options);
+  const std::vector<LidarEdge> edges = find_outlines({patch}, state, {}, 0, {{0.003, 0.003}});
   std::size_t sides = 0;
   std::size_t stripes = 0;
   for (const LidarEdge& edge : edges) {

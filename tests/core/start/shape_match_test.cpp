@@ -48,7 +48,7 @@ TEST_F(ShapeMatching, FindsThePlaceAlongARoadByItsPolesAlone) {
   for (int k = 0; k < 3; ++k) {
     const Vector3d axis = Vector3d(random.normal(), random.normal(), random.normal()).normalized();
     const SE3 guess{truth_.R * exp_so3(to_rad(10.0) * axis), truth_.t - 0.2 * axis};
-    const ShapeMatch match = map.place(patches_, 1, search_grid(guess, RegistrationOptions{}));
+    const ShapeMatch match = map.place(patches_, 1, search_grid(guess));
     // A fifth of a cell is 4 cm: what eight poles of half a cell's width can be placed to.
     EXPECT_THAT(match.X, SE3Near(truth_, 0.4, 40.0)) << "guess " << k;
     EXPECT_LT(match.runner_up_score, 0.95 * match.score);
