@@ -61,7 +61,7 @@ std::optional<SE3> place_stop(const PlacementInput& input) {
   }
   const SurfelIndex map = map_before(input);
   T = refine_registration(map, moving, T, 0.3, 0.06);
-  if (match_score(map, moving, T, std::cos(to_rad(14.0)), 0.06) < min_score) return std::nullopt;
+  if (match_score(map, moving, T, same_surface_cosine, same_surface_m) < min_score) return std::nullopt;
   return T;
 }
 

@@ -72,14 +72,13 @@ struct Expectation {
 };
 
 Place refined_place(const SurfelIndex& map, const Turned& seen, Place place) {
-  const double cosine = std::cos(to_rad(14.0));
   for (double tolerance = 0.35; tolerance > 0.05; tolerance *= 0.85) {
     Matrix3d H = Matrix3d::Zero();
     Vector3d g = Vector3d::Zero();
     for (std::size_t i = 0; i < seen.surfels.size(); ++i) {
       const PlacedSurfel& s = seen.surfels[i];
       const Vector3d p = s.mean + place.t;
-      const int hit = map.find(p, s.normal, cosine, tolerance);
+      const int hit = map.find(p, s.normal, same_surface_cosine, tolerance);
       if (hit < 0) continue;
       const Vector3d& n = map[hit].normal;
       const double r = n.dot(p - map[hit].mean);
@@ -91,7 +90,7 @@ Place refined_place(const SurfelIndex& map, const Turned& seen, Place place) {
     H.diagonal().array() += 1e-3;
     place.t -= H.ldlt().solve(g);
   }
-  place.score = score_at(map, seen, place.t, cosine, 0.06);
+  place.score = score_at(map, seen, place.t, same_surface_cosine, same_surface_m);
   return place;
 }
 
@@ -115,7 +114,7 @@ std::optional<Vector3d> find_place(const SurfelIndex& map, const PatchSurfels& p
         }
     parallel_for(places.size(), 32, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        places[i].score = score_at(map, few, places[i].t, std::cos(to_rad(14.0)), 0.2) - expected.cost(places[i].t);
+        places[i].score = score_at(map, few, places[i].t, same_surface_cosine, 0.2) - expected.cost(places[i].t);
     });
     places = best_apart(std::move(places), refined, is_near);
     parallel_for(places.size(), 1, [&](std::size_t begin, std::size_t end) {

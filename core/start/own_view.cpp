@@ -43,7 +43,7 @@ double met_by_others(const std::vector<PlacedSurfel>& placed, const std::vector<
   double met = 0.0;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const PlacedSurfel& s = placed[i];
-    if (index.find(s.mean, s.normal, std::cos(to_rad(14.0)), 0.06, s.group) >= 0) met += weights[i];
+    if (index.find(s.mean, s.normal, same_surface_cosine, same_surface_m, s.group) >= 0) met += weights[i];
   }
   return met;
 }

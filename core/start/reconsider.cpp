@@ -121,7 +121,7 @@ void reconsider(const Doubts& doubts, const std::vector<PatchSurfels>& patches,
       const SurfelIndex fine(without_repetitions(map_of(doubts, first, patches, *rig, placed).surfels, 0.25), 0.5);
       const Group there = group_of(lidars, patches, *rig, placed);
       h.X = there.X;
-      h.fit = balanced_score(fine, thinned(there.moving, fitted_items), there.X, std::cos(to_rad(14.0)), 0.06);
+      h.fit = balanced_score(fine, thinned(there.moving, fitted_items), there.X, same_surface_cosine, same_surface_m);
       h.aligned = std::move(placed);
       hypotheses.push_back(std::move(h));
     };

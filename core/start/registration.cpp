@@ -32,16 +32,10 @@ constexpr double clearly_better = 1.3;
 
 using Candidate = ScoredPose;
 
-bool distinct(const SE3& a, const SE3& b) {
-  return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
-}
-
 void sort_by_score(std::vector<Candidate>& candidates) {
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
 }
-
-bool is_same(const Candidate& a, const Candidate& b) { return !distinct(a.X, b.X); }
 
 // The first of them, and the first that is distinctly another.
 RegistrationResult result_of(const std::vector<Candidate>& sorted) {
@@ -164,27 +158,26 @@ std::vector<ScoredPose> refined_poses(const SurfelIndex& coarse, const SurfelInd
   const MovingSurfels few = thinned(moving, 300);
   const MovingSurfels some = thinned(moving, 1000);
   const MovingSurfels many = thinned(moving, 3000);
-  const double cosine = std::cos(to_rad(14.0));
   std::vector<Candidate> all;
   for (const SE3& X : starts) all.push_back({X, 0.0});
   parallel_for(all.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       all[i].X = refine_registration(coarse, few, all[i].X, 0.4, 0.2);
-      all[i].score = balanced_score(fine, few, all[i].X, cosine, 0.15);
+      all[i].score = balanced_score(fine, few, all[i].X, same_surface_cosine, 0.15);
     }
   });
   std::vector<Candidate> best = best_apart(std::move(all), contenders, is_same);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(fine, some, best[i].X, 0.3, 0.08);
-      best[i].score = balanced_score(fine, some, best[i].X, cosine, 0.06);
+      best[i].score = balanced_score(fine, some, best[i].X, same_surface_cosine, same_surface_m);
     }
   });
   std::vector<Candidate> last = best_apart(std::move(best), finalists, is_same);
   parallel_for(last.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       last[i].X = refine_registration(fine, many, last[i].X, 0.12, 0.08);
-      last[i].score = balanced_score(fine, many, last[i].X, cosine, 0.06);
+      last[i].score = balanced_score(fine, many, last[i].X, same_surface_cosine, same_surface_m);
     }
   });
   sort_by_score(last);
@@ -219,7 +212,7 @@ RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex
     for (std::size_t i = begin; i < end; ++i) {
       best[i].X = refine_registration(coarse, many, best[i].X, 0.8, 0.3);
       best[i].X = refine_registration(fine, many, best[i].X, 0.3, 0.08);
-      best[i].score = balanced_score(fine, many, best[i].X, std::cos(to_rad(14.0)), 0.06);
+      best[i].score = balanced_score(fine, many, best[i].X, same_surface_cosine, same_surface_m);
     }
   });
   sort_by_score(best);

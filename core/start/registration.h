@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/start/scored_pose.h"
 #include "core/start/surfel_index.h"
 #include "core/start/surfels.h"
 
@@ -25,12 +26,11 @@ struct MovingSurfels {
 /// All poses of the search around a guess: turned by up to 16 degrees about each axis, shifted by 0.4 m along each.
 [[nodiscard]] std::vector<SE3> search_grid(const SE3& guess);
 
-/// A pose X and how well it fits: the balanced share of the surfels that lie within 6 cm of a surface facing the same
-/// way (within 14 degrees).
+/// A pose X and how well it fits: the balanced share of the surfels that lie on a surface (`same_surface_m`).
 struct RegistrationResult {
   SE3 X;
   double score = 0.0;
-  double runner_up_score = 0.0;  ///< Best score of a distinctly other pose (0.3 m or 3 degrees away); 0: none.
+  double runner_up_score = 0.0;  ///< Best score of a distinctly other pose; 0: none.
   SE3 runner_up;
 };
 
@@ -50,12 +50,6 @@ struct RegistrationResult {
 /// Searches around a guess and refines the best. `coarse` has a reach of about a metre, `fine` of half a metre.
 [[nodiscard]] RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine,
                                                   const MovingSurfels& moving, const SE3& guess);
-
-/// A pose and its score, as in RegistrationResult.
-struct ScoredPose {
-  SE3 X;
-  double score = 0.0;
-};
 
 /// Refines all of `starts`, each right to some decimetres and degrees: the best three distinct ones, the best first.
 [[nodiscard]] std::vector<ScoredPose> refined_poses(const SurfelIndex& coarse, const SurfelIndex& fine,

@@ -11,6 +11,7 @@
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
+#include "core/start/scored_pose.h"
 
 namespace rigcal {
 namespace {
@@ -21,11 +22,6 @@ constexpr std::size_t scanned_items = 400;
 constexpr double block_m = 4.0;
 constexpr double floor_m = 0.01;
 constexpr double floor_rad = to_rad(0.1);
-
-struct Candidate {
-  SE3 X;
-  double score = 0.0;
-};
 
 // What one item adds at X. False: no partner.
 struct ItemTerms {
@@ -95,10 +91,6 @@ Matrix6d sandwich(const ShapeScene& scene, const SE3& X) {
   return covariance;
 }
 
-bool distinct(const SE3& a, const SE3& b) {
-  return (a.t - b.t).norm() > 0.3 || rotation_distance(a.R, b.R) > to_rad(3.0);
-}
-
 }  // namespace
 
 MovingShapes thinned(const MovingShapes& moving, std::size_t count) {
@@ -154,23 +146,22 @@ double shape_score(const ShapeScene& scene, const SE3& X) {
 PosePrior prior_of(const ShapeMatch& match) { return {match.X, match.covariance.inverse()}; }
 
 ShapeMatch match_shapes(const std::vector<ShapeScene>& scenes, const std::vector<SE3>& candidates) {
-  std::vector<Candidate> all;
+  std::vector<ScoredPose> all;
   for (const SE3& X : candidates) all.push_back({X, 0.0});
   const ShapeScene few{scenes.front().map, thinned(scenes.front().moving, scanned_items)};
   parallel_for(all.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) all[i].score = shape_score(few, all[i].X);
   });
-  std::vector<Candidate> best = best_apart(std::move(all), refined, [](const Candidate& a, const Candidate& b) {
+  std::vector<ScoredPose> best = best_apart(std::move(all), refined, [](const ScoredPose& a, const ScoredPose& b) {
     return rotation_distance(a.X.R, b.X.R) < to_rad(4.5) && (a.X.t - b.X.t).norm() < 0.3;
   });
   for (std::size_t level = 0; level < scenes.size(); ++level) {
-    for (Candidate& c : best) {
+    for (ScoredPose& c : best) {
       c.X = refine(scenes[level], c.X, 12);
       c.score = shape_score(scenes[level], c.X);
     }
     // What has run into the same place needs no second look.
-    best = best_apart(std::move(best), refined,
-                      [](const Candidate& a, const Candidate& b) { return !distinct(a.X, b.X); });
+    best = best_apart(std::move(best), refined, is_same);
   }
   ShapeMatch match;
   if (best.empty() || scenes.back().moving.items.empty()) return match;

@@ -58,7 +58,7 @@ struct ShapeEquations {
 struct ShapeMatch {
   SE3 X;
   double score = 0.0;            ///< At the finest level.
-  double runner_up_score = 0.0;  ///< Best score of a distinctly other pose (0.3 m or 3 degrees away); 0: none.
+  double runner_up_score = 0.0;  ///< Best score of a distinctly other pose; 0: none.
   SE3 runner_up;
   /// Of X exp(xi), from the scatter of the gradients of blocks of 4 m (sandwich), since neighbours share their errors,
   /// and a floor of a centimetre and a tenth of a degree: two samplings of a hedge differ by more than chance.

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "core/geometry/symmetric_eigen.h"
+#include "core/start/voxel_hash.h"
 
 namespace rigcal {
 namespace {
@@ -13,22 +14,6 @@ namespace {
 constexpr int neighbourhoods = 4;    // each twice as wide as the one before
 constexpr double min_members = 6.0;  // cells in a neighbourhood, below which its form is chance
 constexpr double line_ratio = 0.02;  // middle over largest eigenvalue below which it is a line: 1 : 7 in width
-
-struct Voxel {
-  std::int64_t x, y, z;
-};
-
-Voxel voxel_of(const Vector3d& p, double size) {
-  return {static_cast<std::int64_t>(std::floor(p.x() / size)), static_cast<std::int64_t>(std::floor(p.y() / size)),
-          static_cast<std::int64_t>(std::floor(p.z() / size))};
-}
-
-std::size_t hash_of(std::int64_t x, std::int64_t y, std::int64_t z) {
-  std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL;
-  h = (h ^ static_cast<std::uint64_t>(y)) * 0xC2B2AE3D27D4EB4FULL;
-  h = (h ^ static_cast<std::uint64_t>(z)) * 0x165667B19E3779F9ULL;
-  return static_cast<std::size_t>(h >> 24);
-}
 
 template <class F>
 void for_each_neighbour(const Voxel& v, const F& f) {
@@ -89,7 +74,7 @@ class SumGrid {
  private:
   [[nodiscard]] std::size_t slot_of(const Voxel& v) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = hash_of(v.x, v.y, v.z) & mask;
+    std::size_t at = hash_of(v) & mask;
     while (slots_[at] != 0) {
       const Voxel& w = sums_[slots_[at] - 1].voxel;
       if (w.x == v.x && w.y == v.y && w.z == v.z) break;
@@ -148,7 +133,7 @@ ShapeIndex::ShapeIndex(const std::vector<LocalShape>& shapes, double reach_m) : 
   std::vector<std::size_t> buckets;
   for (const LocalShape& s : shapes) {
     const Voxel v = voxel_of(s.mean, reach_m);
-    buckets.push_back(hash_of(v.x, v.y, v.z) & mask_);
+    buckets.push_back(hash_of(v) & mask_);
     ++bucket_start_[buckets.back() + 1];
   }
   for (std::size_t i = 1; i < bucket_start_.size(); ++i) bucket_start_[i] += bucket_start_[i - 1];
@@ -161,7 +146,7 @@ int ShapeIndex::nearest(const Vector3d& p) const {
   int best = -1;
   double best_distance = reach_m_ * reach_m_;
   for_each_neighbour(voxel_of(p, reach_m_), [&](const Voxel& v) {
-    const std::size_t b = hash_of(v.x, v.y, v.z) & mask_;
+    const std::size_t b = hash_of(v) & mask_;
     for (std::uint32_t i = bucket_start_[b]; i < bucket_start_[b + 1]; ++i) {
       const double distance = (shapes_[i].mean - p).squaredNorm();
       if (distance < best_distance) {

@@ -48,7 +48,7 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
     const double angle = phi.dot(axis);
     // Axis and table are known to a degree or two.
     if ((phi - angle * axis).norm() > to_rad(3.0)) continue;
-    double score = match_score(fine, moving, X, std::cos(to_rad(14.0)), 0.06);
+    double score = match_score(fine, moving, X, same_surface_cosine, same_surface_m);
     // One that slid farther than a turn about the table can carry it is likely wrong; its angle may be right.
     if (X.t.norm() > 2.0 * max_foot_m * std::abs(std::sin(0.5 * phi.norm())) + 0.1) score *= 0.7;
     steps.push_back({angle, X.R, score});

@@ -6,19 +6,11 @@
 #include <limits>
 #include <map>
 
-#include "core/base/floor_of.h"
 #include "core/base/wide.h"
+#include "core/start/voxel_hash.h"
 
 namespace rigcal {
 namespace {
-
-struct Voxel {
-  std::int64_t x, y, z;
-};
-
-Voxel voxel_of(const Vector3d& p, double size) {
-  return {floor_of(p.x() / size), floor_of(p.y() / size), floor_of(p.z() / size)};
-}
 
 // The eight voxels of edge `size` that hold everything within half an edge of p.
 template <class F>
@@ -62,13 +54,6 @@ RIGCAL_WIDE bool look(const std::array<const float*, 6>& entries, const Query& q
 
 }  // namespace
 
-std::size_t SurfelIndex::bucket(std::int64_t x, std::int64_t y, std::int64_t z) const {
-  std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL;
-  h = (h ^ static_cast<std::uint64_t>(y)) * 0xC2B2AE3D27D4EB4FULL;
-  h = (h ^ static_cast<std::uint64_t>(z)) * 0x165667B19E3779F9ULL;
-  return static_cast<std::size_t>(h >> 24) & mask_;
-}
-
 SurfelIndex::SurfelIndex(std::vector<PlacedSurfel> surfels, double reach_m)
     : surfels_(std::move(surfels)), voxel_m_(2.0 * reach_m) {
   std::size_t size = 1024;
@@ -76,7 +61,7 @@ SurfelIndex::SurfelIndex(std::vector<PlacedSurfel> surfels, double reach_m)
   mask_ = size - 1;
   bucket_start_.assign(size + 1, 0);
   for (const PlacedSurfel& s : surfels_)
-    for_each_near_voxel(s.mean, voxel_m_, [&](Voxel v) { ++bucket_start_[bucket(v.x, v.y, v.z) + 1]; });
+    for_each_near_voxel(s.mean, voxel_m_, [&](Voxel v) { ++bucket_start_[(hash_of(v) & mask_) + 1]; });
   for (std::size_t i = 1; i < bucket_start_.size(); ++i) bucket_start_[i] += bucket_start_[i - 1];
   for (std::vector<float>& coordinate : entries_) coordinate.assign(bucket_start_.back() + at_a_time, 0.0F);
   group_.resize(bucket_start_.back());
@@ -85,7 +70,7 @@ SurfelIndex::SurfelIndex(std::vector<PlacedSurfel> surfels, double reach_m)
   for (std::size_t i = 0; i < surfels_.size(); ++i) {
     const PlacedSurfel& s = surfels_[i];
     for_each_near_voxel(s.mean, voxel_m_, [&](Voxel v) {
-      const std::uint32_t at = fill[bucket(v.x, v.y, v.z)]++;
+      const std::uint32_t at = fill[hash_of(v) & mask_]++;
       for (Eigen::Index k = 0; k < 3; ++k) {
         entries_[static_cast<std::size_t>(k)][at] = static_cast<float>(s.normal[k]);
         entries_[static_cast<std::size_t>(k) + 3][at] = static_cast<float>(s.mean[k]);
@@ -101,7 +86,7 @@ template <class Take>
 void SurfelIndex::for_each_fit(const Vector3d& p, const Vector3d& normal, double min_cosine,
                                double max_plane_distance_m, const Take& take) const {
   const Voxel v = voxel_of(p, voxel_m_);
-  const std::size_t b = bucket(v.x, v.y, v.z);
+  const std::size_t b = hash_of(v) & mask_;
   Query query;
   for (std::size_t k = 0; k < 3; ++k) {
     query.facing[k] = static_cast<float>(normal[static_cast<Eigen::Index>(k)]);

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "core/geometry/se3.h"
 
 namespace rigcal {
+
+/// Two surfels are of one surface where they lie within this of each other's plane and face the same way, within 14
+/// degrees.
+inline constexpr double same_surface_m = 0.06;
+inline const double same_surface_cosine = std::cos(to_rad(14.0));
 
 /// A surfel placed in the frame of an index, with a group (for example its patch) that a query may leave out.
 struct PlacedSurfel {
@@ -36,7 +42,6 @@ class SurfelIndex {
   [[nodiscard]] std::size_t size() const { return surfels_.size(); }
 
  private:
-  [[nodiscard]] std::size_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const;
   template <class Take>
   void for_each_fit(const Vector3d& p, const Vector3d& normal, double min_cosine, double max_plane_distance_m,
                     const Take& take) const;
