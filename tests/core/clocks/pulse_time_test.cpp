@@ -47,5 +47,20 @@ TEST(PulseTime, IsRightAgainAfterWildStamps) {
   }
 }
 
+TEST(PulseTime, CountsThoughTheFirstStampsWereWild) {
+  for (const std::int64_t wild_ns : {INT64_MAX, INT64_MIN}) {
+    PulseTime pulse;
+    (void)pulse.add(0, wild_ns);
+    for (std::int64_t true_ns = 300'000'000; true_ns < 10 * kSecond; true_ns += 400'000'000)
+      EXPECT_EQ(pulse.add(true_ns % kSecond, 50 * kSecond + true_ns), true_ns) << wild_ns;
+  }
+  PulseTime pulse;
+  (void)pulse.add(0, INT64_MAX);
+  (void)pulse.add(0, INT64_MIN);
+  (void)pulse.add(0, INT64_MAX);
+  EXPECT_EQ(pulse.add(300'000'000, 50 * kSecond), 300'000'000);
+  EXPECT_EQ(pulse.add(300'000'000, 51 * kSecond), 1'300'000'000);
+}
+
 }  // namespace
 }  // namespace rigcal
