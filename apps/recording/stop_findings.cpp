@@ -129,12 +129,13 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
 }
 
 Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far) {
+  const std::string overflow = overflow_text(summary.points);
   if (too_far > 0) {
-    return input_error("all points while the rig stood still lie farther than " +
-                           fixed_text(CellOptions{}.max_range_m, 0) + " m, where none are used",
+    return input_error("all points in the range of their LiDAR while the rig stood still lie farther than " +
+                           fixed_text(CellOptions{}.max_range_m, 0) + " m, where none are used" +
+                           (overflow.empty() ? overflow : "; " + overflow),
                        source.path, "let the LiDARs see nearer surfaces, or check that what they see is in metres");
   }
-  const std::string overflow = overflow_text(summary.points);
   if (!overflow.empty())
     return input_error("no points while the rig stood still: " + overflow, source.path,
                        "give it fewer points a second: a part of the LiDARs at a time, or thinner clouds");

@@ -15,7 +15,6 @@ namespace rigcal {
 namespace {
 
 constexpr double wrong_scale = 0.02;
-constexpr double largest_square_m = 2.0;
 constexpr std::size_t least_for_hold_out = 8;  // boards, of which every fourth is held out
 
 Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }

@@ -142,7 +142,7 @@ class CornerCalibration {
     e.name = views_.names[lidar];
     e.base_name = rig_.base_sensor().name;
     e.has_points = has_points(lidar);
-    e.saw_too_far = lidar < recording_.too_far.size() && recording_.too_far[lidar] > 0;
+    e.saw_too_far = recording_.saw_too_far(lidar);
     e.base_has_points = has_points(static_cast<std::size_t>(views_.base));
     if (e.has_points && e.base_has_points && !how.known) {
       Verdict verdict;

@@ -38,6 +38,9 @@ struct LidarRecording {
   /// empty: it is found when it is needed, and the same.
   std::vector<PatchSurfels> surfels;
   std::vector<PatchOutlines> outlines;  ///< With `beam_widths`, for cameras.
+
+  /// Whether any point of a LiDAR was too far to be used.
+  [[nodiscard]] bool saw_too_far(std::size_t lidar) const { return lidar < too_far.size() && too_far[lidar] > 0; }
 };
 
 enum class LastStage { poses, extrinsics, joint };

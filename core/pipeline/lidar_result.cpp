@@ -17,12 +17,6 @@ bool has_points(const LidarRecording& recording, int lidar) {
                      [&](const PatchCells& p) { return p.lidar == lidar && !p.cells.empty(); });
 }
 
-// Of a LiDAR without points that could be used: whether it had some.
-bool saw_too_far(const LidarRecording& recording, int lidar) {
-  const auto i = static_cast<std::size_t>(lidar);
-  return i < recording.too_far.size() && recording.too_far[i] > 0;
-}
-
 // In which what it saw took part.
 std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolution& s) {
   std::set<int> stops;
@@ -72,7 +66,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.name = sensor.name;
   e.base_name = rig.base_sensor().name;
   e.has_points = has_points(recording, lidar);
-  e.saw_too_far = saw_too_far(recording, lidar);
+  e.saw_too_far = recording.saw_too_far(static_cast<std::size_t>(lidar));
   const std::size_t places = stops_of(lidar, recording, s);
   e.took_part = places > 0;
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
@@ -135,7 +129,7 @@ SensorResult judge_absent(const std::string& name, const std::string& base, cons
   nothing.name = name;
   nothing.base_name = base;
   nothing.has_points = has_points(recording, lidar);
-  nothing.saw_too_far = saw_too_far(recording, lidar);
+  nothing.saw_too_far = recording.saw_too_far(static_cast<std::size_t>(lidar));
   nothing.took_part = false;
   Verdict verdict = judge_lidar(nothing, require);
   return {name, verdict.status, std::move(verdict.reasons), {}, {}};

@@ -115,7 +115,7 @@ std::string why_no_place(const LidarEvidence& e) {
   const std::string match = "(best match " + number(100.0 * e.match_score, 0) + " %)";
   const std::string another_base = e.name == e.base_name ? ", or name another base" : "";
   if (!e.has_points && e.saw_too_far) {
-    return "all its points lie farther than " + number(CellOptions{}.max_range_m, 0) +
+    return "all its points in range lie farther than " + number(CellOptions{}.max_range_m, 0) +
            " m, where none are used; let it see nearer surfaces, or check that what it sees is in metres" +
            another_base;
   }

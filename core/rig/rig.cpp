@@ -18,7 +18,6 @@ namespace {
 
 /// Largest distance from the base that is believed.
 constexpr double max_translation_m = 1000.0;
-constexpr double largest_square_m = 2.0;
 constexpr double plate_tolerance = 1.02;  // plates are cut and measured roughly
 /// A quaternion typed with four digits is off by 1e-4; ten times that is a mistake.
 constexpr double quaternion_tolerance = 1e-3;

@@ -104,6 +104,9 @@ struct NetworkSettings {
   bool send_utc = false;  ///< Tell LiDARs that have a PPS the time of day.
 };
 
+/// A longer side of a square is no length in metres.
+inline constexpr double largest_square_m = 2.0;
+
 struct BoardSettings {
   std::string type = "checkerboard";  ///< Or "charuco".
   std::array<int, 2> inner_corners{};

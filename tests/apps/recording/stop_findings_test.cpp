@@ -8,6 +8,7 @@
 namespace rigcal {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -46,7 +47,9 @@ TEST(NoPointsError, SaysWhatBecameOfThem) {
   EXPECT_THAT(no_points_error(source, reading, 0).message(), HasSubstr("check that sampling was on"));
   dropped(reading, DropReason::overflow) = 9'000'000;
   EXPECT_THAT(no_points_error(source, reading, 0).message(), HasSubstr("9000000 points came too densely"));
-  EXPECT_THAT(no_points_error(source, reading, 5).message(), HasSubstr("farther than 60 m"));
+  EXPECT_THAT(no_points_error(source, reading, 5).message(),
+              AllOf(HasSubstr("all points in the range of their LiDAR"), HasSubstr("farther than 60 m"),
+                    HasSubstr("9000000 points came too densely")));
 }
 
 TEST(FarPoints, AreCountedWhereNoCellIsMadeOfThem) {

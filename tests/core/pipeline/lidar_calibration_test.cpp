@@ -95,7 +95,7 @@ TEST(CalibrateLidars, SaysOfALidarThatSawNothingNearThatItSawTooFar) {
   run.recording.too_far.back() = 5000;
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.sensors.back().status, Status::failed);
-  EXPECT_THAT(result.sensors.back().reasons, ElementsAre(HasSubstr("all its points lie farther than 60 m")));
+  EXPECT_THAT(result.sensors.back().reasons, ElementsAre(HasSubstr("all its points in range lie farther than 60 m")));
 }
 
 TEST(CalibrateLidars, TellsWhatItChanged) {

@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
                e.has_points = false;
                e.saw_too_far = true;
              },
-             Status::failed, "all its points lie farther than 60 m, where none are used"},
+             Status::failed, "all its points in range lie farther than 60 m, where none are used"},
         Flaw{"NotFoundWithoutAGuess", [](LidarEvidence& e) { e.has_guess = e.found = false; }, Status::failed,
              "initial_extrinsics"},
         Flaw{"NotFound", [](LidarEvidence& e) { e.found = false; }, Status::failed, "on those of avia"},
