@@ -80,7 +80,7 @@ std::string counted(std::uint64_t count, std::string_view noun) {
 
 std::string joined(const std::vector<std::string>& parts, std::string_view separator) {
   std::string text;
-  for (const std::string& part : parts) text.append(text.empty() ? "" : separator).append(part);
+  for (std::size_t i = 0; i < parts.size(); ++i) text.append(i == 0 ? "" : separator).append(parts[i]);
   return text;
 }
 

@@ -28,7 +28,6 @@ struct SquareCue {
   double contrast = 0.0;        ///< Difference of the two colours over their spread.
   bool first_is_dark = false;   ///< The squares with the colour of the first one (BoardModel::colour_at) are dark.
   double dark_farther_m = 0.0;  ///< By how much dark squares seem farther away than bright ones, along the rays.
-  double dark_farther_sigma_m = 0.0;
   /// The board's pose by the directions in which its squares are seen: as far away as these have their true size, with
   /// the tilt of the plate. No range tells in it but in the tilt.
   SE3 T_lidar_pattern;

@@ -126,9 +126,6 @@ void take_difference_out(const BoardModel& board, CloudBoard& found) {
   }
   const double cosine = std::abs(found.T_lidar_board.R.col(2).dot(found.T_lidar_board.t.normalized()));
   cue.dark_farther_m = (across.mean(0) - across.mean(1)) / std::max(0.1, cosine);
-  cue.dark_farther_sigma_m =
-      std::sqrt(across.variance(0) / std::max(1.0, across.n[0]) + across.variance(1) / std::max(1.0, across.n[1])) /
-      std::max(0.1, cosine);
   double across_m = 0.0;
   for (Vector3d& p : found.points) {
     const Vector2d at = met_by_ray(back, back * p);

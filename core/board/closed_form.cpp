@@ -1,7 +1,6 @@
 #include "core/board/closed_form.h"
 
 #include <Eigen/Dense>
-#include <cmath>
 
 #include "core/geometry/symmetric_eigen.h"
 
@@ -15,6 +14,27 @@ Vector3d normal_spread(std::span<const BoardPair> pairs) {
   Matrix3d sum = Matrix3d::Zero();
   for (const BoardPair& pair : pairs) sum += pair.a.normal * pair.a.normal.transpose();
   return symmetric_eigen(sum / static_cast<double>(pairs.size())).values;
+}
+
+// Rigid motion of all 4N corners of b onto those of a (Kabsch). Of one board at least.
+SE3 motion_by_corners(std::span<const BoardPair> pairs) {
+  const double count = 4.0 * static_cast<double>(pairs.size());
+  Vector3d mean_a = Vector3d::Zero();
+  Vector3d mean_b = Vector3d::Zero();
+  for (const BoardPair& pair : pairs) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      mean_a += pair.a.corners[k] / count;
+      mean_b += pair.b.corners[k] / count;
+    }
+  }
+  Matrix3d sum = Matrix3d::Zero();
+  for (const BoardPair& pair : pairs) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      sum += (pair.a.corners[k] - mean_a) * (pair.b.corners[k] - mean_b).transpose();
+    }
+  }
+  const Matrix3d R = kabsch(sum);
+  return {R, mean_a - R * mean_b};
 }
 
 }  // namespace
@@ -47,26 +67,6 @@ std::optional<Vector3d> translation_by_planes(std::span<const BoardPair> pairs, 
   return Vector3d(A.ldlt().solve(y));
 }
 
-SE3 motion_by_corners(std::span<const BoardPair> pairs) {
-  const double count = 4.0 * static_cast<double>(pairs.size());
-  Vector3d mean_a = Vector3d::Zero();
-  Vector3d mean_b = Vector3d::Zero();
-  for (const BoardPair& pair : pairs) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      mean_a += pair.a.corners[k] / count;
-      mean_b += pair.b.corners[k] / count;
-    }
-  }
-  Matrix3d sum = Matrix3d::Zero();
-  for (const BoardPair& pair : pairs) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      sum += (pair.a.corners[k] - mean_a) * (pair.b.corners[k] - mean_b).transpose();
-    }
-  }
-  const Matrix3d R = nearest_rotation(sum);
-  return {R, mean_a - R * mean_b};
-}
-
 std::optional<ClosedForm> closed_form(std::span<const BoardPair> pairs) {
   if (pairs.empty()) return std::nullopt;
   ClosedForm out;
@@ -74,11 +74,6 @@ std::optional<ClosedForm> closed_form(std::span<const BoardPair> pairs) {
     if (const auto t = translation_by_planes(pairs, *R)) out.by_planes = SE3{*R, *t};
   }
   out.T_a_b = motion_by_corners(pairs);
-  double squares = 0.0;
-  for (const BoardPair& pair : pairs) {
-    for (std::size_t k = 0; k < 4; ++k) squares += (pair.a.corners[k] - out.T_a_b * pair.b.corners[k]).squaredNorm();
-  }
-  out.corner_rms_m = std::sqrt(squares / (4.0 * static_cast<double>(pairs.size())));
   return out;
 }
 

@@ -28,14 +28,11 @@ struct BoardPair {
 /// The translation that brings b's corners onto a's planes, least squares. Nothing where the normals leave a direction
 /// free: fewer than three, or nearly in one plane.
 [[nodiscard]] std::optional<Vector3d> translation_by_planes(std::span<const BoardPair> pairs, const Matrix3d& R_a_b);
-/// Rigid motion of all 4N corners of b onto those of a (Kabsch). Of one board at least.
-[[nodiscard]] SE3 motion_by_corners(std::span<const BoardPair> pairs);
 
 /// The paper's three steps (ITSC 2022) in one call, and what each gave.
 struct ClosedForm {
   SE3 T_a_b;                     ///< After the corners' refinement.
   std::optional<SE3> by_planes;  ///< Before it: rotation from normals, translation from planes.
-  double corner_rms_m = 0.0;
 };
 /// With fewer than three boards that face different ways the planes cannot do it, and the corners alone give the
 /// motion. Nothing without a board.

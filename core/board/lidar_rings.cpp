@@ -188,7 +188,7 @@ std::vector<RingSegment> ring_segments(const std::vector<LidarRing>& rings, cons
       if (middle.norm() > options.max_range_m || length > options.max_length_m || length < min_length_m) continue;
       const SymmetricEigen eigen = symmetric_eigen(cluster.covariance());
       if (eigen.values[2] < eigenvalue_ratio * eigen.values.sum()) continue;
-      out.push_back({static_cast<int>(r), from, to, middle, length});
+      out.push_back({static_cast<int>(r), from, to, middle});
     }
   }
   return out;

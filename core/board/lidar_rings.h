@@ -32,7 +32,6 @@ struct RingSegment {
   std::size_t begin = 0;
   std::size_t end = 0;
   Vector3d middle = Vector3d::Zero();
-  double length_m = 0.0;
 };
 
 struct SegmentOptions {

@@ -42,18 +42,14 @@ Vector2d longer_first(Vector2d size) {
   return size;
 }
 
-}  // namespace
+// The template of the board (every place of the plate) as it lies on points in the plane's two axes.
+struct TemplateMatch {
+  double angle_rad = 0.0;
+  Vector2d center = Vector2d::Zero();
+  double error_m = 0.0;  // mean distance of a point from it
+};
 
-SE3 plane_frame(const FittedPlane& plane, const Vector3d& origin) {
-  const Vector3d away = -plane.normal;
-  const Vector3d helper = std::abs(away.z()) < 0.9 ? Vector3d::UnitZ() : Vector3d::UnitX();
-  const Vector3d x = helper.cross(away).normalized();
-  SE3 frame;
-  frame.R << x, away.cross(x), away;
-  frame.t = origin - plane.distance(origin) * plane.normal;
-  return frame;
-}
-
+// By ICP from twelve turns: the one with the least error.
 TemplateMatch match_template(const std::vector<Vector2d>& points, const Vector2d& size) {
   TemplateMatch best;
   best.error_m = 1e9;
@@ -93,6 +89,18 @@ TemplateMatch match_template(const std::vector<Vector2d>& points, const Vector2d
     if (match.error_m < best.error_m) best = match;
   }
   return best;
+}
+
+}  // namespace
+
+SE3 plane_frame(const FittedPlane& plane, const Vector3d& origin) {
+  const Vector3d away = -plane.normal;
+  const Vector3d helper = std::abs(away.z()) < 0.9 ? Vector3d::UnitZ() : Vector3d::UnitX();
+  const Vector3d x = helper.cross(away).normalized();
+  SE3 frame;
+  frame.R << x, away.cross(x), away;
+  frame.t = origin - plane.distance(origin) * plane.normal;
+  return frame;
 }
 
 PlateFit fit_plate(const PlateCandidate& candidate, const BoardModel& board) {

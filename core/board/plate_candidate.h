@@ -22,15 +22,6 @@ struct PlateCandidate {
 /// Axes in a plane, so that a board with them looks away from the sensor: columns x, y and z = away.
 [[nodiscard]] SE3 plane_frame(const FittedPlane& plane, const Vector3d& origin);
 
-/// Lays the template of the board (every place of the plate) on points in the plane by ICP from twelve turns: the least
-/// mean distance of a point from the template. Points are in the plane's two axes.
-struct TemplateMatch {
-  double angle_rad = 0.0;
-  Eigen::Vector2d center = Eigen::Vector2d::Zero();
-  double error_m = 0.0;
-};
-[[nodiscard]] TemplateMatch match_template(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& size);
-
 /// The plate in a candidate, or in words why it is none. The checks: the template's match error, the rectangle's fit,
 /// and how much of the plate is covered.
 struct PlateFit {

@@ -104,7 +104,7 @@ void LvxReader::read_device(ByteView info) {
   ByteReader reader(info);
   LvxDevice& device = devices_.emplace_back();
   device.broadcast_code = printable(reader.take(code_bytes));
-  device.hub_code = printable(reader.take(code_bytes));
+  static_cast<void>(reader.take(code_bytes));  // of the Hub that it is behind
   device.index = reader.read<std::uint8_t>();
   device.type = reader.read<std::uint8_t>();
   device.has_extrinsics = minor_ == 0 || reader.read<std::uint8_t>() != 0;

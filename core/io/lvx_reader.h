@@ -13,7 +13,6 @@ namespace rigcal {
 /// What an .lvx file says of one device.
 struct LvxDevice {
   std::string broadcast_code;   ///< Up to 16 printable characters; others are shown as '?'.
-  std::string hub_code;         ///< Empty without a Hub.
   std::uint8_t index = 0;       ///< As the packages name it.
   std::uint8_t type = 0;        ///< Livox device type.
   bool has_extrinsics = false;  ///< The recording program was told to use the six numbers below (1.0: always).

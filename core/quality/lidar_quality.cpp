@@ -235,8 +235,7 @@ void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& hel
   full.data_only += wider;
 }
 
-}  // namespace
-
+// Mean square of the observations' offsets from their planes over their expected variance; `parameters` were fitted.
 double mean_square_offset(const std::vector<PlaneFeature>& features, const RigState& state, int parameters) {
   double squares = 0.0;
   double degrees = -static_cast<double>(parameters);
@@ -249,6 +248,8 @@ double mean_square_offset(const std::vector<PlaneFeature>& features, const RigSt
   }
   return degrees > 0.0 ? squares / degrees : 0.0;
 }
+
+}  // namespace
 
 LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base) {
   LidarCovariances out;

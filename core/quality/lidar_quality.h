@@ -28,10 +28,6 @@ struct SolvedPlanes {
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.
 constexpr double usual_range_offset_m = 0.015;
 
-/// Mean square of the observations' offsets from their planes over their expected variance; `parameters` were fitted.
-[[nodiscard]] double mean_square_offset(const std::vector<PlaneFeature>& features, const RigState& state,
-                                        int parameters);
-
 /// How sure the planes are of each LiDAR: marginal covariances of the extrinsics, stops marginalised.
 struct LidarCovariances {
   /// Of each LiDAR: planes, matches and priors hold it, and the one it is told against, in all directions. Empty: not

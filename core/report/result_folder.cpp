@@ -35,6 +35,11 @@ bool is_extrinsics_file(const fs::path& path) {
   return std::getline(in, first) && first.rfind("rigcal:", 0) == 0;
 }
 
+std::string overlay_file(const CalibrationResult& result, const Overlay& overlay) {
+  const int stop = result.trajectory[static_cast<std::size_t>(overlay.stop)].stop.index;
+  return overlay.sensor + "_" + std::to_string(stop) + (overlay.kind == OverlayKind::map ? "_map.jpg" : ".jpg");
+}
+
 Expected<void> write_text(const fs::path& path, std::string_view text) {
   Expected<OutputFile> file = OutputFile::create(path.string());
   if (!file) return file.error();
@@ -78,11 +83,6 @@ Expected<void> write_overlays(const CalibrationResult& result, const fs::path& f
 }
 
 }  // namespace
-
-std::string overlay_file(const CalibrationResult& result, const Overlay& overlay) {
-  const int stop = result.trajectory[static_cast<std::size_t>(overlay.stop)].stop.index;
-  return overlay.sensor + "_" + std::to_string(stop) + (overlay.kind == OverlayKind::map ? "_map.jpg" : ".jpg");
-}
 
 Expected<void> check_result_target(const std::string& path) {
   std::error_code error;

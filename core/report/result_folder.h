@@ -13,13 +13,10 @@ namespace rigcal {
 /// write_result_folder asks again.
 [[nodiscard]] Expected<void> check_result_target(const std::string& path);
 
-/// Name of an overlay's file in the folder `overlays` of a result: <camera>_<stop>.jpg, of a map
-/// <camera>_<stop>_map.jpg.
-[[nodiscard]] std::string overlay_file(const CalibrationResult& result, const Overlay& overlay);
-
-/// Writes extrinsics.yaml, trajectory.tum, report.json, report.html, map.ply and the overlays; `rig` (or null) tells
-/// the page what kind of sensors they are. The folder appears, or takes the place of an older result, as a whole and
-/// only when all of it is on the disk; after an Error nothing has changed.
+/// Writes extrinsics.yaml, trajectory.tum, report.json, report.html, map.ply and, in the folder `overlays`,
+/// <camera>_<stop>.jpg and of a map <camera>_<stop>_map.jpg; `rig` (or null) tells the page what kind of sensors they
+/// are. The folder appears, or takes the place of an older result, as a whole and only when all of it is on the disk;
+/// after an Error nothing has changed.
 [[nodiscard]] Expected<void> write_result_folder(const CalibrationResult& result, const std::string& path,
                                                  const Rig* rig = nullptr);
 

@@ -34,7 +34,6 @@ const std::vector<MotionBin>& MotionBinner::add(const ImuSample& sample) {
   const auto place = std::lower_bound(waiting_.begin(), waiting_.end(), sample.stamp_ns,
                                       [](const ImuSample& s, std::int64_t stamp) { return s.stamp_ns < stamp; });
   if (sample.stamp_ns == last_ns_ || (place != waiting_.end() && place->stamp_ns == sample.stamp_ns)) {
-    ++doubles_;
     return ready_;
   }
   waiting_.insert(place, sample);

@@ -40,7 +40,6 @@ class MotionBinner {
   [[nodiscard]] const std::vector<MotionBin>& flush();
 
   [[nodiscard]] std::uint64_t used() const { return used_; }
-  [[nodiscard]] std::uint64_t doubles() const { return doubles_; }    ///< Samples that came twice.
   [[nodiscard]] std::uint64_t unusable() const { return unusable_; }  ///< Too late, impossible values or time.
 
  private:
@@ -54,7 +53,6 @@ class MotionBinner {
   ImuSample last_;
   std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t used_ = 0;
-  std::uint64_t doubles_ = 0;
   std::uint64_t unusable_ = 0;
 };
 

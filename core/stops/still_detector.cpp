@@ -149,7 +149,6 @@ std::optional<RestNow> StillDetector::rest() const {
 StillFigures StillDetector::figures() const {
   StillFigures figures;
   figures.imu_samples = binner_.used();
-  figures.imu_doubles = binner_.doubles();
   figures.imu_unusable = binner_.unusable();
   figures.imu_of_others = imu_of_others_;
   figures.stops = stops_;

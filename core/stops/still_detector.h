@@ -10,7 +10,6 @@ namespace rigcal {
 /// Figures for messages and `inspect`.
 struct StillFigures {
   std::uint64_t imu_samples = 0;    ///< Used.
-  std::uint64_t imu_doubles = 0;    ///< Came twice.
   std::uint64_t imu_unusable = 0;   ///< Too late, or nothing that a unit can read.
   std::uint64_t imu_of_others = 0;  ///< Of other sensors' units.
   int stops = 0;

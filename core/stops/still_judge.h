@@ -39,7 +39,6 @@ class StillJudge {
   [[nodiscard]] const Vector3d& bias() const { return bias_; }
   /// Variance of a gyro sample for each axis as it shows in means over 25 ms and more, (rad/s)^2.
   [[nodiscard]] const Vector3d& noise_variance() const { return noise_; }
-  [[nodiscard]] bool knows_bias() const { return knows_bias_; }
   /// The lowest noise of half a second so far, 1 sigma of a sample, mean over the axes, rad/s; also without a stop.
   [[nodiscard]] double lowest_noise_rad_s() const;
   [[nodiscard]] int bias_changes() const { return bias_changes_; }

@@ -22,7 +22,7 @@ class LvxBuilder {
     out_.write(static_cast<std::uint8_t>(devices.size()));
     for (const LvxDevice& device : devices) {
       out_.write_text(device.broadcast_code, 16);
-      out_.write_text(device.hub_code, 16);
+      out_.write_text("HUB", 16);
       out_.write(device.index);
       out_.write(device.type);
       if (minor == 1) out_.write(static_cast<std::uint8_t>(device.has_extrinsics ? 1 : 0));

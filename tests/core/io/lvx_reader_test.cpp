@@ -124,7 +124,6 @@ TEST(LvxReader, TurnsWhatIsNoNumberIntoASlotWithoutReturn) {
 
 TEST(LvxReader, TellsTheDevices) {
   LvxDevice one = device("3JEDHC900100791", 4);
-  one.hub_code = "HUB";
   one.has_extrinsics = true;
   one.roll_pitch_yaw_deg = {1.5F, -2.0F, 90.0F};
   one.translation_m = {0.1F, 0.2F, -0.3F};
@@ -136,7 +135,6 @@ TEST(LvxReader, TellsTheDevices) {
   ASSERT_EQ(reader->devices().size(), 2U);
   const LvxDevice& read = reader->devices()[0];
   EXPECT_EQ(read.broadcast_code, "3JEDHC900100791");
-  EXPECT_EQ(read.hub_code, "HUB");
   EXPECT_EQ(read.index, 4);
   EXPECT_EQ(read.type, 7);
   EXPECT_TRUE(read.has_extrinsics);

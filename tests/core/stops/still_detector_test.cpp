@@ -274,7 +274,6 @@ TEST(StillDetector, BearsLostDoubledAndSwappedSamples) {
     StillFigures figures;
     const std::vector<StillStop> stops = find(samples, &figures);
     expect_rests_found(motion, stops, 0.8, 2.0);  // a noise of 0.1 deg/s, see above
-    EXPECT_GT(figures.imu_doubles, 10U);
     for (std::size_t i = 1; i < stops.size(); ++i) {
       EXPECT_NEAR(to_deg(log_so3(stops[i].R_previous_this).norm()), 18.0, 0.05);
     }
