@@ -62,12 +62,12 @@ void warn_of_device(const Rig& rig, const DeviceIngest& device, std::vector<std:
 }
 
 std::string seen_devices(const Rig& rig, const IngestSummary& summary) {
-  constexpr std::size_t kNamed = 12;
+  constexpr std::size_t most_named = 12;
   std::string text;
   std::size_t named = 0;
   for (const DeviceIngest& device : summary.devices) {
     if (device.packets == 0) continue;
-    if (++named > kNamed) return text + ", ...";
+    if (++named > most_named) return text + ", ...";
     text += (text.empty() ? "" : ", ") + name_of(rig, device);
   }
   return text.empty() ? "none" : text;

@@ -33,7 +33,7 @@ SE3 motion_by_corners(std::span<const BoardPair> pairs) {
       sum += (pair.a.corners[k] - mean_a) * (pair.b.corners[k] - mean_b).transpose();
     }
   }
-  const Matrix3d R = kabsch(sum);
+  const Matrix3d R = nearest_rotation(sum);
   return {R, mean_a - R * mean_b};
 }
 
