@@ -53,8 +53,7 @@ set_target_properties(rigcal_rules PROPERTIES POSITION_INDEPENDENT_CODE ON)
 # says itself what it needs all the same; RIGCAL_PRECOMPILE=OFF shows where one does not.
 function(rigcal_precompile target)
   if(RIGCAL_PRECOMPILE)
-    # So that ccache sees which precompiled headers were used.
-    target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>")
+    rigcal_allow_precompiled(${target})
     target_precompile_headers(${target} PRIVATE ${ARGN})
   endif()
 endfunction()
@@ -63,9 +62,15 @@ function(rigcal_use_precompiled target headers)
   # GLib's flags define what those of the precompiled headers do not.
   get_target_property(dependencies ${target} LINK_LIBRARIES)
   if(RIGCAL_PRECOMPILE AND NOT "Aravis::Aravis" IN_LIST dependencies)
-    target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>")
+    rigcal_allow_precompiled(${target})
     target_precompile_headers(${target} REUSE_FROM ${headers})
   endif()
+endfunction()
+
+# With precompiled headers GCC 12 warns of what is not so; and ccache has to see which of them were used.
+function(rigcal_allow_precompiled target)
+  target_compile_options(${target} PRIVATE
+    "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow>")
 endfunction()
 
 add_library(rigcal_headers OBJECT cmake/precompiled_headers.cpp)
@@ -94,11 +99,6 @@ endfunction()
 # What is tested is optimised as it is shipped; the tests themselves are half of the build.
 function(rigcal_set_test_options target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  # With precompiled headers GCC 12 warns in tests of what is not so.
-  if(RIGCAL_PRECOMPILE)
-    target_compile_options(${target} PRIVATE
-      "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
-  endif()
 endfunction()
 
 # rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])

@@ -36,6 +36,7 @@ class ShapeIndex {
 
  private:
   std::vector<LocalShape> shapes_;  // one bucket after the other
+  std::vector<Vector3d> means_;     // theirs once more: most of them are only looked at for where they are
   double reach_m_;
   std::size_t mask_ = 0;
   std::vector<std::uint32_t> bucket_start_;
