@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "tests/layering/rooms.h"
+#include "tests/support/files.h"
 
 namespace rigcal::layering {
 namespace {
@@ -24,11 +23,8 @@ TEST(Layering, HoldsInEveryFileOfTheTree) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
       const std::string ending = entry.path().extension();
       if (ending != ".h" && ending != ".cpp") continue;
-      std::ifstream in(entry.path());
-      std::ostringstream text;
-      text << in.rdbuf();
       const std::string path = std::filesystem::relative(entry.path(), root).generic_string();
-      EXPECT_THAT(check_file(rooms(), path, text.str()), IsEmpty());
+      EXPECT_THAT(check_file(rooms(), path, text_of(entry.path())), IsEmpty());
       ++files;
     }
   }

@@ -2,7 +2,6 @@
 // for.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cctype>
 #include <filesystem>
@@ -16,6 +15,7 @@
 #include "drivers/livox/device/driver.h"
 #include "drivers/net/privileges.h"
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -73,14 +73,12 @@ TEST(DeviceRules, AreRulesOfUdev) {
 }
 
 TEST(DeviceRules, AreTakenByUdevItself) {
-  const fs::path scratch = fs::path(testing::TempDir()) / ("rigcal_udev_" + std::to_string(getpid()));
-  fs::create_directories(scratch);
+  const fs::path scratch = scratch_folder("udev");
   const ProgramRun can = run_program("udevadm verify --help", scratch);
   if (can.code != 0) GTEST_SKIP() << "SKIP: no udevadm that can verify (it can from systemd 254)";
   const ProgramRun run =
       run_program("udevadm verify --resolve-names=never '" + (folder / "70-rigcal.rules").string() + "'", scratch);
   EXPECT_EQ(run.code, 0) << run.out << run.err;
-  fs::remove_all(scratch);
 }
 
 TEST(DeviceRules, GiveWhatTheProgramAsksFor) {
@@ -105,8 +103,7 @@ TEST(DeviceRules, LetTheServiceFindTheProgramWhereverItIsInstalled) {
 }
 
 TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
-  const fs::path scratch = fs::path(testing::TempDir()) / ("rigcal_rules_" + std::to_string(getpid()));
-  fs::create_directories(scratch);
+  const fs::path scratch = scratch_folder("rules");
   const ProgramRun run =
       run_program("sh '" + (folder / "install").string() + "' --root '" + (scratch / "root").string() + "'", scratch);
   EXPECT_EQ(run.code, 0) << run.err;
@@ -119,7 +116,6 @@ TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
       {"rigcal-capture@.service", "etc/systemd/system/rigcal-capture@.service"}};
   for (const auto& [file, place] : places)
     EXPECT_EQ(lines_of(folder / file), lines_of(scratch / "root" / place)) << place;
-  fs::remove_all(scratch);
 }
 
 }  // namespace

@@ -48,7 +48,6 @@ class DocumentedCommands : public testing::Test {
     scratch = scratch_folder("documented");
     fs::create_directories(scratch / "here");
   }
-  void TearDown() override { fs::remove_all(scratch); }
   [[nodiscard]] ProgramRun run(const std::string& arguments) const {
     return run_program("cd '" + (scratch / "here").string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
   }

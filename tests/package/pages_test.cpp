@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/files.h"
 #include "tests/support/run_program.h"
 #include "tests/support/scratch_folder.h"
 
@@ -22,12 +23,9 @@ using testing::Not;
 
 class Pages : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("pages"); }
-  void TearDown() override { fs::remove_all(scratch); }
-
   [[nodiscard]] ProgramRun run(const std::string& command) const { return run_program(command, scratch); }
   [[nodiscard]] std::string help(const std::string& command) const {
-    const ProgramRun said = run(std::string("'") + RIGCAL_PROGRAM + "' " + command + " --help");
+    const ProgramRun said = run_rigcal(command + " --help", scratch);
     EXPECT_EQ(said.code, 0);
     return said.out;
   }
@@ -55,10 +53,7 @@ class Pages : public testing::Test {
   }
   /// A page with its hyphens as plain text.
   [[nodiscard]] static std::string page(const std::string& name) {
-    std::ifstream file(fs::path(RIGCAL_PAGES) / "man/man1" / (name + ".1"));
-    std::ostringstream text;
-    text << file.rdbuf();
-    return std::regex_replace(text.str(), std::regex("\\\\-"), "-");
+    return std::regex_replace(text_of(fs::path(RIGCAL_PAGES) / "man/man1" / (name + ".1")), std::regex("\\\\-"), "-");
   }
   /// What bash offers for the last word.
   [[nodiscard]] std::set<std::string> offered(const std::string& words, int count) const {
@@ -74,7 +69,7 @@ class Pages : public testing::Test {
     return all;
   }
 
-  fs::path scratch;
+  fs::path scratch = scratch_folder("pages");
 };
 
 TEST_F(Pages, HaveEveryCommandAndEveryOptionOfTheHelp) {
@@ -115,8 +110,7 @@ TEST_F(Pages, CompleteCommandsOptionsWordsAndFiles) {
 
 TEST_F(Pages, AreKnownToZsh) {
   const std::string path = std::string(RIGCAL_PAGES) + "/zsh/site-functions/_rigcal";
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = text_of(path);
   EXPECT_EQ(text.rfind("#compdef rigcal\n", 0), 0U);
   for (const std::string& name : commands()) {
     const std::size_t begin = text.find("\n      " + name + ") _arguments");
@@ -133,11 +127,8 @@ TEST_F(Pages, AreKnownToZsh) {
 }
 
 TEST_F(Pages, AreKnownToFish) {
-  std::ifstream file(fs::path(RIGCAL_PAGES) / "fish/vendor_completions.d/rigcal.fish");
-  std::ostringstream text;
-  text << file.rdbuf();
-  EXPECT_NE(text.str().find("complete -c rigcal -n '__fish_seen_subcommand_from calibrate' -l rig -r"),
-            std::string::npos);
+  EXPECT_THAT(text_of(fs::path(RIGCAL_PAGES) / "fish/vendor_completions.d/rigcal.fish"),
+              testing::HasSubstr("complete -c rigcal -n '__fish_seen_subcommand_from calibrate' -l rig -r"));
   if (run("command -v fish").code != 0) GTEST_SKIP() << "fish is not installed";
   EXPECT_EQ(run(std::string("fish --no-execute '") + RIGCAL_PAGES + "/fish/vendor_completions.d/rigcal.fish'").code, 0);
 }

@@ -1,14 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "tests/support/page_harness.h"
-#include "tests/support/run_program.h"
+#include "tests/support/json.h"
 
 namespace rigcal {
 
@@ -18,45 +15,14 @@ class HeadlessBrowser {
   static constexpr const char* missing = "there is no Chromium: apt-get install chromium";
 
   /// `scratch` is a folder of its own for what it leaves behind.
-  [[nodiscard]] static std::optional<HeadlessBrowser> find(const std::filesystem::path& scratch) {
-    for (const char* name : {"chromium", "chromium-headless-shell", "google-chrome"}) {
-      if (run_program(std::string("command -v ") + name, scratch).code == 0) return HeadlessBrowser(name, scratch);
-    }
-    return std::nullopt;
-  }
+  [[nodiscard]] static std::optional<HeadlessBrowser> find(const std::filesystem::path& scratch);
 
   /// What a page looks like to the harness on a screen of this size. Browsers have no windows as narrow as phones: the
   /// page stands in a frame of that size. Without `views` nothing is drawn in 3-D, which is quicker.
-  [[nodiscard]] nlohmann::json seen(const std::string& page, int width, int height, bool views = true) const {
-    std::ofstream(scratch_ / "page.html") << with_harness(page);
-    std::ofstream(scratch_ / "frame.html") << frame_of("page.html", width, height);
-    const std::string graphics = views ? "--use-angle=swiftshader --enable-unsafe-swiftshader" : "--disable-3d-apis";
-    const ProgramRun run =
-        run_program(name_ + " --headless --no-sandbox --hide-scrollbars --dump-dom --virtual-time-budget=1000 " +
-                        graphics + " --window-size=" + std::to_string(width + 200) + "," +
-                        std::to_string(height + 400) + " --user-data-dir='" + (scratch_ / "profile").string() +
-                        "' 'file://" + (scratch_ / "frame.html").string() + "'",
-                    scratch_);
-    const std::string mark = "<pre id=\"harness\">";
-    const std::size_t begin = run.out.find(mark);
-    if (begin == std::string::npos) return {{"problems", {"no harness: " + run.err}}};
-    std::string text = run.out.substr(begin + mark.size(), run.out.find("</pre>", begin) - begin - mark.size());
-    for (const auto& [entity, plain] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}}) {
-      for (std::size_t at = text.find(entity); at != std::string::npos; at = text.find(entity, at + 1)) {
-        text.replace(at, std::string(entity).size(), plain);
-      }
-    }
-    return nlohmann::json::parse(text, nullptr, false);
-  }
+  [[nodiscard]] nlohmann::json seen(const std::string& page, int width, int height, bool views = true) const;
 
   /// The page at an address as it stands after `ms` of the browser's time, as HTML.
-  [[nodiscard]] std::string dom_of(const std::string& url, int ms, const std::string& more = {}) const {
-    return run_program(name_ + " --headless --no-sandbox --disable-3d-apis --dump-dom --virtual-time-budget=" +
-                           std::to_string(ms) + " " + more + " --user-data-dir='" + (scratch_ / "profile").string() +
-                           "' '" + url + "'",
-                       scratch_)
-        .out;
-  }
+  [[nodiscard]] std::string dom_of(const std::string& url, int ms, const std::string& more = {}) const;
 
  private:
   HeadlessBrowser(std::string name, std::filesystem::path scratch)

@@ -2,12 +2,12 @@
 
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "core/base/bytes.h"
 #include "core/io/lvx_reader.h"
+#include "tests/support/files.h"
 
 namespace rigcal {
 
@@ -61,10 +61,7 @@ class LvxBuilder {
   }
 
   [[nodiscard]] const std::vector<std::uint8_t>& bytes() const { return bytes_; }
-  void save(const std::string& path) const {
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes_.data()), static_cast<std::streamsize>(bytes_.size()));
-  }
+  void save(const std::string& path) const { save_bytes(path, bytes_); }
 
  private:
   int minor_;

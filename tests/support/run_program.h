@@ -1,12 +1,6 @@
 #pragma once
 
-#include <sys/wait.h>
-
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 
 namespace rigcal {
@@ -19,18 +13,9 @@ struct ProgramRun {
 };
 
 /// Runs a shell command line; `scratch` is a folder for what it says.
-inline ProgramRun run_program(const std::string& command, const std::filesystem::path& scratch) {
-  const std::filesystem::path out = scratch / "stdout.txt";
-  const std::filesystem::path err = scratch / "stderr.txt";
-  const std::string line = "(" + command + ") >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
-  const int status = std::system(line.c_str());
-  const auto read = [](const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-  };
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
-}
+ProgramRun run_program(const std::string& command, const std::filesystem::path& scratch);
+
+/// Runs rigcal with these arguments in this folder, which is for what it says, too.
+ProgramRun run_rigcal(const std::string& arguments, const std::filesystem::path& folder);
 
 }  // namespace rigcal

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "core/rig/yaml_tree.h"
+#include "tests/support/json.h"
 
 namespace rigcal {
 
@@ -15,7 +14,7 @@ inline nlohmann::json json_of(const YamlNode& node) {
     case YamlNode::Kind::null:
       return out;
     case YamlNode::Kind::scalar: {
-      const Json read = node.quoted ? Json() : Json::parse(node.text, nullptr, false);
+      const Json read = node.quoted ? Json() : try_json(node.text);
       return read.is_number() || read.is_boolean() ? read : Json(node.text);
     }
     case YamlNode::Kind::sequence:

@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "apps/batch/session_names.h"
 #include "apps/batch/session_record.h"
 #include "core/base/version.h"
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
 
@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 std::vector<std::string> names_of(const std::vector<std::string>& inputs) {
   const auto sessions = name_sessions(inputs);
@@ -52,15 +51,13 @@ TEST(SessionNames, RefuseWhatCannotBeToldApart) {
 
 class BatchFiles : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("batch_parts"); }
-  void TearDown() override { fs::remove_all(scratch); }
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((scratch / name).parent_path());
     std::ofstream(scratch / name) << text;
   }
   [[nodiscard]] std::string path(const std::string& name) const { return (scratch / name).string(); }
 
-  fs::path scratch;
+  fs::path scratch = scratch_folder("batch_parts");
 };
 
 TEST_F(BatchFiles, ListsHaveAPathALine) {
@@ -412,8 +409,8 @@ TEST(BatchTable, QuotesWhatACsvMustQuote) {
   row.error = "line 3: bad, \"very\"";
   EXPECT_THAT(batch_csv(outcome),
               HasSubstr("\r\n\"a,b\",\"in\"\"put\",,failed,,,,,,,,,,\"line 3: bad, \"\"very\"\"\","));
-  const auto json = nlohmann::json::parse(batch_json(outcome, "out"));
-  EXPECT_THAT(SchemaCheck("batch.json").violations(json), IsEmpty());
+  const auto json = parse_json(batch_json(outcome, "out"));
+  EXPECT_TRUE(fits_schema("batch.json", json));
   EXPECT_EQ(json["failed"], 1);
 }
 
@@ -425,7 +422,7 @@ TEST(BatchTable, HasQuaternionsOfTheSignThatResultsHave) {
   sensor.status = "good";
   sensor.placed = true;
   sensor.T_base_sensor.R = exp_so3({0.2, 0.0, 3.2});  // past half a turn
-  const auto json = nlohmann::json::parse(batch_json(outcome, "out"));
+  const auto json = parse_json(batch_json(outcome, "out"));
   const auto found = json["sessions"][0]["sensors"][0]["rotation_xyzw"];
   const Eigen::Vector4d wanted = xyzw_from_rotation(sensor.T_base_sensor.R);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(found[i].get<double>(), wanted[i]);

@@ -5,14 +5,13 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <thread>
 
 #include "apps/calibration/calibration_run.h"
 #include "apps/calibration/live_result.h"
 #include "apps/capture/live_stops.h"
 #include "tests/apps/calibration/growing_session.h"
+#include "tests/support/files.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
 
@@ -21,20 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 class LiveCalibrationTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder = scratch_folder("live_calibration");
     simulate_courtyard(small_rig(), hurried_run(6, 0.9), folder / "given");
   }
-  static void TearDownTestSuite() { fs::remove_all(folder); }
 
   static inline fs::path folder;
   SilentReporter silent;

@@ -66,7 +66,6 @@ class CameraRecorderLive : public testing::Test {
     device.device.height = 240;
     serve();
   }
-  void TearDown() override { fs::remove_all(session); }
   void serve() {
     server.reset();
     auto started = sim::CameraServer::start({device});
@@ -288,7 +287,6 @@ TEST(CameraRecorderStamps, AreOfTheMiddleOfTheExposureWhateverTheHostStamps) {
     ASSERT_EQ(listed->size(), 1U);
     const std::int64_t half_ns = moment == HostStamp::exposure_start ? 20'000'000 : -20'000'000;
     EXPECT_EQ((*listed)[0].stamp_ns, net::SessionClock(start).from_monotonic(start.monotonic_ns + 1'000'000) + half_ns);
-    fs::remove_all(session);
   }
 }
 
@@ -312,7 +310,6 @@ TEST(CameraRecorderEvents, TellWhyALostCameraIsNotTakenAgain) {
   EXPECT_TRUE(events.back().is_gap);
   EXPECT_EQ((*recorder)->status().state, "lost");
   (*recorder)->finish();
-  fs::remove_all(session);
 }
 
 // Pulses come all the time, also while the camera is set up anew: none of them can have released an image.
@@ -347,7 +344,6 @@ TEST(CameraRecorderPulses, AreOfTheCameraAsItWasSetUpLast) {
   (*recorder)->finish();
   ASSERT_TRUE((*recorder)->status().matching.has_value());
   EXPECT_EQ((*recorder)->status().matching->pulses, 0U);
-  fs::remove_all(session);
 }
 
 TEST(TriggerLines, PulseAsOftenAsTheSlowestCameraIsToSend) {

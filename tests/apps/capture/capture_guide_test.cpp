@@ -27,7 +27,6 @@ class CaptureGuideTest : public testing::Test {
     folder = scratch_folder("guide");
     simulate_courtyard(small_rig(), hurried_run(3, 1.5), folder / "given");
   }
-  static void TearDownTestSuite() { fs::remove_all(folder); }
   void SetUp() override {
     live = folder / testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::create_directories(live);

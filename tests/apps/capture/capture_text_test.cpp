@@ -3,10 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/capture/capture_log.h"
 #include "apps/capture/capture_record.h"
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal {
@@ -73,7 +72,7 @@ TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
   EXPECT_EQ(lines.back(), "camera_left     sends             10.0        3        2        0");
   EXPECT_TRUE(summary.is_complete());
   EXPECT_THAT(capture_text(summary), HasSubstr("camera_left: 118 images, 3 frames missing, 2 damaged, 0 dropped"));
-  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  EXPECT_TRUE(fits_schema("capture.json", parse_json(capture_json(summary))));
   camera.matching.emplace();
   camera.matching->matched = 117;
   camera.matching->pulses_without_frame = 4;
@@ -89,8 +88,8 @@ TEST(CaptureCameras, HaveATableAPlaceInTheSummaryAndAWordInCompleteness) {
   summary.status.trigger->lateness.add(40'000);
   EXPECT_EQ(capture_lines(summary.status).back(), "trigger: 121 pulses, 0 left out, set 40 us late (40 at most)");
   EXPECT_THAT(capture_text(summary), HasSubstr("117 of them with their pulse, 4 pulses without an image"));
-  const auto json = nlohmann::json::parse(capture_json(summary));
-  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
+  const auto json = parse_json(capture_json(summary));
+  EXPECT_TRUE(fits_schema("capture.json", json));
   for (const auto& counters :
        {json["cameras"][0]["matching"], nlohmann::json(capture_counters({}, {}, summary.status, {})["camera_left"])}) {
     EXPECT_EQ(counters["pulses_out_of_order"], 1);
@@ -200,8 +199,8 @@ TEST(CaptureSummary, IsNotCompleteWhereALidarDoesNotWorkAsTheRigFileSays) {
               ElementsAre("avia: `return_mode: dual` is not in force (not known to the model or its firmware): update "
                           "its firmware, or change that in the rig file"));
   EXPECT_THAT(capture_text(summary), HasSubstr("avia: 30000 packets, 303 lost, `return_mode: dual` not in force\n"));
-  const auto json = nlohmann::json::parse(capture_json(summary));
-  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
+  const auto json = parse_json(capture_json(summary));
+  EXPECT_TRUE(fits_schema("capture.json", json));
   EXPECT_EQ(json["sensors"][0]["missing_settings"], nlohmann::json({"return_mode: dual"}));
   EXPECT_EQ(capture_counters({}, {}, summary.status, {})["avia"]["missing_settings"], 1U);
 }
@@ -217,23 +216,23 @@ TEST(CaptureSummary, CountsWhatWentWrongInTheTalkWithTheLidars) {
   link.utc_taken = 6;
   link.utc_refused = 7;
   summary.control = {{8, 9}, 10, 11, 12, 13, 14};
-  const auto json = nlohmann::json::parse(capture_json(summary));
-  EXPECT_THAT(SchemaCheck("capture.json").violations(json), IsEmpty());
-  const auto of_avia = nlohmann::json::parse(R"({"handshakes": 1, "repeated_requests": 2, "stray_acks": 3,
+  const auto json = parse_json(capture_json(summary));
+  EXPECT_TRUE(fits_schema("capture.json", json));
+  const auto of_avia = parse_json(R"({"handshakes": 1, "repeated_requests": 2, "stray_acks": 3,
       "unreadable_acks": 4, "refused_heartbeats": 5, "utc_taken": 6, "utc_refused": 7})");
   EXPECT_EQ(json["sensors"][0]["control"], of_avia);
   const auto kept = nlohmann::json(capture_counters({}, {}, summary.status, {})["avia"]);
   for (const auto& [name, count] : of_avia.items()) EXPECT_EQ(kept[name], count) << name;
-  EXPECT_EQ(json["control"], nlohmann::json::parse(R"({"malformed": 8, "strangers": 9, "receive_errors": 10,
+  EXPECT_EQ(json["control"], parse_json(R"({"malformed": 8, "strangers": 9, "receive_errors": 10,
       "dropped_by_kernel": 11, "send_errors": 12, "unsent": 13, "lost_events": 14})"));
 }
 
 TEST(CaptureSummary, IsAsItsSchemaSays) {
   CaptureSummary summary = two_lidars();
   summary.gaps = {"2026-09-21 14:13:20.000 avia: lost: no heartbeat was answered for 3 s"};
-  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  EXPECT_TRUE(fits_schema("capture.json", parse_json(capture_json(summary))));
   summary.forgotten_until_ns = noon_ns;
-  EXPECT_THAT(SchemaCheck("capture.json").violations(nlohmann::json::parse(capture_json(summary))), IsEmpty());
+  EXPECT_TRUE(fits_schema("capture.json", parse_json(capture_json(summary))));
   EXPECT_THAT(capture_text(summary), HasSubstr("everything before 2026-09-21 14:13:20.000 UTC was thrown away"));
 }
 

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -188,19 +188,17 @@ TEST_F(DoctorLidars, AreJudgedByTheirDriftNotByTheirFlag) {
 
 class DoctorProgram : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("doctor"); }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
   [[nodiscard]] ProgramRun doctor(const std::string& arguments) const {
-    return run_program(std::string("'") + RIGCAL_PROGRAM + "' doctor " + arguments, scratch);
+    return run_rigcal("doctor " + arguments, scratch);
   }
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("doctor");
 };
 
 TEST_F(DoctorProgram, ListensWithoutARig) {
   const ProgramRun run = doctor("--seconds 0.5 --json");
   EXPECT_TRUE(run.code == 0 || run.code == 1) << run.err;
-  const auto summary = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("doctor.json").violations(summary), IsEmpty());
+  const auto summary = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("doctor.json", summary));
   EXPECT_THAT(run.out, HasSubstr("interface lo"));
 }
 

@@ -52,7 +52,6 @@ class LiveStopsTest : public testing::Test {
     folder = scratch_folder("live_stops");
     simulate_courtyard(small_rig(), hurried_run(3, 1.2), folder / "given");
   }
-  static void TearDownTestSuite() { fs::remove_all(folder); }
   void SetUp() override {
     live = folder / testing::UnitTest::GetInstance()->current_test_info()->name();
     begin_growing(folder / "given", live);

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "apps/capture/live_datagrams.h"
@@ -14,6 +13,8 @@
 #include "drivers/livox_codec/sample_packet.h"
 #include "simdata/live/live_run.h"
 #include "simdata/scene/scene_file.h"
+#include "tests/support/files.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -22,7 +23,6 @@ namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr std::uint16_t discovery_port = 55018;  // Not the usual one: other tests run at the same time.
 
@@ -92,7 +92,6 @@ class Live : public testing::Test {
     options.discovery_port = discovery_port;
     options.queue_datagrams = 1U << 13U;
   }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
 
   std::filesystem::path scratch;
   const Rig rig = loopback_rig();
@@ -241,8 +240,7 @@ TEST_F(Live, ACaptureGoesOnThoughNobodyReadsWhatItSaysAnyMore) {
   run_program(std::string("env --default-signal=PIPE '") + RIGCAL_PROGRAM + "' capture --rig '" + file.string() +
                   "' --duration 1 --out '" + session.string() + "' 2>&1 | true",
               scratch);
-  std::ifstream written(session / "session.json");
-  const auto record = nlohmann::json::parse(written, nullptr, false);
+  const auto record = try_json(text_of(session / "session.json"));
   ASSERT_FALSE(record.is_discarded());
   EXPECT_TRUE(record["end_ns"].is_number()) << "it was killed on the way";
 }
@@ -254,8 +252,8 @@ TEST_F(Live, TheProgramServesUntilItIsStopped) {
                                          "/config/rigs/loopback.yaml' --live --loop --stops 1 --dwell 0.2 --json",
                                      scratch);
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto summary = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("simulate_live.json").violations(summary), IsEmpty());
+  const auto summary = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("simulate_live.json", summary));
   EXPECT_EQ(summary["complete"], false);
   EXPECT_EQ(summary["packets"], 0);  // Nobody asked for any.
   ASSERT_EQ(summary["cameras"].size(), 2U);

@@ -24,9 +24,6 @@ namespace fs = std::filesystem;
 
 class Recorder : public testing::Test {
  protected:
-  void SetUp() override { session = scratch_folder("recorder"); }
-  void TearDown() override { fs::remove_all(session); }
-
   Expected<PacketRecorder> record(std::uint64_t keep_bytes, int packets) const {
     auto recorder = PacketRecorder::create(session.string(), keep_bytes);
     EXPECT_TRUE(recorder.has_value());
@@ -60,7 +57,7 @@ class Recorder : public testing::Test {
     EXPECT_NEAR((*file)->fraction(), 1.0, 0.1);
     return read;
   }
-  fs::path session;
+  fs::path session = scratch_folder("recorder");
 };
 
 TEST_F(Recorder, KeepsAllWhereNotToldOtherwise) {

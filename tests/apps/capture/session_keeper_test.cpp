@@ -5,13 +5,12 @@
 
 #include <atomic>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "apps/capture/disk_watch.h"
+#include "tests/support/files.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal {
@@ -44,7 +43,7 @@ TEST(SessionKeeper, TellsAtOnceThatTheSessionIsGone) {
 }
 
 TEST(SessionKeeper, CountsAsSecuredOnlyWhatTheDiskTook) {
-  const std::filesystem::path folder = scratch_folder("session_keeper_loss");
+  const std::filesystem::path folder = scratch_folder("session_keeper");
   std::atomic<bool> is_broken = true;
   SessionKeeper keeper(folder.string(), [&](const std::string& session) -> Expected<void> {
     if (!is_broken) return sync_session(session);
@@ -63,7 +62,7 @@ TEST(SessionKeeper, CountsAsSecuredOnlyWhatTheDiskTook) {
 }
 
 TEST(SessionKeeper, ALossWhileItEndsIsToldToo) {
-  const std::filesystem::path folder = scratch_folder("session_keeper_last_loss");
+  const std::filesystem::path folder = scratch_folder("session_keeper");
   SessionKeeper keeper(folder.string(), [](const std::string& session) -> Expected<void> {
     return system_error("the disk lost some of what was recorded", session, "look after it");
   });
@@ -74,7 +73,7 @@ TEST(SessionKeeper, ALossWhileItEndsIsToldToo) {
 }
 
 TEST(SessionKeeper, ADiskThatDoesNotAnswerKeepsNobodyFromEnding) {
-  const std::filesystem::path folder = scratch_folder("session_keeper_slow");
+  const std::filesystem::path folder = scratch_folder("session_keeper");
   struct Disk {
     std::atomic<int> asked{0};
     std::atomic<bool> answers{false};
@@ -98,8 +97,7 @@ TEST(SessionKeeper, ADiskThatDoesNotAnswerKeepsNobodyFromEnding) {
   EXPECT_FALSE(keeper.loss().has_value());
   disk->answers = true;
   EXPECT_TRUE(comes_true([&] { return disk->asked == 2; })) << "the last sync comes all the same";
-  std::ifstream file(folder / "session.json");
-  const std::string left((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string left = text_of(folder / "session.json");
   EXPECT_THAT(left, HasSubstr("software"));
   EXPECT_THAT(left, Not(HasSubstr("second")));
 }

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 #include "core/base/text.h"
 #include "core/io/extrinsics_file.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
+#include "tests/support/files.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -62,15 +62,9 @@ class CalibrateCameras : public testing::Test {
     ASSERT_EQ(made.code, 0) << made.err;
     first = rigcal("calibrate session --out first --json --threads 2");
   }
-  static void TearDownTestSuite() { fs::remove_all(scratch); }
 
-  static ProgramRun rigcal(const std::string& arguments) {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
-  }
-  static std::string file(const std::string& name) {
-    std::ifstream in(scratch / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  static ProgramRun rigcal(const std::string& arguments) { return run_rigcal(arguments, scratch); }
+  static std::string file(const std::string& name) { return text_of(scratch / name); }
   static ExtrinsicsFile extrinsics(const std::string& result) {
     const auto loaded = load_extrinsics((scratch / result / "extrinsics.yaml").string());
     EXPECT_TRUE(loaded) << loaded.error().message();
@@ -110,9 +104,9 @@ TEST_F(CalibrateCameras, AreFoundWithTheLidars) {
     EXPECT_LT((T.t - truth->T_base_sensor.at(camera).t).norm(), 0.06) << camera;
     EXPECT_LT(to_deg(rotation_distance(T.R, truth->T_base_sensor.at(camera).R)), 0.4) << camera;
   }
-  const nlohmann::json report = nlohmann::json::parse(first.out);
-  EXPECT_THAT(SchemaCheck("calibrate.json").violations(report), IsEmpty());
-  EXPECT_THAT(SchemaCheck("report.json").violations(nlohmann::json::parse(file("first/report.json"))), IsEmpty());
+  const nlohmann::json report = parse_json(first.out);
+  EXPECT_TRUE(fits_schema("calibrate.json", report));
+  EXPECT_TRUE(fits_schema("report.json", parse_json(file("first/report.json"))));
   ASSERT_EQ(report["cameras"].size(), 2U);
   EXPECT_EQ(report["cameras"][0]["name"], "left");
   EXPECT_EQ(report["cameras"][0]["images"].size(), 8U);
@@ -176,7 +170,7 @@ TEST_F(CalibrateCameras, OfBadImagesTellOnceEachAndLeaveTheLidarsAlone) {
   EXPECT_THAT(run.out, HasSubstr("- the recording has no images of it; give them by --images DIR"));
   EXPECT_EQ(extrinsics("bad_result").status.at("right"), "failed");
   expect_lidars_as_ever("bad_result");
-  const nlohmann::json report = nlohmann::json::parse(file("bad_result/report.json"));
+  const nlohmann::json report = parse_json(file("bad_result/report.json"));
   ASSERT_EQ(report["cameras"].size(), 1U);
   EXPECT_EQ(report["cameras"][0]["images"].size(), 5U);
 }

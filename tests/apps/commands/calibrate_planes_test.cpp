@@ -4,11 +4,11 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/pcd_file.h"
 #include "simdata/targets/corner_clouds.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -27,7 +27,6 @@ class CalibratePlanes : public testing::Test {
     std::ofstream(scratch_ / "rig.yaml")
         << "rigcal: 1\nbase: front\nsensors:\n  front: {type: lidar}\n  side: {type: lidar}\n";
   }
-  void TearDown() override { fs::remove_all(scratch_); }
 
   void write(const std::string& sensor, const std::vector<Vector3d>& points) const {
     fs::create_directories(scratch_ / "patches" / sensor);
@@ -42,9 +41,7 @@ class CalibratePlanes : public testing::Test {
   }
 
   [[nodiscard]] ProgramRun run(const std::string& more = {}) const {
-    return run_program("cd '" + scratch_.string() + "' && '" + RIGCAL_PROGRAM +
-                           "' --json calibrate patches --method planes --rig rig.yaml --out result " + more,
-                       scratch_);
+    return run_rigcal("--json calibrate patches --method planes --rig rig.yaml --out result " + more, scratch_);
   }
 
   const SE3 truth_ = sim::paper_configuration(1);
@@ -58,7 +55,7 @@ TEST_F(CalibratePlanes, WritesTheResultOfOneMoment) {
   write("side", clouds_.b.points);
   const ProgramRun done = run();
   EXPECT_EQ(done.code, 0) << done.err;
-  EXPECT_EQ(SchemaCheck("calibrate.json").violations(nlohmann::json::parse(done.out)), std::vector<std::string>{});
+  EXPECT_TRUE(fits_schema("calibrate.json", parse_json(done.out)));
   const auto written = load_extrinsics((scratch_ / "result" / "extrinsics.yaml").string());
   ASSERT_TRUE(written);
   EXPECT_EQ(written->method, "planes");
@@ -93,12 +90,11 @@ TEST_F(CalibratePlanes, RefusesWhatTheMethodDoesNotKnow) {
 }
 
 TEST_F(CalibratePlanes, HaveTheirExperimentBesideThePapersFigures) {
-  const std::string program = "cd '" + scratch_.string() + "' && '" + RIGCAL_PROGRAM + "' ";
   const ProgramRun done =
-      run_program(program + "--json experiment planes --trials 1 --mountings 2 --places 1 --out tables", scratch_);
+      run_rigcal("--json experiment planes --trials 1 --mountings 2 --places 1 --out tables", scratch_);
   EXPECT_EQ(done.code, 0) << done.err;
-  const auto json = nlohmann::json::parse(done.out);
-  EXPECT_EQ(SchemaCheck("experiment_planes.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(done.out);
+  EXPECT_TRUE(fits_schema("experiment_planes.json", json));
   ASSERT_EQ(json["table"].size(), 28U);
   for (const auto& row : json["table"]) {
     if (row["noise"] != "shared") continue;
@@ -109,7 +105,7 @@ TEST_F(CalibratePlanes, HaveTheirExperimentBesideThePapersFigures) {
   for (const char* file : {"table.txt", "table.json", "before.svg", "after.svg"}) {
     EXPECT_TRUE(fs::exists(scratch_ / "tables" / file)) << file;
   }
-  EXPECT_EQ(run_program(program + "experiment turntables", scratch_).code, 2);
+  EXPECT_EQ(run_rigcal("experiment turntables", scratch_).code, 2);
 }
 
 }  // namespace

@@ -44,7 +44,6 @@ class CalibrateRefusal : public testing::Test {
     scratch = scratch_folder("refusal");
     write("rig.yaml", rig_yaml);
   }
-  void TearDown() override { fs::remove_all(scratch); }
 
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(scratch / name, std::ios::binary) << text;
@@ -53,8 +52,7 @@ class CalibrateRefusal : public testing::Test {
   // Each part of the message is asked for; the result must not be there.
   void expect_refused(const std::string& arguments, const std::string& where, const std::string& what,
                       const std::string& mend) const {
-    const std::string line = "cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' calibrate --out result ";
-    const ProgramRun run = run_program(line + arguments, scratch);
+    const ProgramRun run = run_rigcal("calibrate --out result " + arguments, scratch);
     EXPECT_EQ(run.code, 3) << arguments;
     EXPECT_EQ(run.out, "");
     EXPECT_THAT(run.err, AllOf(StartsWith("rigcal: error: " + where), HasSubstr(what), HasSubstr("; " + mend)));
@@ -165,8 +163,7 @@ TEST_F(CalibrateRefusal, OfARigWithoutALidar) {
 
 TEST_F(CalibrateRefusal, OfAPlaceWhereNoResultCanBe) {
   write("file", "");
-  const ProgramRun run = run_program(
-      "cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' calibrate nowhere --out file/result", scratch);
+  const ProgramRun run = run_rigcal("calibrate nowhere --out file/result", scratch);
   EXPECT_EQ(run.code, 4) << "before the input is looked at";
   EXPECT_THAT(run.err, HasSubstr("/file is a file and no folder; choose another place"));
 }
@@ -193,7 +190,7 @@ TEST_F(CalibrateRefusal, OfASessionThatLostItsRig) {
 TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
   for (const char* command : {"calibrate x", "batch x", "export x --format patches", "import x", "capture --rig x",
                               "simulate room --rig x", "experiment bound"}) {
-    const ProgramRun run = run_program(std::string("'") + RIGCAL_PROGRAM + "' " + command + " --out ''", scratch);
+    const ProgramRun run = run_rigcal(std::string(command) + " --out ''", scratch);
     EXPECT_EQ(run.code, 2) << command;
     EXPECT_THAT(run.err, HasSubstr("--out: is empty"));
   }
@@ -201,8 +198,7 @@ TEST_F(CalibrateRefusal, OfAnEmptyNameForTheResult) {
 
 TEST_F(CalibrateRefusal, OfWhatCamerasWouldNeedWhereTheirStageIsLeftOut) {
   for (const std::string option : {"--images .", "--refine-intrinsics"}) {
-    const ProgramRun run =
-        run_program("'" RIGCAL_PROGRAM "' calibrate . --stages joint --out result " + option, scratch);
+    const ProgramRun run = run_rigcal("calibrate . --stages joint --out result " + option, scratch);
     EXPECT_EQ(run.code, 2) << option;
     EXPECT_THAT(run.err, HasSubstr("is of no use with --stages joint")) << option;
   }
@@ -210,8 +206,7 @@ TEST_F(CalibrateRefusal, OfWhatCamerasWouldNeedWhereTheirStageIsLeftOut) {
 
 TEST_F(CalibrateRefusal, OfARecordingThatIsNotThere) {
   expect_refused("nowhere.pcapng --rig rig.yaml", "nowhere.pcapng: ", "no such file", "check the path");
-  const ProgramRun run =
-      run_program(std::string("'") + RIGCAL_PROGRAM + "' export nowhere --format patches --out patches", scratch);
+  const ProgramRun run = run_rigcal("export nowhere --format patches --out patches", scratch);
   EXPECT_EQ(run.code, 3);
   EXPECT_THAT(run.err, HasSubstr("nowhere: no such file or folder"));
 }

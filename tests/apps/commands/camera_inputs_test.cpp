@@ -3,14 +3,14 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "tests/apps/commands/bag_recording.h"
 #include "tests/apps/commands/lvx_recording.h"
+#include "tests/support/files.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
@@ -34,12 +34,10 @@ class CameraInputs : public testing::Test {
     run.mount_error = {0.02, 1.0};
     run.images_per_stop = 1;
     simulate_courtyard(rig_yaml, run, scratch / "session");
+    of_session = found_from("session");
   }
-  static void TearDownTestSuite() { fs::remove_all(scratch); }
 
-  static ProgramRun rigcal(const std::string& arguments) {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
-  }
+  static ProgramRun rigcal(const std::string& arguments) { return run_rigcal(arguments, scratch); }
   static std::string dump() { return (scratch / "session/lidar.pcapng").string(); }
   static std::vector<FrameRecord> frames() {
     const auto read = read_frames((scratch / "session/images/left/frames.csv").string());
@@ -61,25 +59,24 @@ class CameraInputs : public testing::Test {
     const SE3& T = got->T_base_sensor.at("left");
     EXPECT_LT((T.t - truth->T_base_sensor.at("left").t).norm(), 0.06) << arguments;
     EXPECT_LT(to_deg(rotation_distance(T.R, truth->T_base_sensor.at("left").R)), 0.4) << arguments;
-    std::ifstream report(scratch / "result/report.json");
-    EXPECT_EQ(nlohmann::json::parse(report)["cameras"][0]["images"].size(), std::size_t{stops}) << arguments;
+    EXPECT_EQ(json_of_file(scratch / "result/report.json")["cameras"][0]["images"].size(), std::size_t{stops})
+        << arguments;
     return T;
   }
 
   static inline fs::path scratch;
+  static inline SE3 of_session;
 };
 
 TEST_F(CameraInputs, PacketsOfASessionAndADumpWithAFolderOfImagesGiveTheSame) {
-  const SE3 of_session = found_from("session");
   const SE3 of_dump = found_from("session/lidar.pcapng --rig session/rig.yaml --images session/images");
   EXPECT_EQ(of_session.matrix(), of_dump.matrix()) << "to the bit";
 }
 
 TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
-  const SE3 of_session = found_from("session");
   const ProgramRun run = rigcal("export session --format patches --out patches --json");
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_EQ(nlohmann::json::parse(run.out)["images"], stops);
+  EXPECT_EQ(parse_json(run.out)["images"], stops);
   const SE3 of_patches = found_from("patches");
   // The turns of the gyro have gone through a trajectory: the map is micrometres apart, and what the few edges of a
   // small image are matched with may be others. A stop's image at another stop would be decimetres off.
@@ -89,7 +86,7 @@ TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
 
 TEST_F(CameraInputs, AnLvxFileTakesImagesWithStampsOfItsOwnTime) {
   save_as_lvx(dump(), small_rig_avia(), small_rig_mid40(), (scratch / "run.lvx").string());
-  const auto look = nlohmann::json::parse(rigcal("inspect run.lvx --rig session/rig.yaml --json").out);
+  const auto look = parse_json(rigcal("inspect run.lvx --rig session/rig.yaml --json").out);
   ASSERT_EQ(look["stops"].size(), std::size_t{stops});
   const fs::path folder = scratch / "of_lvx/left";
   fs::create_directories(folder);
@@ -113,9 +110,7 @@ TEST_F(CameraInputs, ABagBringsItsImages) {
                           static_cast<std::uint32_t>(shot->height), "bayer_rggb8",
                           static_cast<std::uint32_t>(shot->width), shot->bytes));
   }
-  const auto bytes = bag.finish();
-  std::ofstream(scratch / "run.bag", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  save_bytes(scratch / "run.bag", bag.finish());
   found_from("run.bag --rig session/rig.yaml");
 }
 

@@ -17,14 +17,11 @@ using testing::IsEmpty;
 
 class ExperimentCommand : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("experiment"); }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
-
   [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' experiment " + arguments, scratch);
+    return run_rigcal("experiment " + arguments, scratch);
   }
 
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("experiment");
 };
 
 TEST_F(ExperimentCommand, RefusesOptionsOfOtherExperiments) {

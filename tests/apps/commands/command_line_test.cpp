@@ -22,14 +22,9 @@ constexpr std::array commands{"simulate", "calibrate", "inspect", "export", "eva
 
 class CommandLine : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("cli"); }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const { return run_rigcal(arguments, scratch); }
 
-  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
-    return run_program(std::string("'") + RIGCAL_PROGRAM + "' " + arguments, scratch);
-  }
-
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("cli");
 };
 
 TEST_F(CommandLine, TellsItsVersion) {

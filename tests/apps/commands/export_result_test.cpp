@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/report/result_folder.h"
 #include "core/report/result_formats.h"
-#include "tests/core/report/make_result.h"
+#include "tests/support/json.h"
+#include "tests/support/make_result.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -35,11 +35,8 @@ class ExportResult : public testing::Test {
     result.map.clear();
     ASSERT_TRUE(write_result_folder(result, (scratch / "good").string()));
   }
-  void TearDown() override { fs::remove_all(scratch); }
 
-  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
-  }
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const { return run_rigcal(arguments, scratch); }
 
   fs::path scratch;
 };
@@ -49,8 +46,8 @@ TEST_F(ExportResult, WritesAGoodResultInEveryFormat) {
     const ProgramRun run = rigcal("export good --format " + format + " --out " + format + ".txt --json");
     EXPECT_EQ(run.code, 0) << format << run.err;
     EXPECT_EQ(run.err, "") << format;
-    const auto json = nlohmann::json::parse(run.out);
-    EXPECT_THAT(SchemaCheck("export.json").violations(json), IsEmpty());
+    const auto json = parse_json(run.out);
+    EXPECT_TRUE(fits_schema("export.json", json));
     EXPECT_THAT(json["left_out"], IsEmpty());
     EXPECT_GT(fs::file_size(scratch / (format + ".txt")), 10U) << format;
   }
@@ -64,8 +61,7 @@ TEST_F(ExportResult, TakesASensorWhoseIntrinsicsWereFoundForACamera) {
          "  cam: {status: good, translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1], intrinsics: {model: radtan, "
          "width: 640, height: 480, fx: 500, fy: 501, cx: 320, cy: 240, distortion: [0.1, 0, 0, 0]}}\n";
   EXPECT_EQ(rigcal("export refined.yaml --format colmap --out rig_config.json").code, 0);
-  std::ifstream written(scratch / "rig_config.json");
-  const auto cameras = nlohmann::json::parse(written)[0]["cameras"];
+  const auto cameras = json_of_file(scratch / "rig_config.json")[0]["cameras"];
   ASSERT_EQ(cameras.size(), 1U) << "the LiDAR is none";
   EXPECT_EQ(cameras[0]["camera_params"][1], 501.0);
 }
@@ -75,7 +71,7 @@ TEST_F(ExportResult, LeavesAFailedSensorOutAndSaysSo) {
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, HasSubstr("mid40_right is failed: it has no transform and is left out"));
   EXPECT_THAT(run.err, HasSubstr("mid40_left is weak"));
-  const auto json = nlohmann::json::parse(run.out);
+  const auto json = parse_json(run.out);
   EXPECT_EQ(json["sensors"], (std::vector<std::string>{"avia", "mid40_left"}));
   EXPECT_EQ(json["left_out"], (std::vector<std::string>{"mid40_right"}));
   EXPECT_EQ(json["status"], "failed");
@@ -87,8 +83,8 @@ TEST_F(ExportResult, KeepsWhatIsKnownWorstInJson) {
                                        {true, Vector3d::UnitX(), pi / 4.0, true, false, "an upright one"}};
   ASSERT_TRUE(write_result_folder(result, (scratch / "weak").string()));
   EXPECT_EQ(rigcal("export weak --format json --out weak.json").code, 1);
-  const auto json = nlohmann::json::parse(std::ifstream(scratch / "weak.json"));
-  EXPECT_THAT(SchemaCheck("extrinsics.json").violations(json), IsEmpty());
+  const auto json = json_of_file(scratch / "weak.json");
+  EXPECT_TRUE(fits_schema("extrinsics.json", json));
   EXPECT_FALSE(json["sensors"][result.sensors[0].name].contains("weak_directions"));
   const auto& weak = json["sensors"][result.sensors[1].name]["weak_directions"];
   ASSERT_EQ(weak.size(), 2U);
@@ -108,8 +104,7 @@ TEST_F(ExportResult, TakesTheCamerasFromTheRigFile) {
                                          "0, 0, 0]}}\n";
   const ProgramRun run = rigcal("export good --rig rig.yaml --format colmap --out rig_config.json");
   EXPECT_EQ(run.code, 0) << run.err;
-  std::ifstream in(scratch / "rig_config.json");
-  const auto cameras = nlohmann::json::parse(in)[0]["cameras"];
+  const auto cameras = json_of_file(scratch / "rig_config.json")[0]["cameras"];
   ASSERT_EQ(cameras.size(), 1U);
   EXPECT_EQ(cameras[0]["image_prefix"], "mid40/");
   EXPECT_EQ(cameras[0]["camera_params"][2], 320.5);

@@ -19,12 +19,7 @@ using testing::HasSubstr;
 
 class FewStops : public testing::Test {
  protected:
-  void SetUp() override { scratch_ = scratch_folder("few_stops"); }
-  void TearDown() override { fs::remove_all(scratch_); }
-
-  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const {
-    return run_program("cd '" + scratch_.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch_);
-  }
+  [[nodiscard]] ProgramRun rigcal(const std::string& arguments) const { return run_rigcal(arguments, scratch_); }
 
   // The result of a simulated session whose sensors sit 3 degrees and 0.1 m off the rig file.
   [[nodiscard]] ExtrinsicsFile calibrated(const std::string& scene, int stops, int seed) {
@@ -53,7 +48,7 @@ class FewStops : public testing::Test {
     EXPECT_THAT(result.reasons.at(camera), Contains(HasSubstr("could be held out")));
   }
 
-  fs::path scratch_;
+  fs::path scratch_ = scratch_folder("few_stops");
   ExtrinsicsFile truth_;
 };
 

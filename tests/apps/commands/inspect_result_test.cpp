@@ -5,9 +5,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "core/report/result_folder.h"
+#include "tests/support/files.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -21,9 +22,6 @@ using testing::Not;
 
 class InspectResult : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("inspect"); }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
-
   // Two LiDARs beside the base, known to 0.5 mm and 0.005 degrees.
   static CalibrationResult good() {
     CalibrationResult result;
@@ -52,10 +50,10 @@ class InspectResult : public testing::Test {
     ASSERT_TRUE(write_result_folder(result, scratch / name));
   }
   [[nodiscard]] ProgramRun inspect(const std::string& arguments) const {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' inspect " + arguments, scratch);
+    return run_rigcal("inspect " + arguments, scratch);
   }
 
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("inspect");
 };
 
 TEST_F(InspectResult, SaysTheVerdictInTheWordsOfThePage) {
@@ -67,15 +65,14 @@ TEST_F(InspectResult, SaysTheVerdictInTheWordsOfThePage) {
   const ProgramRun run = inspect("result");
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, HasSubstr("a fan blew"));
-  std::ifstream page(scratch / "result" / "report.html");
-  const std::string html{std::istreambuf_iterator<char>(page), {}};
+  const std::string html = text_of(scratch / "result/report.html");
   for (const char* words : {"2 of 3 sensors are good: right is weak.", "its translation is known to 14.0 mm only",
                             "known to 1.4 mm and 0.014 degrees (95 %)"}) {
     EXPECT_THAT(run.out, HasSubstr(words));
     EXPECT_NE(html.find(words), std::string::npos) << words;
   }
-  const auto json = nlohmann::json::parse(inspect("result --json").out);
-  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  const auto json = parse_json(inspect("result --json").out);
+  EXPECT_TRUE(fits_schema("inspect.json", json));
   EXPECT_EQ(json["status"], "weak");
   EXPECT_EQ(json["warnings"][0], "a fan blew");
 }
@@ -95,8 +92,8 @@ TEST_F(InspectResult, SaysWhichSensorMovedBetweenTwo) {
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.out, HasSubstr("left moved by 5.0 mm and 0.000 degrees"));
   EXPECT_THAT(run.out, HasSubstr("1 other is where it was."));
-  const auto json = nlohmann::json::parse(inspect("may june --json").out);
-  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  const auto json = parse_json(inspect("may june --json").out);
+  EXPECT_TRUE(fits_schema("inspect.json", json));
   EXPECT_EQ(json["kind"], "comparison");
   EXPECT_EQ(json["same"], false);
   EXPECT_EQ(json["moves"][0]["verdict"], "moved");
@@ -132,8 +129,8 @@ TEST_F(InspectResult, ComparesResultsOfTwoBases) {
   write(with_left_as_base(with_left_moved_by(0.02)), "july");
   EXPECT_EQ(inspect("may july").code, 1);
   EXPECT_THAT(inspect("may july").out, HasSubstr("left moved by 20.0 mm"));
-  const auto json = nlohmann::json::parse(inspect("may july --json").out);
-  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  const auto json = parse_json(inspect("may july --json").out);
+  EXPECT_TRUE(fits_schema("inspect.json", json));
   EXPECT_EQ(json["base"], "avia");
   EXPECT_EQ(json["bases"], nlohmann::json({"avia", "left"}));
 }
@@ -154,7 +151,6 @@ TEST_F(InspectResult, RefusesWhatCannotBeCompared) {
 class InspectSession : public testing::Test {
  protected:
   void SetUp() override {
-    scratch = scratch_folder("inspect_session");
     for (const char* folder : {"session/patches/top", "session/images/eye"})
       std::filesystem::create_directories(scratch / folder);
     put("session/rig.yaml", "rigcal: 1\nbase: top\nsensors:\n  top: {type: lidar}\n  eye: {type: camera}\n");
@@ -167,7 +163,6 @@ class InspectSession : public testing::Test {
     }
     put_frames("000000.png,5,,,,0\n000001.png,6,,,,1\n");
   }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
 
   void put(const std::string& name, const std::string& text) const { std::ofstream(scratch / name) << text; }
   void put_end(const std::string& end_ns) const {
@@ -178,17 +173,17 @@ class InspectSession : public testing::Test {
     put("session/images/eye/frames.csv", "file,stamp_ns,trigger,exposure_us,device_stamp,stop\n" + lines);
   }
   [[nodiscard]] ProgramRun inspect(const std::string& arguments) const {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' inspect " + arguments, scratch);
+    return run_rigcal("inspect " + arguments, scratch);
   }
 
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("inspect");
 };
 
 TEST_F(InspectSession, OfWholePatchesEndsWithZero) {
   const ProgramRun run = inspect("session --json");
   EXPECT_EQ(run.code, 0) << run.err;
-  const auto json = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  const auto json = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("inspect.json", json));
   EXPECT_EQ(json["kind"], "session");
   EXPECT_EQ(json["path"], "session");
   EXPECT_EQ(json["complete"], true);
@@ -203,8 +198,8 @@ TEST_F(InspectSession, OfPatchesWithoutAnEndSaysThatTheRecordingWasCutShort) {
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, HasSubstr("session has no end: the recording that it was made from was cut short"));
   EXPECT_THAT(run.err, HasSubstr("run.bag ends in a message"));
-  const auto json = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("inspect.json").violations(json), IsEmpty());
+  const auto json = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("inspect.json", json));
   EXPECT_EQ(json["complete"], false);
 }
 
@@ -217,7 +212,7 @@ TEST_F(InspectSession, SaysWhyImagesCannotBeUsed) {
     EXPECT_EQ(run.code, 1) << lines;
     EXPECT_THAT(run.err, HasSubstr("the images of eye cannot be used: ")) << lines;
     EXPECT_THAT(run.err, HasSubstr(reason));
-    EXPECT_THAT(SchemaCheck("inspect.json").violations(nlohmann::json::parse(run.out)), IsEmpty());
+    EXPECT_TRUE(fits_schema("inspect.json", parse_json(run.out)));
   }
   put("session/images/eye/frames.csv", "name,time\n000000.png,5\n");
   EXPECT_EQ(inspect("session").code, 1);

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/session_folder.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -18,29 +18,25 @@ namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 class Simulate : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("simulate"); }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
-
   [[nodiscard]] ProgramRun simulate(const std::string& arguments) const {
-    return run_program(std::string("'") + RIGCAL_PROGRAM + "' simulate " + arguments, scratch);
+    return run_rigcal("simulate " + arguments, scratch);
   }
   [[nodiscard]] std::string rig() const {
     return std::string("--rig '") + RIGCAL_SOURCE_DIR + "/config/rigs/turntable.yaml'";
   }
   [[nodiscard]] std::string out(const std::string& name) const { return " --out '" + (scratch / name).string() + "'"; }
 
-  std::filesystem::path scratch;
+  std::filesystem::path scratch = scratch_folder("simulate");
 };
 
 TEST_F(Simulate, MakesASessionOfPackets) {
   const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 1 --dwell 0.2 --json");
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto summary = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("simulate.json").violations(summary), IsEmpty());
+  const auto summary = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("simulate.json", summary));
   EXPECT_EQ(summary["stops"], 1);
   EXPECT_GT(summary["datagrams"], 5000);  // 1.7 s of 5700 a second
   EXPECT_EQ(summary["images"], 2);

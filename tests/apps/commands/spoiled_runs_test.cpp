@@ -20,7 +20,10 @@
 #include "core/rig/rig.h"
 #include "drivers/livox_codec/sample_packet.h"
 #include "tests/support/court_of_walls.h"
+#include "tests/support/files.h"
 #include "tests/support/headless_browser.h"
+#include "tests/support/json.h"
+#include "tests/support/run_program.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
 
@@ -43,20 +46,12 @@ class SpoiledRuns : public testing::Test {
     scratch = scratch_folder("spoiled");
     browser = HeadlessBrowser::find(scratch);
   }
-  static void TearDownTestSuite() {
-    if (std::getenv("RIGCAL_KEEP_SPOILED_RUNS") == nullptr) fs::remove_all(scratch);
-  }
   void SetUp() override {
     if (!browser) GTEST_SKIP() << HeadlessBrowser::missing;
   }
 
-  static ProgramRun rigcal(const std::string& arguments) {
-    return run_program("cd '" + scratch.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, scratch);
-  }
-  static std::string file(const fs::path& name) {
-    std::ifstream in(scratch / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  static ProgramRun rigcal(const std::string& arguments) { return run_rigcal(arguments, scratch); }
+  static std::string file(const fs::path& name) { return text_of(scratch / name); }
 
   // What stands on the first screen of the page of a calibrated session, on a desktop and on a phone.
   static void expect_on_first_screen(const std::string& session, const std::string& options, int code,
@@ -68,12 +63,12 @@ class SpoiledRuns : public testing::Test {
     EXPECT_LT(page.size(), 20'000'000U);
     for (const auto& [width, height] : {std::pair{1280, 800}, {390, 844}}) {
       const nlohmann::json seen = browser->seen(page, width, height, false);
-      ASSERT_TRUE(seen.value("done", false)) << seen.dump();
+      ASSERT_TRUE(seen.value("done", false)) << json_text(seen);
       EXPECT_EQ(seen["screen"], nlohmann::json({width, height}));
       EXPECT_LE(seen["wide_px"].get<int>(), 0);
       // What has one colour only gives 0; a slice along a shared surface may show no more than some dozens of points.
       for (const nlohmann::json& picture : seen["pictures"]) EXPECT_GT(picture.get<double>(), 0.001);
-      EXPECT_THAT(seen.value("first_screen", ""), content) << session << " on " << seen["screen"].dump();
+      EXPECT_THAT(seen.value("first_screen", ""), content) << session << " on " << json_text(seen["screen"]);
     }
   }
 

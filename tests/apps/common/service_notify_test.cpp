@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
 #include "tests/support/scratch_folder.h"
 
@@ -57,7 +56,6 @@ TEST(ServiceNotify, SaysOnceThatItIsReadyAndThenThatItLives) {
     service.stopping();
     EXPECT_EQ(manager.next(), "STOPPING=1");
   }
-  std::filesystem::remove_all(folder);
 }
 
 TEST(ServiceNotify, TellsNothingWhereNobodyListens) {

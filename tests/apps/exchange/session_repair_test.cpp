@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "apps/recording/stop_reader.h"
 #include "core/io/capture_file.h"
@@ -16,6 +15,7 @@
 #include "core/io/session_folder.h"
 #include "core/io/session_lock.h"
 #include "tests/support/broken_reads.h"
+#include "tests/support/files.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
@@ -28,11 +28,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void put(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
@@ -70,7 +65,6 @@ class SessionRepair : public testing::Test {
     run.images_per_stop = 1;
     simulate_courtyard(small_rig(small_camera("camera", "Mono8")), run, folder / "given");
   }
-  static void TearDownTestSuite() { fs::remove_all(folder); }
   void SetUp() override {
     session = folder / testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::copy(folder / "given", session, fs::copy_options::recursive);

@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal {
@@ -45,8 +44,8 @@ TEST(TrySigmas, ErrorsAreAsLargeAsSigmaSaysAlsoWithWrongRanges) {
     // Nine squares of six degrees of freedom; without a thought for ranges the second row has hundreds.
     EXPECT_LT(all.mean_nees, 14.0) << sigma_experiment_text(*rows);
   }
-  const auto json = nlohmann::json::parse(sigma_experiment_json(*rows));
-  EXPECT_EQ(SchemaCheck("experiment_sigma.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(sigma_experiment_json(*rows));
+  EXPECT_TRUE(fits_schema("experiment_sigma.json", json));
   EXPECT_THAT(nees_svg(*rows), testing::StartsWith("<svg xmlns"));
 }
 

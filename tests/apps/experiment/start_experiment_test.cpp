@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal {
@@ -27,8 +26,8 @@ TEST(TryStarts, CountsRightRigsOfTheCasesAskedFor) {
   EXPECT_GT(row.worst_mm, 0.0);
   EXPECT_LT(row.worst_mm, 5.0);
   EXPECT_TRUE(row.misses.empty());
-  const auto json = nlohmann::json::parse(start_experiment_json(*rows));
-  EXPECT_EQ(SchemaCheck("experiment_start.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(start_experiment_json(*rows));
+  EXPECT_TRUE(fits_schema("experiment_start.json", json));
   EXPECT_EQ(json["rows"][0]["case"], "gyro");
 }
 

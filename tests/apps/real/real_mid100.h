@@ -12,6 +12,7 @@
 #include "core/io/pcd_file.h"
 #include "core/rig/rig.h"
 #include "tests/support/cloud_distance.h"
+#include "tests/support/files.h"
 #include "tests/support/real_recordings.h"
 #include "tests/support/scratch_folder.h"
 
@@ -28,7 +29,6 @@ class RealMid100 : public ::testing::Test {
     read_published();
     name_sensors();
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   /// The published clouds as a patch folder, each under this stop.
   void copy_clouds(const std::filesystem::path& patches, const std::string& stop_middle,
@@ -50,13 +50,6 @@ class RealMid100 : public ::testing::Test {
   /// The distance of the two clouds under these poses, see `median_point_to_plane_m`.
   [[nodiscard]] double distance_m(const SE3& T_middle, const SE3& T_right) const {
     return median_point_to_plane_m(cloud(middle_file_, T_middle), cloud(right_file_, T_right), 4);
-  }
-
-  [[nodiscard]] static std::string text_of(const std::filesystem::path& path) {
-    std::ifstream in(path);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
   }
 
   static constexpr const char* middle_file_ = "mid100_middle/10.pcd";

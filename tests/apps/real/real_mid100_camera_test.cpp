@@ -8,6 +8,7 @@
 #include "core/io/tum_file.h"
 #include "tests/apps/real/image_pairs.h"
 #include "tests/apps/real/real_mid100.h"
+#include "tests/support/files.h"
 
 namespace rigcal {
 namespace {

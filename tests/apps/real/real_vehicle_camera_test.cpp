@@ -6,13 +6,14 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
 #include "apps/recording/recording.h"
 #include "core/base/random.h"
+#include "tests/support/json.h"
 #include "tests/support/real_recordings.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -55,17 +56,12 @@ RoadScene scene_a(const fs::path& folder) {
           pose_of(lists.at("T"))};
 }
 
-nlohmann::json json_of(const fs::path& path) {
-  std::ifstream in(path);
-  return nlohmann::json::parse(in);
-}
-
 RoadScene scene_b(const fs::path& folder) {
-  const auto camera = json_of(folder / "center_camera-intrinsic.json").at("center_camera-intrinsic").at("param");
+  const auto camera = json_of_file(folder / "center_camera-intrinsic.json").at("center_camera-intrinsic").at("param");
   const auto K = camera.at("cam_K").at("data");
   const std::vector<double> d = camera.at("cam_dist").at("data").at(0);
   const std::string name = "top_center_lidar-to-center_camera-extrinsic";
-  const auto rows = json_of(folder / (name + ".json")).at(name).at("param").at("sensor_calib").at("data");
+  const auto rows = json_of_file(folder / (name + ".json")).at(name).at("param").at("sensor_calib").at("data");
   std::vector<double> T;
   for (const auto& row : rows) {
     for (const double x : row) T.push_back(x);
@@ -80,15 +76,13 @@ class RealVehicleCamera : public ::testing::TestWithParam<const char*> {
     source_ = real_recordings() / "vehicle_lidar_camera" / GetParam();
     if (!fs::exists(source_)) GTEST_SKIP() << "no real recordings in " << source_.parent_path();
     scene_ = GetParam() == std::string("scene_a") ? scene_a(source_) : scene_b(source_);
-    folder_ = fs::path(::testing::TempDir()) / ("rigcal_real_vehicle_camera_" + scene_.name);
-    fs::remove_all(folder_);
+    folder_ = scratch_folder("real_vehicle_camera");
     fs::create_directories(folder_ / "patches" / "top");
     fs::create_directories(folder_ / "patches" / "image" / "front");
     fs::copy_file(source_ / scene_.cloud, folder_ / "patches" / "top" / "0.pcd");
     fs::copy_file(source_ / scene_.image,
                   folder_ / "patches" / "image" / "front" / ("0" + fs::path(scene_.image).extension().string()));
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   [[nodiscard]] Expected<CalibrationResult> calibrate(const SE3& guess_T_base_camera) const {
     Rig rig;

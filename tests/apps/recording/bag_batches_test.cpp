@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "core/stops/point_slots.h"
 #include "tests/support/bag_bytes.h"
+#include "tests/support/files.h"
 #include "tests/support/ros_bytes.h"
 #include "tests/support/scratch_folder.h"
 
@@ -51,11 +51,8 @@ struct Kept {
 
 // What PointSlots keep of the clouds, 120 000 points a second at most.
 Kept kept(bool timed) {
-  const fs::path folder = scratch_folder("bag_batches");
-  const auto bytes = bag_of_clouds(timed).finish();
-  const std::string path = (folder / "clouds.bag").string();
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const std::string path = fresh_path("clouds.bag");
+  save_bytes(path, bag_of_clouds(timed).finish());
   Rig rig;
   rig.sensors.emplace_back();
   rig.sensors.back().name = "top";
@@ -82,7 +79,6 @@ Kept kept(bool timed) {
   EXPECT_TRUE(bag) << bag.error().message();
   while (*(*bag)->read_some()) continue;
   count_slots(true);
-  fs::remove_all(folder);
   kept.points = slots.used();
   return kept;
 }

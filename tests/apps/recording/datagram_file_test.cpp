@@ -24,9 +24,6 @@ constexpr int packets = 5000;
 
 class DatagramFileTest : public testing::Test {
  protected:
-  void SetUp() override { folder_ = scratch_folder("datagrams"); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// A dump of an AVIA for two seconds; after half of them the clock of the recording machine is off by `step_ns`.
   [[nodiscard]] std::string dump(std::int64_t step_ns) const {
     std::string path = (folder_ / "dump.pcapng").string();
@@ -45,7 +42,7 @@ class DatagramFileTest : public testing::Test {
     EXPECT_TRUE(writer->close());
     return path;
   }
-  fs::path folder_;
+  fs::path folder_ = scratch_folder("datagrams");
 };
 
 Rig one_avia() {

@@ -42,7 +42,6 @@ TEST(NameFormats, GoIntoTheSessionsRigFile) {
   EXPECT_EQ(named->sensors[static_cast<std::size_t>(named->find("right"))].camera->pixel_format, "BayerGR12");
   EXPECT_EQ(named->sensors[static_cast<std::size_t>(named->find("left"))].camera->pixel_format, "");
   EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr("right: its images are BayerGR12")));
-  std::filesystem::remove_all(session);
 }
 
 }  // namespace

@@ -14,6 +14,8 @@
 #include "core/io/pcapng_writer.h"
 #include "core/io/tum_file.h"
 #include "tests/support/bag_bytes.h"
+#include "tests/support/files.h"
+#include "tests/support/json.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/ros_bytes.h"
 #include "tests/support/scratch_folder.h"
@@ -28,8 +30,6 @@ using testing::ElementsAre;
 class RecordingOfPatches : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
     fs::create_directories(folder_ / "patches" / "top");
     fs::create_directories(folder_ / "patches" / "image" / "eye");
     for (const char* stop : {"3", "4"}) {
@@ -44,7 +44,6 @@ class RecordingOfPatches : public testing::Test {
     std::ofstream(folder_ / "rig.yaml")
         << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar}\n  eye: {type: camera, driver: images}\n";
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void write_trajectory(double metres_a_stop) const {
     std::vector<TumPose> poses;
@@ -64,7 +63,7 @@ class RecordingOfPatches : public testing::Test {
     return out;
   }
 
-  fs::path folder_;
+  fs::path folder_ = scratch_folder("patches");
 };
 
 TEST_F(RecordingOfPatches, HasStopsOfImagesAloneWhereTheirPosesAreGiven) {
@@ -226,7 +225,6 @@ TEST(RecordingOfImages, OfARigWithoutLidarsIsReadInspectedAndImported) {
   EXPECT_EQ(recording->lidar.stops.size(), 2U);
   ASSERT_EQ(recording->cameras.size(), 2U);
   EXPECT_EQ(recording->cameras[1].read_images({silent}).images.size(), 2U);
-  fs::remove_all(folder);
 }
 
 // As a simulation of such a rig left it before it was refused.
@@ -243,14 +241,13 @@ TEST(SessionOfPackets, OfARigWithoutLidarsIsInspectedButNotRead) {
   const auto inspection = inspect_recording(*source, {silent});
   ASSERT_TRUE(inspection) << inspection.error().message();
   EXPECT_EQ(inspection->at("images").at("eye").at("files"), 1);
-  EXPECT_THAT(inspection->at("warnings").dump(), testing::HasSubstr("not fit for calibrate: the rig has no LiDAR"));
+  EXPECT_THAT(json_text(inspection->at("warnings")), testing::HasSubstr("not fit for calibrate: the rig has no LiDAR"));
   const auto recording = read_recording({folder.string(), {}, {}}, CellOptions{}, {silent});
   ASSERT_FALSE(recording);
   EXPECT_THAT(recording.error().message(), testing::HasSubstr("rig.yaml: the rig has no LiDAR"));
   const auto exported = export_patches(*source, PatchLayout::patches, (folder / "out").string(), {silent});
   ASSERT_FALSE(exported);
   EXPECT_EQ(exported.error().where, recording.error().where);
-  fs::remove_all(folder);
 }
 
 // Three seconds of rest, five million points a second: of a file so many are held until it is sure that it is a rest.
@@ -278,8 +275,7 @@ TEST(RecordingOfABag, ThatIsDenseLosesNoPoints) {
     bytes.flush();
   }
   const auto bag = bytes.finish();
-  std::ofstream(folder / "dense.bag", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bag.data()), static_cast<std::streamsize>(bag.size()));
+  save_bytes(folder / "dense.bag", bag);
   const auto source = open_stream((folder / "dense.bag").string(), (folder / "rig.yaml").string());
   ASSERT_TRUE(source) << source.error().message();
   SilentReporter silent;
@@ -289,7 +285,6 @@ TEST(RecordingOfABag, ThatIsDenseLosesNoPoints) {
   EXPECT_EQ(reading->stops.size(), 1U);
   EXPECT_EQ(reading->points.dropped[static_cast<std::size_t>(DropReason::overflow)], 0U);
   EXPECT_GE(reading->points.in_stops, 20U * points);
-  fs::remove_all(folder);
 }
 
 // Three seconds of rest, clouds with one point that is very far, intensities up to 1.
@@ -314,8 +309,7 @@ TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
                             {1, 2, 16, 32, false}, data));
   }
   const auto bag = bytes.finish();
-  std::ofstream(folder / "far.bag", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bag.data()), static_cast<std::streamsize>(bag.size()));
+  save_bytes(folder / "far.bag", bag);
   const auto source = open_stream((folder / "far.bag").string(), (folder / "rig.yaml").string());
   ASSERT_TRUE(source) << source.error().message();
   NotingReporter notes;
@@ -325,7 +319,6 @@ TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
   EXPECT_THAT(notes.warnings,
               testing::IsSupersetOf({testing::HasSubstr("points lie farther than a .las file can say (214 km)"),
                                      testing::HasSubstr("/points: its intensities are at most 0.40")}));
-  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -46,16 +46,8 @@ double peak_mib() {
 
 Bytes bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
 
-Bytes file_bytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return Bytes(std::istreambuf_iterator<char>(file), {});
-}
-
 class Robustness : public testing::Test {
  protected:
-  void SetUp() override { scratch = scratch_folder("robustness"); }
-  void TearDown() override { fs::remove_all(scratch); }
-
   /// A point packet of an AVIA, the n-th.
   static Bytes packet(int n) {
     livox::SampleHeader header;
@@ -77,7 +69,7 @@ class Robustness : public testing::Test {
       EXPECT_TRUE(writer->write({stamp_ns += 400'000, {{192, 168, 1, 179}, 60001}, {{192, 168, 1, 5}, 56001}, each}));
     }
     EXPECT_TRUE(writer->close());
-    return file_bytes(path);
+    return read_bytes(path);
   }
   static std::vector<Bytes> packets(int count) {
     std::vector<Bytes> all;
@@ -142,7 +134,7 @@ class Robustness : public testing::Test {
     }
   }
 
-  fs::path scratch;
+  fs::path scratch = scratch_folder("robustness");
 };
 
 TEST_F(Robustness, ADumpCutAtAnyByteGivesItsWholePackets) {
@@ -257,7 +249,7 @@ TEST_F(Robustness, DamagedPcd) {
           read);
   const std::string path = (scratch / "cloud.pcd").string();
   ASSERT_TRUE(write_pcd(path, std::vector<Point>(40, Point{1.0F, 2.0F, 3.0F, 4, 0, 0})));
-  torment(file_bytes(path), read);
+  torment(read_bytes(path), read);
   // 40 points of 16 bytes as one literal run after another (LZF): what they say does not matter here.
   Bytes packed = bytes_of(header + "WIDTH 4\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA binary_compressed\n");
   ByteWriter out(packed);
@@ -273,7 +265,7 @@ TEST_F(Robustness, DamagedPcd) {
 }
 
 TEST_F(Robustness, DamagedTexts) {
-  torment(file_bytes(std::string(RIGCAL_SOURCE_DIR) + "/config/rigs/turntable.yaml"),
+  torment(read_bytes(std::string(RIGCAL_SOURCE_DIR) + "/config/rigs/turntable.yaml"),
           [](const std::string& path) { return error_of(load_rig(path)); });
   torment(bytes_of("rigcal: 1\nbase: a\nmethod: targetless\nstatus: good\nsensors:\n  a:\n    status: good\n"
                    "    reasons: []\n    translation: [0.5, -1.25, 3]\n    rotation_xyzw: [0, 0, 0.6, 0.8]\n"),
@@ -289,7 +281,7 @@ TEST_F(Robustness, DamagedTexts) {
 
 TEST_F(Robustness, DamagedImages) {
   for (const char* name : {"colours.jpg", "grey16.png", "opaque.png"})
-    torment(file_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/" + name),
+    torment(read_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/" + name),
             [](const std::string& path) { return error_of(read_image(path)); });
 }
 
@@ -305,12 +297,11 @@ TEST_F(Robustness, DamagedSessionJson) {
   ASSERT_TRUE(write_session_record(session.string(), record));
   ASSERT_TRUE(open_session(session.string()));
   Random random(11);
-  const Bytes original = file_bytes(session / "session.json");
+  const Bytes original = read_bytes(session / "session.json");
   int refused = 0;
   for (int i = 0; i < mutations; ++i) {
     const Bytes bytes = mutated(original, random);
-    std::ofstream(session / "session.json", std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    save_bytes(session / "session.json", bytes);
     const auto opened = open_session(session.string());
     if (opened) continue;
     ++refused;

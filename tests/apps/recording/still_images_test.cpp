@@ -11,6 +11,7 @@
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "tests/support/bag_bytes.h"
+#include "tests/support/files.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/ros_bytes.h"
 #include "tests/support/scratch_folder.h"
@@ -42,7 +43,6 @@ class StillImagesTest : public testing::Test {
     intrinsics.height = 3;
     camera_.camera->intrinsics = intrinsics;
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void image(const std::string& name, const Image& image) const {
     const auto written = write_image((folder_ / name).string(), image);
@@ -221,9 +221,8 @@ TEST_F(StillImagesTest, ComeOutOfABag) {
   add(1'600'000, "bayer_bggr8", 20);
   add(3'500'000, "unheard", 30);
   add(3'600'000, "mono8", 40);
-  const auto bag = bytes.finish();
   const std::string file = path("x.bag");
-  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bag.data()), static_cast<long>(bag.size()));
+  save_bytes(file, bytes.finish());
   Rig rig;
   rig.sensors.push_back(camera_);
   const auto cameras = bag_camera_recordings(rig, stops_, file);
@@ -243,9 +242,8 @@ TEST_F(StillImagesTest, ComeOutOfABag) {
 TEST_F(StillImagesTest, OfABagAreMissedBySentences) {
   BagBytes bytes;
   bytes.add("/cam", image_type, image_md5, 500'000, image_message(0, 0, 1, 1, "mono8", 1, {1}));
-  const auto bag = bytes.finish();
   const std::string file = path("x.bag");
-  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bag.data()), static_cast<long>(bag.size()));
+  save_bytes(file, bytes.finish());
   const auto why = [&](const std::string& topic) {
     camera_.camera->topic = topic;
     Rig rig;

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 
 #include "tests/support/noting_reporter.h"
@@ -75,7 +74,6 @@ TEST(TableAngles, OfASession) {
   std::ofstream(folder / "turntable.csv") << "stamp_ns,angle_deg\n5,1.5\n";
   EXPECT_EQ(session_table_angles(folder.string(), notes).size(), 1U);
   EXPECT_THAT(notes.warnings, testing::IsEmpty());
-  std::filesystem::remove_all(folder);
 }
 
 TEST(TableAngles, ThatCannotBeReadAreAWarning) {
@@ -86,7 +84,6 @@ TEST(TableAngles, ThatCannotBeReadAreAWarning) {
   std::ofstream(folder / "turntable.csv") << "stamp_ns,angle_deg\n5,0\n7,18.0\n" << std::string(40, '\0');
   EXPECT_EQ(session_table_angles(folder.string(), notes).size(), 2U);
   EXPECT_THAT(notes.warnings, testing::ElementsAre(HasSubstr("turntable.csv:1"), HasSubstr("was left out")));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "apps/capture/live_datagrams.h"
@@ -19,6 +18,7 @@
 #include "drivers/net/waiter.h"
 #include "simdata/scene/scene_file.h"
 #include "simdata/session/session_writer.h"
+#include "tests/support/json.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -28,7 +28,6 @@ namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 // Other tests run at the same time: these devices have codes, a network and a port of discovery of their own.
 constexpr std::uint16_t discovery_port = 55027;
@@ -82,8 +81,8 @@ void expect_in_order(const Streams& recorded, const Streams& played, std::uint64
 
 class Replay : public testing::Test {
  protected:
-  void SetUp() override {
-    scratch = scratch_folder("replay");
+  // A second of the room; whoever needs more makes its own.
+  static void SetUpTestSuite() {
     sim::RunOptions run;
     run.seed = 8;
     run.turntable.stops = 1;
@@ -91,17 +90,14 @@ class Replay : public testing::Test {
     run.turntable.initial_still_s = 0.2;
     run.turntable.turn_s = 0.3;
     run.turntable.final_still_s = 0.1;
-    make_session(run);
+    make_session("room", run, room = (scratch_folder("replay") / "session").string());
   }
-  void make_session(const sim::RunOptions& run, const std::string& name = "room") {
-    const auto scene = sim::load_scene(name);
+  static void make_session(const std::string& scene_name, const sim::RunOptions& run, const std::string& folder) {
+    const auto scene = sim::load_scene(scene_name);
     SilentReporter silent;
-    session = (scratch / "session").string();
-    std::filesystem::remove_all(session);
-    const auto made = sim::simulate_session(*scene, rig, run, session, {silent});
+    const auto made = sim::simulate_session(*scene, own_rig(), run, folder, {silent});
     ASSERT_TRUE(made.has_value()) << made.error().message();
   }
-  void TearDown() override { std::filesystem::remove_all(scratch); }
 
   // Plays the session as devices and records them with the driver.
   Streams play_to_driver(ReplayOptions options, std::optional<ReplaySummary>& summary) {
@@ -141,8 +137,9 @@ class Replay : public testing::Test {
   }
   [[nodiscard]] std::string packets() const { return session_packets_path(session); }
 
-  std::filesystem::path scratch;
-  std::string session;
+  static inline std::string room;
+  const std::filesystem::path scratch = scratch_folder("replay");
+  std::string session = room;
   std::uint64_t dropped = 0;  ///< By the kernel or the driver.
   const Rig rig = own_rig();
 };
@@ -169,16 +166,16 @@ TEST_F(Replay, AsDevicesGivesTheSameBytesToTheDriver) {
 TEST_F(Replay, WhatWasPlayedCalibratesToTheSame) {
   sim::RunOptions run = hurried_run(8, 1.1);
   run.mount_error = {0.05, 2.0};
-  make_session(run, "courtyard");
+  session = (scratch / "session").string();
+  make_session("courtyard", run, session);
   std::optional<ReplaySummary> summary;
   play_to_driver({}, summary);
   ASSERT_TRUE(summary && summary->is_complete);
   const std::string rig_path = session + "/rig.yaml";
   const auto calibrate = [&](const std::string& input, const std::string& name) {
     const std::string result = (scratch / name).string();
-    const ProgramRun said = run_program(std::string("'") + RIGCAL_PROGRAM + "' calibrate '" + input + "' --rig '" +
-                                            rig_path + "' --stages joint --out '" + result + "'",
-                                        scratch);
+    const ProgramRun said =
+        run_rigcal("calibrate '" + input + "' --rig '" + rig_path + "' --stages joint --out '" + result + "'", scratch);
     EXPECT_LE(said.code, 1) << said.err;
     return load_result(result);
   };
@@ -307,8 +304,8 @@ TEST_F(Replay, PlainPacketsArriveByteForByteFromEachDevicesAddress) {
 TEST_F(Replay, TheProgramSaysWhatItSent) {
   const ProgramRun run = program("'" + session + "' --to 127.0.0.1:9 --network 127.7.28.0 --speed 2 --json");
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto summary = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("replay.json").violations(summary), IsEmpty());
+  const auto summary = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("replay.json", summary));
   EXPECT_EQ(summary["complete"], true);
   EXPECT_EQ(summary["devices"].size(), 4U);
   EXPECT_EQ(summary["datagrams"].get<std::size_t>(), packets_of(samples_of(packets())) + 8);
@@ -320,8 +317,8 @@ TEST_F(Replay, TheProgramEndsWhenItIsStopped) {
   const ProgramRun run = program("'" + session + "' --as-devices --network 127.7.29.0 --json",
                                  "timeout --foreground --preserve-status -s INT 1 ");
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto summary = nlohmann::json::parse(run.out);
-  EXPECT_THAT(SchemaCheck("replay.json").violations(summary), IsEmpty());
+  const auto summary = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("replay.json", summary));
   EXPECT_EQ(summary["complete"], false);
   EXPECT_EQ(summary["datagrams"], 0);  // Nobody asked for any.
 }

@@ -2,11 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/web/page.h"
 #include "apps/web/web_view.h"
 #include "tests/support/headless_browser.h"
+#include "tests/support/json.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
 
@@ -56,13 +55,13 @@ std::string some_state() {
 TEST(LivePage, StateHasAllThatThePageShows) {
   const std::string text = some_state();
   EXPECT_EQ(text.find('\n'), std::string::npos);
-  const auto state = nlohmann::json::parse(text);
+  const auto state = parse_json(text);
   EXPECT_EQ(state["state"], "capturing");
   EXPECT_EQ(state["estimates"].size(), 3U);
   EXPECT_EQ(state["panorama"]["cells"].get<std::string>().size(), 2U * Panorama::rows * Panorama::columns);
   EXPECT_THAT(state["advice"].get<std::string>(), HasSubstr("turn the table by 60 degrees"));
-  const auto bare = nlohmann::json::parse(
-      web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), nullptr, nullptr, Requirement{}));
+  const auto bare =
+      parse_json(web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), nullptr, nullptr, Requirement{}));
   EXPECT_TRUE(bare["estimates"].empty());
   EXPECT_TRUE(bare["panorama"].is_null());
 }
@@ -81,14 +80,14 @@ TEST(LivePage, TheEndHasTheResultsNumbersAndPictures) {
   const WebResult result = web_result(some_result());
   EXPECT_EQ(result.pictures.at("left"), std::vector<std::uint8_t>{2});
   const LiveEstimates known = some_estimates();
-  const auto state = nlohmann::json::parse(
+  const auto state = parse_json(
       web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), &known, nullptr, Requirement{}, &result));
   EXPECT_EQ(state["advice"], "The extrinsics stand: weak");
   ASSERT_EQ(state["result"]["sensors"].size(), 2U);
   EXPECT_EQ(state["result"]["sensors"][0]["translation_bound_mm"], 0.0);
   EXPECT_GT(state["result"]["sensors"][1]["translation_bound_mm"], 1.0);
   EXPECT_EQ(state["cameras"][0]["picture"], 1);  // Another one than before.
-  EXPECT_EQ(nlohmann::json::parse(some_state())["cameras"][0]["picture"], 0);
+  EXPECT_EQ(parse_json(some_state())["cameras"][0]["picture"], 0);
 }
 
 TEST(LivePage, ShowsItInABrowser) {
@@ -106,7 +105,6 @@ TEST(LivePage, ShowsItInABrowser) {
   EXPECT_THAT(page, HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40"));
   EXPECT_THAT(page, HasSubstr("stop 2 &lt;b&gt;is&lt;/b&gt; in"));
   EXPECT_THAT(page, HasSubstr("<td>left</td><td>streaming</td>"));
-  std::filesystem::remove_all(scratch);
 }
 
 }  // namespace

@@ -1,61 +1,26 @@
 #pragma once
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "core/records/records.h"
+#include "tests/support/files.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A folder of this process, removed at its end.
-class ScratchFolder {
- public:
-  ScratchFolder() : path_(testing::TempDir() + "/rigcal_io_" + std::to_string(::getpid())) {
-    std::filesystem::create_directory(path_);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-/// A fresh file or folder name; nothing stands there.
-inline std::string fresh_path(const std::string& name) {
-  static const ScratchFolder folder;
-  std::string path = folder.path() + "/" + name;
-  std::filesystem::remove_all(path);
-  return path;
-}
-
 inline std::string write_bytes(const std::string& name, const Bytes& bytes) {
   const std::string path = fresh_path(name);
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  save_bytes(path, bytes);
   return path;
 }
 
 inline std::string write_text(const std::string& name, const std::string& text) {
   return write_bytes(name, Bytes(text.begin(), text.end()));
-}
-
-inline Bytes read_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return Bytes(std::istreambuf_iterator<char>(file), {});
 }
 
 inline Bytes join(const std::vector<Bytes>& parts) {

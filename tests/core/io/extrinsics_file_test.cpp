@@ -64,7 +64,6 @@ TEST(ExtrinsicsFile, IsThatOfAResultFolder) {
   const Expected<ExtrinsicsFile> file = load_extrinsics(folder.string());
   ASSERT_TRUE(file) << file.error().message();
   EXPECT_EQ(file->base, "avia");
-  std::filesystem::remove_all(folder);
 }
 
 TEST(ExtrinsicsFile, CanHaveAnotherBase) {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -33,7 +33,7 @@ TEST(FrameFiles, ReadBackWhatWasWritten) {
   frames[0] = {"000000.png", 1'700'000'000'123'456'789, 12, 5000.25, 987'654'321'000, 3};
   frames[1].file = "000001.png";
   frames[1].stamp_ns = 1'700'000'001'000'000'000;
-  const std::string path = testing::TempDir() + "/rigcal_frames.csv";
+  const std::string path = fresh_path("frames.csv");
   ASSERT_TRUE(write_frames(path, frames).has_value());
   const auto read = read_frames(path);
   ASSERT_TRUE(read.has_value()) << read.error().message();
@@ -48,7 +48,7 @@ TEST(FrameFiles, ReadBackWhatWasWritten) {
   EXPECT_FALSE((*read)[1].trigger || (*read)[1].exposure_us || (*read)[1].device_stamp || (*read)[1].stop);
 
   const std::vector<TriggerPulse> pulses{{0, 5}, {1, 7}, {4, 1'700'000'000'000'000'000}};
-  const std::string trigger = testing::TempDir() + "/rigcal_trigger.csv";
+  const std::string trigger = fresh_path("trigger.csv");
   ASSERT_TRUE(write_trigger(trigger, pulses).has_value());
   const auto stamps = read_trigger(trigger);
   ASSERT_TRUE(stamps.has_value());
@@ -85,7 +85,7 @@ TEST(FrameFiles, NameTheLineThatIsWrong) {
 }
 
 TEST(FrameFiles, ATableThatGrowsCanBeReadAtAnyTime) {
-  const std::string path = testing::TempDir() + "/rigcal_growing_frames.csv";
+  const std::string path = fresh_path("frames.csv");
   auto table = FrameTable::create(path);
   ASSERT_TRUE(table.has_value()) << table.error().message();
   EXPECT_EQ(0U, read_frames(path)->size());
@@ -110,7 +110,7 @@ TEST(FrameFiles, PulsesMustGoUp) {
 }
 
 TEST(FrameFiles, TableAnglesGoThereAndBack) {
-  const std::string path = testing::TempDir() + "/rigcal_turntable.csv";
+  const std::string path = fresh_path("turntable.csv");
   auto table = TurntableTable::create(path);
   ASSERT_TRUE(table.has_value());
   ASSERT_TRUE(table->add({5, -12.25}).has_value());
@@ -121,7 +121,6 @@ TEST(FrameFiles, TableAnglesGoThereAndBack) {
   EXPECT_EQ((*angles)[0].angle_deg, -12.25);
   EXPECT_EQ((*angles)[1].stamp_ns, 1'700'000'000'000'000'000);
   EXPECT_TRUE(table->close().has_value());
-  std::remove(path.c_str());
 }
 
 TEST(FrameFiles, TableAnglesThatMakeNoSenseAreRefused) {

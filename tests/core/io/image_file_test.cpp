@@ -3,24 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "core/base/random.h"
 #include "core/io/jpeg_file.h"
+#include "tests/support/files.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
-
-std::string scratch(const std::string& name) { return testing::TempDir() + "/rigcal_image_" + name; }
-
-Bytes file_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return Bytes(std::istreambuf_iterator<char>(file), {});
-}
 
 Image noise_image(int channels, int bits) {
   Image image;
@@ -38,7 +30,7 @@ TEST(ImageFile, ReadsBackWhatItWrote) {
   for (const int channels : {1, 3}) {
     for (const int bits : {8, 16}) {
       const Image image = noise_image(channels, bits);
-      const std::string path = scratch("round.png");
+      const std::string path = fresh_path("round.png");
       ASSERT_TRUE(write_image(path, image).has_value());
       const auto read = read_image(path);
       ASSERT_TRUE(read.has_value()) << read.error().message();
@@ -104,9 +96,9 @@ TEST(ImageFile, RefusesInkColours) {
 }
 
 TEST(ImageFile, RefusesWhatIsCutOrChangedAnywhere) {
-  const std::string path = scratch("damage.png");
+  const std::string path = fresh_path("damage.png");
   ASSERT_TRUE(write_image(path, noise_image(3, 16)).has_value());
-  const Bytes whole = file_bytes(path);
+  const Bytes whole = read_bytes(path);
   ASSERT_TRUE(decode_image(whole, "f").has_value());
   for (std::size_t size = 0; size < whole.size(); size += size < 64 ? 1 : 37) {
     const auto cut = decode_image({whole.data(), size}, "cut.png");
@@ -118,7 +110,7 @@ TEST(ImageFile, RefusesWhatIsCutOrChangedAnywhere) {
     changed[at] ^= 0x10U;
     EXPECT_FALSE(decode_image(changed, "f").has_value()) << at;
   }
-  const Bytes jpeg = file_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/colours.jpg");
+  const Bytes jpeg = read_bytes(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/image/colours.jpg");
   for (std::size_t size = 0; size + 2 < jpeg.size(); size += 11)
     EXPECT_FALSE(decode_image({jpeg.data(), size}, "f").has_value()) << size;
 }
@@ -130,10 +122,10 @@ TEST(ImageFile, RefusesASizeThatItCannotHave) {
   one.width = 1;
   one.height = 1;
   one.bytes = {7};
-  const std::string path = scratch("bomb.png");
+  const std::string path = fresh_path("bomb.png");
   ASSERT_TRUE(write_image(path, one).has_value());
   const auto forged = [&](std::uint32_t side, std::uint32_t sum) {
-    Bytes bytes = file_bytes(path);
+    Bytes bytes = read_bytes(path);
     for (const std::size_t at : {16U, 20U})
       for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(side >> (24 - 8 * i));
     for (std::size_t i = 0; i < 4; ++i) bytes[29 + i] = static_cast<std::uint8_t>(sum >> (24 - 8 * i));
@@ -141,11 +133,11 @@ TEST(ImageFile, RefusesASizeThatItCannotHave) {
   };
   EXPECT_THAT(forged(60000, 0xA5B92A9E).error().message(), HasSubstr("damaged"));
   EXPECT_THAT(forged(10000, 0x9F253DFB).error().message(), HasSubstr("damaged"));
-  EXPECT_FALSE(write_image(scratch("odd.png"), Image{4, 4, 1, 8, "", Bytes(15)}).has_value());
+  EXPECT_FALSE(write_image(fresh_path("odd.png"), Image{4, 4, 1, 8, "", Bytes(15)}).has_value());
 }
 
 TEST(ImageFile, SaysWhatIsNoImage) {
-  EXPECT_THAT(read_image(scratch("missing.png")).error().message(), HasSubstr("no such file"));
+  EXPECT_THAT(read_image(fresh_path("missing.png")).error().message(), HasSubstr("no such file"));
   const Bytes text{'h', 'e', 'l', 'l', 'o'};
   EXPECT_THAT(decode_image(text, "x.png").error().message(), HasSubstr("neither a PNG nor a JPEG"));
 }

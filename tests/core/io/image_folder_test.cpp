@@ -16,11 +16,9 @@ namespace fs = std::filesystem;
 
 class ImageFolderTest : public testing::Test {
  protected:
-  void SetUp() override { folder_ = scratch_folder("image_folder"); }
-  void TearDown() override { fs::remove_all(folder_); }
   void file(const std::string& name, const std::string& text = {}) const { std::ofstream(folder_ / name) << text; }
 
-  fs::path folder_;
+  fs::path folder_ = scratch_folder("image_folder");
 };
 
 TEST_F(ImageFolderTest, TakesTheNumbersOfNamesInOrder) {

@@ -18,8 +18,6 @@ using testing::HasSubstr;
 
 class RecordedTableTest : public testing::Test {
  protected:
-  void SetUp() override { session_ = scratch_folder("recorded_table"); }
-  void TearDown() override { fs::remove_all(session_); }
   void put(const std::string& text) const { std::ofstream(table_path()) << text; }
   [[nodiscard]] std::string table_path() const { return (session_ / "turntable.csv").string(); }
   [[nodiscard]] RecordedTable read() const {
@@ -33,7 +31,7 @@ class RecordedTableTest : public testing::Test {
     ASSERT_TRUE(write_session_record(session_.string(), record));
   }
 
-  fs::path session_;
+  fs::path session_ = scratch_folder("recorded_table");
 };
 
 TEST_F(RecordedTableTest, OfAnUnfinishedSessionItEndsWithItsLastWholeLine) {

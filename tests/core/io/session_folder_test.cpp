@@ -91,7 +91,7 @@ TEST(SessionFolder, SaysWhatIsWrong) {
   };
   EXPECT_THAT(message(fresh_path("nowhere")), HasSubstr("no such file"));
   EXPECT_THAT(message(write_text("file", "x")), HasSubstr("no session folder"));
-  EXPECT_THAT(message(testing::TempDir()), HasSubstr("no rig.yaml"));
+  EXPECT_THAT(message(scratch_folder("no_session")), HasSubstr("no rig.yaml"));
   const std::string path = new_session("bare");
   EXPECT_THAT(message(path), HasSubstr("neither lidar.pcapng nor patches"));
   put(session_packets_path(path), "x");

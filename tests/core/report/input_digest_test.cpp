@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/support/run_program.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -15,21 +16,18 @@ namespace fs = std::filesystem;
 class InputDigests : public testing::Test {
  protected:
   void SetUp() override {
-    root = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root);
     fs::create_directories(root / "session/patches/avia");
     write("session/rig.yaml", "rigcal: 1\n");
     write("session/patches/avia/0.pcd", "first");
     write("session/patches/avia/1.pcd", std::string(3'000'000, 'x'));
   }
-  void TearDown() override { fs::remove_all(root); }
   void write(const std::string& name, const std::string& text) const { std::ofstream(root / name) << text; }
   // What sha256sum says, run in a folder of the test.
   [[nodiscard]] std::string said(const std::string& command) const {
     return run_program("cd '" + (root / "session").string() + "' && " + command, root).out.substr(0, 64);
   }
 
-  fs::path root;
+  fs::path root = scratch_folder("input_digest");
 };
 
 TEST_F(InputDigests, AreThoseThatSha256sumGives) {

@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/base/random.h"
 #include "core/io/jpeg_file.h"
 #include "core/report/html/page.h"
-#include "tests/core/report/make_result.h"
 #include "tests/support/headless_browser.h"
+#include "tests/support/json.h"
+#include "tests/support/make_result.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal {
@@ -126,14 +126,13 @@ class PageInBrowser : public testing::Test {
     browser = HeadlessBrowser::find(root);
     if (!browser) GTEST_SKIP() << HeadlessBrowser::missing;
   }
-  void TearDown() override { fs::remove_all(root); }
 
   [[nodiscard]] Json seen(const std::string& page, int width = 1300, int height = 1000) const {
     return browser->seen(page, width, height);
   }
   static void expect_whole(const Json& seen, std::size_t pictures) {
-    ASSERT_TRUE(seen.value("done", false)) << seen.dump();
-    EXPECT_EQ(seen["problems"].dump(), "[]");
+    ASSERT_TRUE(seen.value("done", false)) << json_text(seen);
+    EXPECT_EQ(json_text(seen["problems"]), "[]");
     EXPECT_LE(seen["wide_px"].get<int>(), 0);
     EXPECT_EQ(seen["pictures"].size(), pictures);
     for (const Json& content : seen["pictures"]) EXPECT_GT(content.get<double>(), 0.005);

@@ -8,7 +8,7 @@
 #include "core/report/html/field_of_view.h"
 #include "core/report/html/resources.h"
 #include "core/report/summary_text.h"
-#include "tests/core/report/make_result.h"
+#include "tests/support/make_result.h"
 
 namespace rigcal {
 namespace {

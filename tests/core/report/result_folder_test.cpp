@@ -8,9 +8,10 @@
 #include <fstream>
 #include <limits>
 #include <set>
-#include <sstream>
 
-#include "tests/core/report/make_result.h"
+#include "tests/support/files.h"
+#include "tests/support/make_result.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal {
 namespace {
@@ -22,27 +23,14 @@ using testing::IsEmpty;
 
 class ResultFolder : public testing::Test {
  protected:
-  void SetUp() override {
-    root = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root);
-    fs::create_directory(root);
-  }
-  void TearDown() override { fs::remove_all(root); }
-
   static std::set<std::string> names(const fs::path& folder) {
     std::set<std::string> found;
     for (const auto& entry : fs::directory_iterator(folder)) found.insert(entry.path().filename());
     return found;
   }
-  static std::string read(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-  }
   static void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
-  fs::path root;
+  fs::path root = scratch_folder("result_folder");
 };
 
 TEST_F(ResultFolder, HoldsAllFilesAndLeavesNothingBesideIt) {
@@ -58,8 +46,8 @@ TEST_F(ResultFolder, ReplacesAnOlderResultAsAWhole) {
   write(root / "result" / "report.html", "from an older run");
   result.method = "planes";
   ASSERT_TRUE(write_result_folder(result, root / "result"));
-  EXPECT_THAT(read(root / "result" / "extrinsics.yaml"), HasSubstr("method: planes"));
-  EXPECT_THAT(read(root / "result" / "report.html"), testing::Not(HasSubstr("from an older run")));
+  EXPECT_THAT(text_of(root / "result" / "extrinsics.yaml"), HasSubstr("method: planes"));
+  EXPECT_THAT(text_of(root / "result" / "report.html"), testing::Not(HasSubstr("from an older run")));
   EXPECT_THAT(names(root), ElementsAre("result"));
 }
 
@@ -72,7 +60,7 @@ TEST_F(ResultFolder, HoldsTheOverlaysUnderTheirCamerasAndStops) {
   ASSERT_TRUE(write_result_folder(result, root / "result"));
   const fs::path overlays = root / "result" / "overlays";
   EXPECT_THAT(names(overlays), ElementsAre("camera_0.jpg", "camera_17.jpg", "camera_17_map.jpg"));
-  EXPECT_EQ(read(overlays / "camera_17_map.jpg"), "\x04\x05\x06");
+  EXPECT_EQ(text_of(overlays / "camera_17_map.jpg"), "\x04\x05\x06");
   // Another result without a camera takes its place, overlays included.
   ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
   EXPECT_FALSE(fs::exists(overlays));
@@ -86,7 +74,7 @@ TEST_F(ResultFolder, IsNotReplacedWhereSomethingElseLiesAmongItsOverlays) {
   const Expected<void> done = write_result_folder(result, root / "result");
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().message(), HasSubstr("overlays/notes.txt"));
-  EXPECT_EQ(read(root / "result" / "overlays" / "notes.txt"), "what was seen");
+  EXPECT_EQ(text_of(root / "result" / "overlays" / "notes.txt"), "what was seen");
 }
 
 TEST_F(ResultFolder, ReplacesWhatALinkPointsToAndKeepsTheLink) {
@@ -96,7 +84,7 @@ TEST_F(ResultFolder, ReplacesWhatALinkPointsToAndKeepsTheLink) {
   result.method = "planes";
   ASSERT_TRUE(write_result_folder(result, root / "latest"));
   EXPECT_TRUE(fs::is_symlink(root / "latest"));
-  EXPECT_THAT(read(root / "real" / "extrinsics.yaml"), HasSubstr("method: planes"));
+  EXPECT_THAT(text_of(root / "real" / "extrinsics.yaml"), HasSubstr("method: planes"));
 }
 
 TEST_F(ResultFolder, FillsAnEmptyFolder) {
@@ -112,7 +100,7 @@ TEST_F(ResultFolder, NeverReplacesAFolderThatIsNoResult) {
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().kind, ErrorKind::input);
   EXPECT_THAT(done.error().message(), HasSubstr("chapter1.tex"));
-  EXPECT_EQ(read(root / "thesis" / "chapter1.tex"), "years of work");
+  EXPECT_EQ(text_of(root / "thesis" / "chapter1.tex"), "years of work");
   EXPECT_THAT(names(root), ElementsAre("thesis"));
 }
 
@@ -120,7 +108,7 @@ TEST_F(ResultFolder, NeverReplacesAResultToWhichTheUserAddedAFile) {
   ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
   write(root / "result" / "notes.txt", "mine");
   EXPECT_FALSE(write_result_folder(make_result(), root / "result"));
-  EXPECT_EQ(read(root / "result" / "notes.txt"), "mine");
+  EXPECT_EQ(text_of(root / "result" / "notes.txt"), "mine");
 }
 
 TEST_F(ResultFolder, NeverReplacesForeignFilesThatOnlyHaveTheNamesOfOurs) {
@@ -134,16 +122,16 @@ TEST_F(ResultFolder, NeverReplacesForeignFilesThatOnlyHaveTheNamesOfOurs) {
 TEST_F(ResultFolder, NeverReplacesAFile) {
   write(root / "result", "a file");
   EXPECT_FALSE(write_result_folder(make_result(), root / "result"));
-  EXPECT_EQ(read(root / "result"), "a file");
+  EXPECT_EQ(text_of(root / "result"), "a file");
 }
 
 TEST_F(ResultFolder, LeavesTheOlderResultWhenTheNewOneIsNotSound) {
   ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
-  const std::string before = read(root / "result" / "extrinsics.yaml");
+  const std::string before = text_of(root / "result" / "extrinsics.yaml");
   CalibrationResult broken = make_result();
   broken.sensors[1].T_base_sensor->t.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(write_result_folder(broken, root / "result"));
-  EXPECT_EQ(read(root / "result" / "extrinsics.yaml"), before);
+  EXPECT_EQ(text_of(root / "result" / "extrinsics.yaml"), before);
   EXPECT_THAT(names(root), ElementsAre("result"));
 }
 
@@ -155,7 +143,7 @@ TEST_F(ResultFolder, SaysThatTheSystemRefusedWhereNoFolderCanBeMade) {
 
 TEST_F(ResultFolder, WritesTheMapAsPlyThatOtherToolsRead) {
   ASSERT_TRUE(write_result_folder(make_result(), root / "result"));
-  const std::string ply = read(root / "result" / "map.ply");
+  const std::string ply = text_of(root / "result" / "map.ply");
   const std::string end = "end_header\n";
   const std::size_t body = ply.find(end) + end.size();
   EXPECT_THAT(ply.substr(0, body), HasSubstr("sensors: 0 avia 1 mid40_left 2 mid40_right\nelement vertex 2\n"));

@@ -5,10 +5,10 @@
 
 #include <cstdlib>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/io/extrinsics_file.h"
-#include "tests/core/report/make_result.h"
+#include "tests/support/json.h"
+#include "tests/support/make_result.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/yaml_json.h"
 
@@ -55,10 +55,10 @@ TEST(ExtrinsicsYaml, SaysWhichDirectionsAreWeakAndWhichWereNotFitted) {
                               "missing: \"an upright one\"}\n"));
   const auto tree = parse_yaml(text, "extrinsics.yaml");
   ASSERT_TRUE(tree) << tree.error().message();
-  EXPECT_THAT(SchemaCheck("extrinsics.json").violations(json_of(*tree)), testing::IsEmpty());
+  EXPECT_TRUE(fits_schema("extrinsics.json", json_of(*tree)));
   EXPECT_TRUE(parse_extrinsics(text, "extrinsics.yaml"));
-  const nlohmann::json report = nlohmann::json::parse(report_json(result));
-  EXPECT_THAT(SchemaCheck("report.json").violations(report), testing::IsEmpty());
+  const nlohmann::json report = parse_json(report_json(result));
+  EXPECT_TRUE(fits_schema("report.json", report));
   EXPECT_EQ(report["sensors"][1]["weak_directions"][0]["bound_m"], 0.25);
   EXPECT_FALSE(report["sensors"][0].contains("weak_directions"));
 }
@@ -93,7 +93,7 @@ TEST(TrajectoryTum, NumbersTheStopsWhereTheInputHadNoTimes) {
 }
 
 TEST(ReportJson, HoldsStagesWarningsAndTheStatusOfEverySensor) {
-  const auto json = nlohmann::json::parse(report_json(make_result()));
+  const auto json = parse_json(report_json(make_result()));
   EXPECT_EQ(json["rigcal"], 1);
   EXPECT_EQ(json["status"], "failed");
   EXPECT_EQ(json["stops"]["found"], 3);
@@ -108,7 +108,7 @@ TEST(ReportJson, HoldsStagesWarningsAndTheStatusOfEverySensor) {
 
 TEST(ReportJson, FitsItsSchema) {
   const SchemaCheck schema("report.json");
-  auto json = nlohmann::json::parse(report_json(make_result()));
+  auto json = parse_json(report_json(make_result()));
   EXPECT_THAT(schema.violations(json), testing::IsEmpty());
   // The check itself finds what does not fit.
   json["stages"][0].erase("wall_s");

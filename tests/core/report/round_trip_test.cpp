@@ -8,7 +8,7 @@
 #include "core/io/tum_file.h"
 #include "core/report/result_folder.h"
 #include "core/report/result_texts.h"
-#include "tests/core/report/make_result.h"
+#include "tests/support/make_result.h"
 
 namespace rigcal {
 namespace {

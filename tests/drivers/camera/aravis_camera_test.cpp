@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "drivers/camera/aravis/aravis_backend.h"
-#include "tests/drivers/camera/image_folder_fixture.h"
 #include "tests/drivers/camera/virtual_camera.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 namespace {
@@ -31,7 +31,7 @@ class AravisCamera : public testing::Test {
   }
   std::unique_ptr<Camera> make() {
     AravisOptions made = options;
-    if (keeps_settings) made.settings_folder = (scratch.path() / "cameras").string();
+    if (keeps_settings) made.settings_folder = (scratch / "cameras").string();
     return AravisBackend(made).make();
   }
   void open() {
@@ -97,7 +97,7 @@ class AravisCamera : public testing::Test {
 
   sim::ServedCamera device = virtual_camera(42, "00C0DE42");
   std::unique_ptr<sim::CameraServer> server;
-  ScratchFolder scratch{"aravis_camera"};
+  std::filesystem::path scratch = scratch_folder("aravis_camera");
   AravisOptions options;
   bool keeps_settings = false;
   std::unique_ptr<Camera> camera;
@@ -219,17 +219,17 @@ TEST_F(AravisCamera, WhatACrashLeftIsMendedAtTheNextStart) {
   stream(config);
   const std::vector<std::string> at_the_crash = features();
   EXPECT_NE(at_the_crash, before);
-  std::filesystem::copy(scratch.path() / "cameras", scratch.path() / "at_the_crash");
+  std::filesystem::copy(scratch / "cameras", scratch / "at_the_crash");
   camera->close();
   EXPECT_EQ(features(), before);
-  EXPECT_TRUE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch / "cameras"));
   // As if it had crashed instead: the camera waits for triggers, and the file is there.
   set_by_hand({{"Width", "256"}, {"Height", "128"}, {"TriggerMode", "On"}, {"ChunkModeActive", "true"}});
-  std::filesystem::remove_all(scratch.path() / "cameras");
-  std::filesystem::rename(scratch.path() / "at_the_crash", scratch.path() / "cameras");
+  std::filesystem::remove_all(scratch / "cameras");
+  std::filesystem::rename(scratch / "at_the_crash", scratch / "cameras");
   open();
   EXPECT_THAT(camera->notes(), Contains(HasSubstr("did not end as it should")));
-  EXPECT_TRUE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch / "cameras"));
   EXPECT_EQ(features(), before);
 }
 
@@ -243,12 +243,12 @@ TEST_F(AravisCamera, WhatAMuteCameraKeepsIsMendedAtTheNextStart) {
   server->fall_silent(0, std::numeric_limits<std::int64_t>::max());
   camera->close();  // Before its heartbeat is missed.
   EXPECT_THAT(camera->notes(), Contains(HasSubstr("could not be put back")));
-  EXPECT_FALSE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  EXPECT_FALSE(std::filesystem::is_empty(scratch / "cameras"));
   serve();
   set_by_hand({{"Width", "256"}, {"Height", "128"}, {"TriggerMode", "On"}, {"ChunkModeActive", "true"}});
   open();
   EXPECT_THAT(camera->notes(), Contains(HasSubstr("did not end as it should")));
-  EXPECT_TRUE(std::filesystem::is_empty(scratch.path() / "cameras"));
+  EXPECT_TRUE(std::filesystem::is_empty(scratch / "cameras"));
   EXPECT_EQ(features(), before);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/drivers/camera/image_folder_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 namespace {
@@ -18,7 +19,7 @@ class ImageCamera : public testing::Test {
  protected:
   /// Plays the folder `left` of the scratch folder.
   void play(const CameraConfig& config = {}) {
-    camera = ImageBackend({scratch.path().string(), pace}).make();
+    camera = ImageBackend({scratch.string(), pace}).make();
     const auto opened = camera->open("left");
     ASSERT_TRUE(opened.has_value()) << opened.error().message();
     auto configured = camera->configure(config);
@@ -32,14 +33,14 @@ class ImageCamera : public testing::Test {
     return *std::move(delivery);
   }
 
-  ScratchFolder scratch{"image_camera"};
+  std::filesystem::path scratch = scratch_folder("image_camera");
   ImageCameraOptions::Pace pace = ImageCameraOptions::Pace::as_taken;
   std::unique_ptr<Camera> camera;
   CameraSetup setup;
 };
 
 TEST_F(ImageCamera, GivesEachImageOnceAndThenEnds) {
-  write_camera_folder(scratch.path() / "left", 5, 1000 * ms);
+  write_camera_folder(scratch / "left", 5, 1000 * ms);
   play();
   EXPECT_EQ(setup.pixel_format, "Mono8");
   for (int i = 0; i < 5; ++i) {
@@ -57,7 +58,7 @@ TEST_F(ImageCamera, GivesEachImageOnceAndThenEnds) {
 }
 
 TEST_F(ImageCamera, CutsThePartOutOfTheImage) {
-  write_camera_folder(scratch.path() / "left", 1, ms);
+  write_camera_folder(scratch / "left", 1, ms);
   CameraConfig config;
   config.region = Region{10, 20, 7, 5};
   config.pixel_format = "BayerRG8";
@@ -73,7 +74,7 @@ TEST_F(ImageCamera, CutsThePartOutOfTheImage) {
 }
 
 TEST_F(ImageCamera, KeepsTheRecordedTimesOrTheRateThatIsAsked) {
-  write_camera_folder(scratch.path() / "left", 4, 60 * ms);
+  write_camera_folder(scratch / "left", 4, 60 * ms);
   pace = ImageCameraOptions::Pace::recorded;
   play();
   std::int64_t first = next().frame.facts().host_stamp_ns;
@@ -90,7 +91,7 @@ TEST_F(ImageCamera, KeepsTheRecordedTimesOrTheRateThatIsAsked) {
 }
 
 TEST_F(ImageCamera, LosesWhatIsNotTakenInTime) {
-  write_camera_folder(scratch.path() / "left", 10, 5 * ms);
+  write_camera_folder(scratch / "left", 10, 5 * ms);
   pace = ImageCameraOptions::Pace::recorded;
   CameraConfig config;
   config.buffers = 2;
@@ -104,7 +105,7 @@ TEST_F(ImageCamera, LosesWhatIsNotTakenInTime) {
 }
 
 TEST_F(ImageCamera, DamagedAndForeignImagesAreFlaggedAndHaveNoPixels) {
-  const auto folder = scratch.path() / "left";
+  const auto folder = scratch / "left";
   write_camera_folder(folder, 5, ms);
   std::filesystem::resize_file(folder / "1.png", 60);
   ASSERT_TRUE(write_image((folder / "2.png").string(), numbered_image(2, 32, 48)).has_value());
@@ -122,10 +123,10 @@ TEST_F(ImageCamera, DamagedAndForeignImagesAreFlaggedAndHaveNoPixels) {
 }
 
 TEST_F(ImageCamera, TakesFilesNamedByNumbers) {
-  std::filesystem::create_directories(scratch.path() / "left");
+  std::filesystem::create_directories(scratch / "left");
   for (const int number : {30, 4, 200}) {
     const std::string name = std::to_string(number) + ".png";
-    ASSERT_TRUE(write_image((scratch.path() / "left" / name).string(), numbered_image(number)).has_value());
+    ASSERT_TRUE(write_image((scratch / "left" / name).string(), numbered_image(number)).has_value());
   }
   pace = ImageCameraOptions::Pace::recorded;
   play();
@@ -138,7 +139,7 @@ TEST_F(ImageCamera, TakesFilesNamedByNumbers) {
 }
 
 TEST_F(ImageCamera, SaysWhatAFolderDoesNot) {
-  write_camera_folder(scratch.path() / "left", 1, ms);
+  write_camera_folder(scratch / "left", 1, ms);
   CameraConfig config;
   config.exposure_us = 5000.0;
   config.trigger = TriggerConfig{"Line0", false, 0.0};
@@ -149,11 +150,11 @@ TEST_F(ImageCamera, SaysWhatAFolderDoesNot) {
 }
 
 TEST_F(ImageCamera, AFolderWithoutImagesIsAnError) {
-  std::filesystem::create_directories(scratch.path() / "left");
-  camera = ImageBackend({scratch.path().string(), pace}).make();
+  std::filesystem::create_directories(scratch / "left");
+  camera = ImageBackend({scratch.string(), pace}).make();
   EXPECT_FALSE(camera->open("left").has_value());
-  EXPECT_THAT(camera->open((scratch.path() / "left").string()).error().message(), HasSubstr("no images"));
-  std::ofstream(scratch.path() / "left" / "7.png") << "no image";
+  EXPECT_THAT(camera->open((scratch / "left").string()).error().message(), HasSubstr("no images"));
+  std::ofstream(scratch / "left" / "7.png") << "no image";
   EXPECT_THAT(camera->open("left").error().message(), HasSubstr("7.png"));
   EXPECT_FALSE(ImageBackend({"/no/such/folder", pace}).enumerate().has_value());
 }

@@ -8,25 +8,8 @@
 
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
-#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
-
-/// A folder that is gone when this ends.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const std::string& name) : path_(scratch_folder(name)) {}
-  ~ScratchFolder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// An image of which each pixel tells where it lies and which image it is.
 inline Image numbered_image(int number, int width = 64, int height = 48) {

@@ -1,6 +1,7 @@
 #include "drivers/camera/images/image_camera.h"
 #include "tests/drivers/camera/contract.h"
 #include "tests/drivers/camera/image_folder_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 namespace {
@@ -8,8 +9,8 @@ namespace {
 class ImagesSubject final : public ContractSubject {
  public:
   ImagesSubject() {
-    write_camera_folder(scratch_.path() / "camera_left", 100, 20'000'000);
-    write_camera_folder(scratch_.path() / "camera_right", 2, 20'000'000);
+    write_camera_folder(scratch_ / "camera_left", 100, 20'000'000);
+    write_camera_folder(scratch_ / "camera_right", 2, 20'000'000);
   }
   CameraBackend& backend() override { return backend_; }
   [[nodiscard]] std::string camera() const override { return "camera_left"; }
@@ -18,8 +19,8 @@ class ImagesSubject final : public ContractSubject {
   [[nodiscard]] bool allocates_for_frames() const override { return true; }
 
  private:
-  ScratchFolder scratch_{"images_subject"};
-  ImageBackend backend_{{scratch_.path().string(), ImageCameraOptions::Pace::recorded}};
+  std::filesystem::path scratch_ = scratch_folder("images_subject");
+  ImageBackend backend_{{scratch_.string(), ImageCameraOptions::Pace::recorded}};
 };
 
 }  // namespace

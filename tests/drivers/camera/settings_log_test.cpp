@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "tests/drivers/camera/image_folder_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 namespace {
@@ -23,8 +23,8 @@ class SettingsLogFile : public testing::Test {
     std::filesystem::create_directories(std::filesystem::path(file).parent_path());
     std::ofstream(file) << text;
   }
-  ScratchFolder scratch{"settings_log"};
-  std::string file = settings_file((scratch.path() / "cameras").string(), "Hikrobot-MV-00F1");
+  std::filesystem::path scratch = scratch_folder("settings_log");
+  std::string file = settings_file((scratch / "cameras").string(), "Hikrobot-MV-00F1");
 };
 
 TEST_F(SettingsLogFile, IsThereFromTheFirstChangeToTheEnd) {
@@ -65,7 +65,7 @@ TEST_F(SettingsLogFile, WhatIsNoSuchTableIsAnError) {
 }
 
 TEST_F(SettingsLogFile, AFolderThatCannotBeMadeIsSaidOnce) {
-  std::ofstream(scratch.path() / "cameras") << "in the way";
+  std::ofstream(scratch / "cameras") << "in the way";
   SettingsLog log(file);
   log.add(width);
   log.add(mode);

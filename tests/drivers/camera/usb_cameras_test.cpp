@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "tests/drivers/camera/image_folder_fixture.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::camera {
 namespace {
@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 class UsbCameras : public testing::Test {
  protected:
   void add(const std::string& place, const std::string& file, const std::string& text) {
-    fs::create_directories(scratch.path() / "sys" / place);
-    std::ofstream(scratch.path() / "sys" / place / file) << text << "\n";
+    fs::create_directories(scratch / "sys" / place);
+    std::ofstream(scratch / "sys" / place / file) << text << "\n";
   }
   void add_camera(const std::string& place, const std::string& device_class, const std::string& subclass) {
     add(place, "manufacturer", "Hikrobot");
@@ -26,10 +26,8 @@ class UsbCameras : public testing::Test {
     add(place + "/" + place + ":1.0", "bInterfaceClass", device_class);
     add(place + "/" + place + ":1.0", "bInterfaceSubClass", subclass);
   }
-  std::vector<UsbCamera> list() {
-    return list_usb_cameras((scratch.path() / "sys").string(), (scratch.path() / "nodes").string());
-  }
-  ScratchFolder scratch{"usb_cameras"};
+  std::vector<UsbCamera> list() { return list_usb_cameras((scratch / "sys").string(), (scratch / "nodes").string()); }
+  std::filesystem::path scratch = scratch_folder("usb_cameras");
 };
 
 TEST_F(UsbCameras, AreFoundByTheClassOfTheirInterface) {
@@ -39,14 +37,14 @@ TEST_F(UsbCameras, AreFoundByTheClassOfTheirInterface) {
   ASSERT_EQ(cameras.size(), 1U);
   EXPECT_EQ(cameras[0].serial, "00F12345678");
   EXPECT_EQ(cameras[0].vendor, "Hikrobot");
-  EXPECT_EQ(cameras[0].node, (scratch.path() / "nodes" / "002" / "007").string());
+  EXPECT_EQ(cameras[0].node, (scratch / "nodes" / "002" / "007").string());
 }
 
 TEST_F(UsbCameras, SayWhetherTheyMayBeOpened) {
   add_camera("2-1", "ef", "05");
   EXPECT_FALSE(list()[0].is_allowed);
-  fs::create_directories(scratch.path() / "nodes" / "002");
-  std::ofstream(scratch.path() / "nodes" / "002" / "007") << "";
+  fs::create_directories(scratch / "nodes" / "002");
+  std::ofstream(scratch / "nodes" / "002" / "007") << "";
   EXPECT_TRUE(list()[0].is_allowed);
 }
 

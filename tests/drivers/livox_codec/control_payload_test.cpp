@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <set>
 
 #include "tests/drivers/livox_codec/random_payload.h"
 #include "tests/drivers/livox_codec/worked_examples.h"
+#include "tests/support/files.h"
 #include "tests/support/hex.h"
 
 namespace rigcal::livox {
@@ -239,8 +239,7 @@ TEST(ControlCorpus, IsTheWorkedExamples) {
   std::set<std::string> corpus;
   for (const auto& entry :
        std::filesystem::directory_iterator(std::string(RIGCAL_SOURCE_DIR) + "/tests/fuzz/corpus/control")) {
-    std::ifstream in(entry.path(), std::ios::binary);
-    corpus.emplace(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    corpus.insert(text_of(entry.path()));
   }
   std::set<std::string> examples;
   for (const WorkedExample& example : worked_examples()) {

@@ -22,13 +22,11 @@ namespace fs = std::filesystem;
 
 class FakeRoot : public testing::Test {
  protected:
-  void SetUp() override { root = scratch_folder("net"); }
-  void TearDown() override { fs::remove_all(root); }
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((root / name).parent_path());
     std::ofstream(root / name) << text;
   }
-  fs::path root;
+  fs::path root = scratch_folder("net");
 };
 
 constexpr const char* columns =

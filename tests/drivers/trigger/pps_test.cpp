@@ -61,7 +61,6 @@ TEST(Pps, AFileThatWasRemovedOrMadeAnewIsNoLongerThere) {
   std::ofstream(path) << "second";
   EXPECT_FALSE(is_still_there(descriptor, path));
   close(descriptor);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Pps, ADeviceThatIsTakenAwayIsNoticedAndTakenAgain) {

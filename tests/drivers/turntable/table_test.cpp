@@ -129,7 +129,6 @@ TEST(Table, PortsThatCannotBeHadAreRefused) {
   options.protocol = ProtocolKind::ascii;
   options.ascii.move = "GO";
   EXPECT_THAT(Table::start(options, net::read_clocks()).error().message(), HasSubstr("neither {angle} nor {step}"));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(VirtualTable, CanBeReachedByALink) {
@@ -144,7 +143,6 @@ TEST(VirtualTable, CanBeReachedByALink) {
   EXPECT_FALSE(std::filesystem::is_symlink(linked.link));
   linked.link = (folder / "missing" / "table").string();
   EXPECT_FALSE(sim::VirtualTable::start(linked).has_value());
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // The cameras of a simulated run on the network, with Aravis as their host.
 #include <gmock/gmock.h>
 
-#include <filesystem>
 #include <thread>
 
 #include "core/io/frame_files.h"
@@ -11,6 +10,7 @@
 #include "simdata/scene/scene_file.h"
 #include "simdata/session/session_images.h"
 #include "tests/simdata/gige/aravis_host.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::sim {
 namespace {
@@ -98,8 +98,7 @@ TEST(LiveCameras, TriggeredTheySendTheImagesOfTheSession) {
   const Rig rig = camera_rig();
   const LiveOptions options = short_run();
   // What the same run has on disk.
-  const auto folder = std::filesystem::path(testing::TempDir()) / "rigcal_live_cameras";
-  std::filesystem::remove_all(folder);
+  const auto folder = scratch_folder("live_cameras");
   const auto scene = load_scene("room");
   const auto simulated =
       make_simulated_rig(rig, scene->T_scene_table, options.run.turntable, options.run.mount_error, options.run.seed);
@@ -147,7 +146,6 @@ TEST(LiveCameras, TriggeredTheySendTheImagesOfTheSession) {
   ASSERT_EQ(summary.cameras.size(), 2U);
   EXPECT_EQ(summary.cameras[0].name, "left");
   EXPECT_EQ(summary.cameras[0].counts.stream.blocks, 4U);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(LiveCameras, RunningFreelyTheyShowWhatThereIsAsTheyAreSet) {

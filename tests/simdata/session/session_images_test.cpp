@@ -4,30 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
 #include "simdata/camera/exposure_plan.h"
 #include "simdata/scene/scene_file.h"
 #include "simdata/session/session_writer.h"
+#include "tests/support/files.h"
 #include "tests/support/pinhole.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string fresh_folder(const std::string& name) {
-  const std::string path = ::testing::TempDir() + "/rigcal_sim_images_" + name;
-  fs::remove_all(path);
-  return path;
-}
-
-std::string file_text(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // The nominal rig with two small cameras: one triggered, 0.5 ms late, one that runs freely.
 Rig rig_with_cameras() {
@@ -67,7 +57,7 @@ RunOptions short_run() {
 TEST(SessionImages, StampsAgreeWithPulsesAndStops) {
   const auto scene = load_scene("room");
   SilentReporter silent;
-  const std::string path = fresh_folder("stamps");
+  const std::string path = fresh_path("stamps");
   const auto summary = simulate_session(*scene, rig_with_cameras(), short_run(), path, {silent});
   ASSERT_TRUE(summary.has_value()) << summary.error().message();
   EXPECT_EQ(12U, summary->images);
@@ -120,18 +110,17 @@ TEST(SessionImages, TheSameSeedGivesTheSameImagesAndCamerasDoNotTouchThePackets)
   SilentReporter silent;
   RunOptions options = short_run();
   options.images_per_stop = 1;
-  const std::string a = fresh_folder("a");
-  const std::string b = fresh_folder("b");
-  const std::string c = fresh_folder("c");
+  const std::string a = fresh_path("a");
+  const std::string b = fresh_path("b");
+  const std::string c = fresh_path("c");
   ASSERT_TRUE(simulate_session(*scene, rig_with_cameras(), options, a, {silent}).has_value());
   ASSERT_TRUE(simulate_session(*scene, rig_with_cameras(), options, b, {silent}).has_value());
   options.images_per_stop = 0;
   ASSERT_TRUE(simulate_session(*scene, rig_with_cameras(), options, c, {silent}).has_value());
   for (const char* file :
        {"images/left/000000.png", "images/right/000001.png", "images/left/frames.csv", "trigger.csv"})
-    EXPECT_TRUE(!file_text(fs::path(a) / file).empty() &&
-                file_text(fs::path(a) / file) == file_text(fs::path(b) / file));
-  EXPECT_TRUE(file_text(fs::path(a) / "lidar.pcapng") == file_text(fs::path(c) / "lidar.pcapng"));
+    EXPECT_TRUE(!text_of(fs::path(a) / file).empty() && text_of(fs::path(a) / file) == text_of(fs::path(b) / file));
+  EXPECT_TRUE(text_of(fs::path(a) / "lidar.pcapng") == text_of(fs::path(c) / "lidar.pcapng"));
   EXPECT_FALSE(fs::exists(fs::path(c) / "images"));
   EXPECT_FALSE(fs::exists(fs::path(c) / "trigger.csv"));
 }
@@ -144,7 +133,7 @@ TEST(SessionImages, APatchFolderHasOneImageOfEachCameraAndStop) {
   options.shots_per_patch = 50;
   options.with_images = true;
   const Rig rig = rig_with_cameras();
-  const std::string path = fresh_folder("patches");
+  const std::string path = fresh_path("patches");
   const auto summary = simulate_patches(*scene, rig, options, path, {silent});
   ASSERT_TRUE(summary.has_value()) << summary.error().message();
   EXPECT_EQ(6U, summary->images);
@@ -160,7 +149,7 @@ TEST(SessionImages, ARigWhoseCameraIsNotKnownLeavesNothingBehind) {
   SilentReporter silent;
   Rig rig = rig_with_cameras();
   rig.sensors[4].camera->pixel_format = "Coord3D_ABC32f";
-  const std::string path = fresh_folder("refused");
+  const std::string path = fresh_path("refused");
   const auto refused = simulate_session(*scene, rig, short_run(), path, {silent});
   ASSERT_FALSE(refused.has_value());
   EXPECT_THAT(refused.error().message(), testing::HasSubstr("'left'"));

@@ -9,15 +9,10 @@
 #include "core/io/pcd_file.h"
 #include "core/io/session_folder.h"
 #include "simdata/scene/scene_file.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::sim {
 namespace {
-
-std::string fresh_folder(const std::string& name) {
-  const std::string path = ::testing::TempDir() + "/rigcal_sim_" + name;
-  std::filesystem::remove_all(path);
-  return path;
-}
 
 RunOptions short_run() {
   RunOptions options;
@@ -32,7 +27,7 @@ RunOptions short_run() {
 TEST(SessionWriter, WritesASessionThatOpensWithAllItsPacketsAndItsTruth) {
   const auto scene = load_scene("room");
   SilentReporter silent;
-  const std::string path = fresh_folder("session");
+  const std::string path = fresh_path("session");
   const auto summary = simulate_session(*scene, nominal_rig(), short_run(), path, {silent});
   ASSERT_TRUE(summary.has_value()) << summary.error().message();
   const auto session = open_session(path);
@@ -60,7 +55,6 @@ TEST(SessionWriter, WritesASessionThatOpensWithAllItsPacketsAndItsTruth) {
   const SE3 nominal = *nominal_rig().sensors[2].initial_T_base_sensor;
   EXPECT_NEAR(0.2, (truth->T_base_sensor[2].second.t - nominal.t).norm(), 1e-9);
   EXPECT_LT(std::abs(truth->clocks.at("avia").drift_ppm), 50.0);
-  std::filesystem::remove_all(path);
 }
 
 TEST(SessionWriter, WritesAPatchFolderWithTheTruthBesideIt) {
@@ -69,7 +63,7 @@ TEST(SessionWriter, WritesAPatchFolderWithTheTruthBesideIt) {
   LightRigOptions options;
   options.turntable.stops = 3;
   options.shots_per_patch = 500;
-  const std::string path = fresh_folder("patches");
+  const std::string path = fresh_path("patches");
   const auto summary = simulate_patches(*scene, nominal_rig(), options, path, {silent});
   ASSERT_TRUE(summary.has_value()) << summary.error().message();
   const auto session = open_session(path);
@@ -82,13 +76,12 @@ TEST(SessionWriter, WritesAPatchFolderWithTheTruthBesideIt) {
     for (const PatchFile& file : sensor) points += read_pcd(file.path)->points.size();
   EXPECT_EQ(summary->points, points);
   EXPECT_TRUE(load_ground_truth(session->ground_truth).has_value());
-  std::filesystem::remove_all(path);
 }
 
 TEST(SessionWriter, NeverTouchesAnExistingFolderAndLeavesNothingBehindWhenStopped) {
   const auto scene = load_scene("room");
   SilentReporter silent;
-  const std::string path = fresh_folder("existing");
+  const std::string path = fresh_path("existing");
   std::filesystem::create_directory(path);
   EXPECT_FALSE(simulate_session(*scene, nominal_rig(), short_run(), path, {silent}).has_value());
   EXPECT_TRUE(std::filesystem::is_empty(path));

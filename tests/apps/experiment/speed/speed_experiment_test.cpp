@@ -2,18 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <nlohmann/json.hpp>
 
 #include "apps/experiment/speed/experiment.h"
 #include "apps/experiment/speed/used_memory.h"
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal::speed {
 namespace {
 
 void expect_files(const Experiment& experiment) {
-  const auto json = nlohmann::json::parse(experiment_json(experiment));
-  EXPECT_EQ(SchemaCheck("experiment_speed.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(experiment_json(experiment));
+  EXPECT_TRUE(fits_schema("experiment_speed.json", json));
   const std::vector<std::string> known = experiment_file_names();
   for (const auto& [name, text] : experiment_files(experiment)) {
     EXPECT_THAT(known, testing::Contains(name));

@@ -2,12 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/experiment/targetless/experiment.h"
 #include "apps/experiment/targetless/fixed_voxels.h"
 #include "apps/experiment/targetless/mutual_information.h"
 #include "tests/core/camera/textured_room.h"
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal::targetless {
@@ -32,8 +31,8 @@ CameraSetOptions enough() {
 }
 
 void expect_schema(const Experiment& experiment) {
-  const auto json = nlohmann::json::parse(experiment_json(experiment));
-  EXPECT_EQ(SchemaCheck("experiment_targetless.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(experiment_json(experiment));
+  EXPECT_TRUE(fits_schema("experiment_targetless.json", json));
   for (const auto& [name, text] : experiment_files(experiment)) EXPECT_FALSE(text.empty()) << name;
 }
 

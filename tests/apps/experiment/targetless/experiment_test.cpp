@@ -4,17 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "apps/experiment/targetless/trials.h"
+#include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
 namespace rigcal::targetless {
 namespace {
 
 void expect_files(const Experiment& experiment) {
-  const auto json = nlohmann::json::parse(experiment_json(experiment));
-  EXPECT_EQ(SchemaCheck("experiment_targetless.json").violations(json), std::vector<std::string>{});
+  const auto json = parse_json(experiment_json(experiment));
+  EXPECT_TRUE(fits_schema("experiment_targetless.json", json));
   const std::vector<std::string> known = experiment_file_names();
   for (const auto& [name, text] : experiment_files(experiment)) {
     EXPECT_THAT(known, testing::Contains(name));

@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <vector>
 
 #include "core/io/pcapng_writer.h"
 #include "tests/support/allocation_counter.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::livox {
 namespace {
@@ -66,8 +66,7 @@ TEST_F(Receiving, AsksForNoMemory) {
 
 TEST_F(Receiving, AsksForNoMemoryOnTheWayToTheDisk) {
   open(1 << 20, 4096);
-  const std::string path = std::filesystem::path(testing::TempDir()) / "rigcal_receiver_test.pcapng";
-  auto recorder = PcapngWriter::create(path);
+  auto recorder = PcapngWriter::create(fresh_path("recorded.pcapng"));
   ASSERT_TRUE(recorder.has_value());
   const std::vector<std::uint8_t> bytes(1362, 5);
   const Endpoint to = receiver->socket().local();
@@ -81,7 +80,6 @@ TEST_F(Receiving, AsksForNoMemoryOnTheWayToTheDisk) {
   ASSERT_TRUE(recorder->flush().has_value());
   EXPECT_EQ(allocations_in_this_thread() - before, 0U);
   EXPECT_EQ(recorder->datagrams(), 2000U);
-  std::filesystem::remove(path);
 }
 
 TEST(GatheringPause, LeavesRoomAtAnyRateAndIsLongAtLowOnes) {

@@ -1,11 +1,8 @@
-#pragma once
-
-#include "core/quality/result.h"
+#include "tests/support/make_result.h"
 
 namespace rigcal {
 
-/// A result with a good base, a weak sensor with numbers that need all digits, and a failed one.
-inline CalibrationResult make_result() {
+CalibrationResult make_result() {
   CalibrationResult result;
   result.base = "avia";
   result.method = "targetless";
