@@ -1,65 +1,23 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <string>
 
-#include "core/base/run_context.h"
-#include "core/rig/rig.h"
-#include "simdata/scene/scene_file.h"
 #include "simdata/session/session_writer.h"
 
 namespace rigcal {
 
 /// An AVIA (the base) and a MID-40 on a turntable by hand. `more_sensors` and `more_extrinsics` are lines of YAML under
 /// `sensors:` and `initial_extrinsics:`, indented by two.
-[[nodiscard]] inline std::string small_rig(const std::string& more_sensors = {},
-                                           const std::string& more_extrinsics = {}) {
-  return R"(rigcal: 1
-name: test
-base: avia
-sensors:
-  avia: {type: livox_avia, broadcast_code: "3JEDHC900100791", ip: 192.168.1.179, topic: /livox/lidar_179,
-         imu_topic: /livox/imu_179}
-  mid40: {type: livox_mid40, broadcast_code: "0TFDG3B00600551", ip: 192.168.1.21, topic: livox/lidar_21}
-)" + more_sensors +
-         R"(initial_extrinsics:
-  mid40: {translation: [-0.15, 0.0, -0.15], rotation_xyzw: [0.0, 0.0, -0.965926, 0.258819]}
-)" + more_extrinsics +
-         "turntable: {driver: manual, axis: [0, 0, 1]}\n";
-}
+[[nodiscard]] std::string small_rig(const std::string& more_sensors = {}, const std::string& more_extrinsics = {});
 
 /// The lines of a camera of 640 x 512 pixels under `sensors:`.
-[[nodiscard]] inline std::string small_camera(const std::string& name, const std::string& pixel_format) {
-  return "  " + name + ":\n    type: camera\n    driver: aravis\n    topic: /" + name +
-         "\n    exposure_us: 5000\n    pixel_format: " + pixel_format + R"(
-    intrinsics: {model: radtan, width: 640, height: 512, fx: 431.5, fy: 431.5, cx: 319.5, cy: 255.5,
-                 distortion: [-0.1, 0.09, 3.0e-4, -2.0e-4, 0.0]}
-)";
-}
+[[nodiscard]] std::string small_camera(const std::string& name, const std::string& pixel_format);
 
 /// A table that hurries and hardly swings keeps recordings short: what the stops hold is what matters.
-[[nodiscard]] inline sim::RunOptions hurried_run(int stops, double dwell_s) {
-  sim::RunOptions run;
-  run.turntable.stops = stops;
-  run.turntable.dwell_s = dwell_s;
-  run.turntable.turn_s = 0.5;
-  run.turntable.swing_rad = 2e-4;
-  run.turntable.initial_still_s = 1.0;
-  return run;
-}
+[[nodiscard]] sim::RunOptions hurried_run(int stops, double dwell_s);
 
-/// A session of the courtyard; `rig_yaml` is that of a rig file.
-inline void simulate_courtyard(const std::string& rig_yaml, const sim::RunOptions& run,
-                               const std::filesystem::path& session) {
-  const auto rig = parse_rig(rig_yaml, "rig.yaml");
-  ASSERT_TRUE(rig) << rig.error().message();
-  const auto scene = sim::load_scene("courtyard");
-  ASSERT_TRUE(scene) << scene.error().message();
-  SilentReporter silent;
-  const auto made = sim::simulate_session(*scene, *rig, run, session.string(), {silent});
-  ASSERT_TRUE(made) << made.error().message();
-}
+/// A session of the courtyard; `rig_yaml` is that of a rig file. The test links simdata_session.
+void simulate_courtyard(const std::string& rig_yaml, const sim::RunOptions& run, const std::filesystem::path& session);
 
 }  // namespace rigcal
