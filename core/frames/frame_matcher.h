@@ -65,7 +65,7 @@ struct CameraClockFigures {
 ///
 /// Streaming: pulses and frames each in their order, in any interleaving; after each call of `add_frame`, `next` is to
 /// be called until it gives nothing. Frames are decided in their order, at once where the pulse is known and clear, and
-/// after `patience_ns` at the latest; while the start is in doubt, they wait, `kWaiting` at most. Memory is bounded,
+/// after half a second at the latest; while the start is in doubt, they wait, `kWaiting` at most. Memory is bounded,
 /// and none is asked for once the start is found. One thread; all times session time.
 class FrameMatcher {
  public:

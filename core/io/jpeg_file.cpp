@@ -1,6 +1,5 @@
 #include "core/io/jpeg_file.h"
 
-#include <algorithm>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
@@ -80,7 +79,11 @@ struct Encoder {
 
   // As for Decoder::run.
   bool run(const Image& image, int quality) {
-    if (setjmp(trouble.back) != 0) return false;
+    if (setjmp(trouble.back) != 0) {
+      // Only by this does libjpeg tell where its buffer is once that has grown.
+      if (codec.dest != nullptr) codec.dest->term_destination(&codec);
+      return false;
+    }
     jpeg_create_compress(&codec);
     jpeg_mem_dest(&codec, &bytes, &size);
     codec.image_width = static_cast<JDIMENSION>(image.width);

@@ -31,7 +31,8 @@ struct Reader {
 
   // From setjmp on nothing may be made here that has a destructor: an error jumps over it.
   bool run(Image& image) {
-    if (png == nullptr || info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
+    if (png == nullptr || info == nullptr) return false;
+    if (setjmp(png_jmpbuf(png)) != 0) return false;
     png_set_chunk_malloc_max(png, most_chunk_bytes);
     png_set_read_fn(png, &rest, take);
     png_read_info(png, info);

@@ -7,6 +7,7 @@
 #include "core/edges/grey_image.h"
 
 namespace rigcal {
+
 SensorBoards find_lidar_boards(const Rig& rig, int sensor, const std::vector<Patch>& all, const BoardModel& board,
                                std::uint64_t seed, const RunContext& context) {
   const LidarSettings& settings = *rig.sensors[static_cast<std::size_t>(sensor)].lidar;

@@ -11,7 +11,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Vector6d sigma_of(const SensorResult& sensor) { return sensor.covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
+// What is no number, as where a variance is below zero by rounding, is written as null: not known.
+Vector6d sigma_of(const SensorResult& sensor) { return sensor.covariance.diagonal().cwiseSqrt(); }
 
 Json weak_json(const WeakDirection& weak) {
   Json json{{"of", weak.is_turn ? "turn" : "place"}, {"axis", {weak.axis.x(), weak.axis.y(), weak.axis.z()}}};

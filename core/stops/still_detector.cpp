@@ -6,7 +6,6 @@
 #include "core/stops/swing.h"
 
 namespace rigcal {
-namespace {}  // namespace
 
 StillDetector::StillDetector(const StopOptions& options, StillListener& listener)
     : options_(options), listener_(listener), judge_(options), imu_sensor_(options.imu_sensor) {

@@ -21,7 +21,6 @@ namespace {
 constexpr std::int64_t search_pause_ns = 100'000'000;
 constexpr std::int64_t dry_pause_ns = 1'000'000;  ///< Until somebody gives a buffer back.
 
-/// CLOCK_MONOTONIC on Linux, as the kernel stamps.
 void sleep_ns(std::int64_t time_ns) { std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns)); }
 
 template <std::size_t size>

@@ -271,8 +271,7 @@ TEST(StillDetector, BearsLostDoubledAndSwappedSamples) {
       if (random.uniform() < 0.02) std::swap(samples[i], samples[i - random.below(3)]);
       if (random.uniform() < 0.01) samples.insert(samples.begin() + static_cast<std::ptrdiff_t>(i), samples[i]);
     }
-    StillFigures figures;
-    const std::vector<StillStop> stops = find(samples, &figures);
+    const std::vector<StillStop> stops = find(samples);
     expect_rests_found(motion, stops, 0.8, 2.0);  // a noise of 0.1 deg/s, see above
     for (std::size_t i = 1; i < stops.size(); ++i) {
       EXPECT_NEAR(to_deg(log_so3(stops[i].R_previous_this).norm()), 18.0, 0.05);
