@@ -70,7 +70,7 @@ endfunction()
 # With precompiled headers GCC 12 warns of what is not so; and ccache has to see which of them were used.
 function(rigcal_allow_precompiled target)
   target_compile_options(${target} PRIVATE
-    "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow>")
+    "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>")
 endfunction()
 
 add_library(rigcal_headers OBJECT cmake/precompiled_headers.cpp)
