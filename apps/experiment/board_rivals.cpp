@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "core/board/closed_form.h"
+#include "core/geometry/matrix6.h"
 #include "core/geometry/point_cluster.h"
 #include "core/geometry/symmetric_eigen.h"
 
@@ -98,7 +99,7 @@ bool refine(const std::vector<Constraint>& constraints, SE3& T) {
         g += weight * J.transpose() * c.across * (T * p - c.on_it);
       }
     }
-    const Vector6d move = -H.ldlt().solve(g);
+    const Vector6d move = -solve_symmetric6(H, g);
     if (!move.allFinite()) return false;
     T = T * SE3{exp_so3(move.head<3>()), move.tail<3>()};
     if (move.norm() < 1e-10) break;

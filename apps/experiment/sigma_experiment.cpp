@@ -1,12 +1,12 @@
 #include "apps/experiment/sigma_experiment.h"
 
-#include <Eigen/Cholesky>
 #include <array>
 
 #include "apps/experiment/independent_trials.h"
 #include "apps/experiment/light_runs.h"
 #include "core/base/median.h"
 #include "core/geometry/chi_square.h"
+#include "core/geometry/matrix6.h"
 #include "core/pipeline/lidar_calibration.h"
 #include "simdata/rig/light_rig.h"
 #include "simdata/scene/scene_file.h"
@@ -44,7 +44,7 @@ Expected<RigTrials> try_rig(const SigmaCase& kind, int points, std::uint64_t see
       continue;
     }
     const Vector6d xi = (light->T_base_sensor[i].inverse() * *sensor.T_base_sensor).log();
-    out.trials.push_back({scene_name, xi.dot(sensor.covariance.ldlt().solve(xi)), xi.tail<3>().norm(),
+    out.trials.push_back({scene_name, xi.dot(solve_symmetric6(sensor.covariance, xi)), xi.tail<3>().norm(),
                           xi.head<3>().norm(), sensor.status});
   }
   return out;

@@ -1,4 +1,4 @@
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -6,6 +6,8 @@
 #include "core/camera/information_cost.h"
 #include "core/camera/information_images.h"
 #include "core/camera/minimize_pose.h"
+#include "core/geometry/matrix6.h"
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -62,10 +64,10 @@ Matrix6d curvature(const InformationCost& cost, const SE3& T, const Matrix6d& sh
         cost.derivatives(T * SE3::exp(step)).gradient - cost.derivatives(T * SE3::exp(-step)).gradient;
     H.col(k) = llt.matrixL().solve(change) / (2.0 * curvature_step);
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(0.5 * (H + H.transpose()));
-  const double least = 0.05 * std::max(eigen.eigenvalues().maxCoeff(), 1e-9);
-  const Vector6d values = eigen.eigenvalues().cwiseMax(least);
-  const Matrix6d in_z = eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
+  const SymmetricEigen6 eigen = symmetric_eigen6(0.5 * (H + H.transpose()));
+  const double least = 0.05 * std::max(eigen.values.maxCoeff(), 1e-9);
+  const Vector6d values = eigen.values.cwiseMax(least);
+  const Matrix6d in_z = eigen.vectors * values.asDiagonal() * eigen.vectors.transpose();
   const Matrix6d L = llt.matrixL();
   return L * in_z * L.transpose();
 }
@@ -74,7 +76,7 @@ Matrix6d curvature(const InformationCost& cost, const SE3& T, const Matrix6d& sh
 Matrix6d covariance_at(const InformationCost& cost, const InformationCost& of_some, const SE3& T) {
   Matrix6d shape = of_some.derivatives(T).shape;
   shape.diagonal().array() += 1e-9 * shape.trace() + 1e-12;
-  const Matrix6d inverse = curvature(of_some, T, shape).inverse();
+  const Matrix6d inverse = inverse6(curvature(of_some, T, shape));
   Matrix6d covariance = inverse * cost.gradient_scatter(T) * inverse;
   covariance.diagonal().head<3>().array() += shared_error_rad * shared_error_rad;
   covariance.diagonal().tail<3>().array() += shared_error_m * shared_error_m;

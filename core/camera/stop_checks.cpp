@@ -1,9 +1,9 @@
 #include "core/camera/stop_checks.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "core/camera/camera_checks.h"
+#include "core/geometry/matrix6.h"
 
 namespace rigcal {
 namespace {
@@ -69,7 +69,7 @@ void compare_halves(const SolvedCamera& solved, const EdgeSolution& end, const R
   estimate.halves_m = apart.tail<3>().norm();
   if (std::min(stops_of(halves.some), stops_of(halves.others)) < least_stops_of_half) return;
   // Each half has twice the variance of the whole, and their difference four times.
-  estimate.halves_chi2 = 0.25 * apart.dot(estimate.pose.covariance.ldlt().solve(apart));
+  estimate.halves_chi2 = 0.25 * apart.dot(solve_symmetric6(estimate.pose.covariance, apart));
 }
 
 }  // namespace

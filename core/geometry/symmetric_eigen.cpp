@@ -9,6 +9,11 @@ SymmetricEigen symmetric_eigen(const Matrix3d& A) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
+SymmetricEigen6 symmetric_eigen6(const Matrix6d& A) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
 SymmetricEigen symmetric_eigen_fast(const Matrix3d& A) {
   Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
   solver.computeDirect(A);

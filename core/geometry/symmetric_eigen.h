@@ -10,9 +10,16 @@ struct SymmetricEigen {
   Matrix3d vectors;
 };
 
+/// The same of what is known of a pose; the eigenvectors are the columns of an orthogonal matrix.
+struct SymmetricEigen6 {
+  Vector6d values;
+  Matrix6d vectors;
+};
+
 /// Eigen decomposition of a symmetric matrix by QR iterations: every eigenvalue is good to rounding relative to the
 /// largest, which the closed formula is not. NaN in, NaN out.
 [[nodiscard]] SymmetricEigen symmetric_eigen(const Matrix3d& A);
+[[nodiscard]] SymmetricEigen6 symmetric_eigen6(const Matrix6d& A);
 
 /// Closed formula, about five times quicker; the smallest eigenvalue is only good to 1e-8 of the largest. For tests of
 /// shape, not for costs.

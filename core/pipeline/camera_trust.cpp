@@ -1,10 +1,10 @@
 #include "core/pipeline/camera_trust.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "core/geometry/matrix6.h"
 #include "core/pipeline/surface_trust.h"
 #include "core/quality/verdict_text.h"
 
@@ -29,7 +29,7 @@ void rest_on_given_stops(const std::vector<CameraView>& views, const LidarRecord
   for (const CameraView& view : views) {
     const auto stop = static_cast<std::size_t>(view.stop);
     if (is_held[stop] || !solution.adjust.stop_priors[stop]) continue;
-    of_poses += solution.adjust.stop_priors[stop]->information.inverse();
+    of_poses += inverse6(solution.adjust.stop_priors[stop]->information);
     given += 1.0;
   }
   if (given == 0.0) return;

@@ -1,11 +1,11 @@
 #include "core/quality/comparison.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/text.h"
 #include "core/camera/camera_calibration.h"
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -20,9 +20,9 @@ const SensorResult* find(const CalibrationResult& result, const std::string& nam
 double chi2_of(const Vector6d& xi, const Matrix6d& covariance) {
   const Matrix6d C = 0.5 * (covariance + covariance.transpose()) + 1e-18 * Matrix6d::Identity();
   const Vector6d scale = C.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(scale.asDiagonal() * C * scale.asDiagonal());
-  const Vector6d along = solver.eigenvectors().transpose() * (scale.asDiagonal() * xi);
-  return along.cwiseAbs2().cwiseQuotient(solver.eigenvalues().cwiseMax(1e-12)).sum();
+  const SymmetricEigen6 eigen = symmetric_eigen6(scale.asDiagonal() * C * scale.asDiagonal());
+  const Vector6d along = eigen.vectors.transpose() * (scale.asDiagonal() * xi);
+  return along.cwiseAbs2().cwiseQuotient(eigen.values.cwiseMax(1e-12)).sum();
 }
 
 // How a sensor moved as seen from the base, with its covariance there.

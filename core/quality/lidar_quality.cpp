@@ -1,7 +1,6 @@
 #include "core/quality/lidar_quality.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,8 @@
 
 #include "core/base/text.h"
 #include "core/geometry/chi_square.h"
+#include "core/geometry/matrix6.h"
+#include "core/geometry/symmetric_eigen.h"
 #include "core/planes/range_offsets.h"
 #include "core/quality/inverse_information.h"
 
@@ -18,7 +19,7 @@ namespace {
 // Nothing can be said of what is no number.
 double largest(const Matrix3d& C) {
   if (!C.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  return std::max(Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvalues()[2], 0.0);
+  return std::max(symmetric_eigen(C).values[2], 0.0);
 }
 
 // Of all free parameters.
@@ -63,7 +64,7 @@ std::vector<char> observable_lidars(const Eigen::MatrixXd& H, const Eigen::Matri
     if (!scaled.allFinite()) return false;
     if (is_invertible) return true;
     if (scale.minCoeff() == 0.0) return false;
-    return Eigen::SelfAdjointEigenSolver<Matrix6d>(scaled).eigenvalues()[5] < widest;
+    return symmetric_eigen6(scaled).values[5] < widest;
   };
   std::vector<char> out;
   const bool is_base_held = !base || is_held(*base);
@@ -77,9 +78,9 @@ AdjustOptions with_honest_matches(AdjustOptions options) {
   constexpr double floor_m = 0.06;
   for (std::optional<PosePrior>& match : options.lidar_matches) {
     if (!match) continue;
-    Matrix6d covariance = match->information.inverse();
+    Matrix6d covariance = inverse6(match->information);
     covariance.diagonal().tail<3>().array() += floor_m * floor_m;
-    match->information = covariance.inverse();
+    match->information = inverse6(covariance);
   }
   return options;
 }
@@ -167,7 +168,7 @@ std::vector<Hold> holds_along(const SolvedPlanes& solved, Half half, const std::
 double told_along(const std::vector<std::optional<PosePrior>>& priors, std::size_t lidar, Half half,
                   const Vector3d& axis) {
   if (lidar >= priors.size() || !priors[lidar]) return 0.0;
-  Matrix6d C = priors[lidar]->information.inverse();
+  Matrix6d C = inverse6(priors[lidar]->information);
   return 1.0 / axis.dot(half_of(C, half) * axis);
 }
 
@@ -181,7 +182,7 @@ void widen_axis(const SolvedPlanes& solved, const AdjustOptions& held, Half half
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (!open[i]) continue;
     const Matrix3d C = half_of(full.with_priors, half, solved.layout.lidar_index(static_cast<int>(i)));
-    axes[i] = Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2 - rank);
+    axes[i] = symmetric_eigen(C).vectors.col(2 - rank);
   }
   const std::vector<Hold> holds = holds_along(solved, half, axes);
   for (std::size_t i = 0; i < open.size(); ++i) {
@@ -285,7 +286,7 @@ std::string direction_words(Vector3d d) {
 
 std::string weak_translation_words(const Matrix6d& covariance, const SE3& T_base_sensor) {
   const Matrix3d C = covariance.bottomRightCorner<3, 3>();
-  return direction_words(T_base_sensor.R * Eigen::SelfAdjointEigenSolver<Matrix3d>(C).eigenvectors().col(2));
+  return direction_words(T_base_sensor.R * symmetric_eigen(C).vectors.col(2));
 }
 
 double translation_bound(const Matrix6d& covariance) {

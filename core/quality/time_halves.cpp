@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <set>
 
 #include "core/base/parallel.h"
+#include "core/geometry/matrix6.h"
 
 namespace rigcal {
 namespace {
@@ -102,7 +102,7 @@ TimeHalves compare(const Halves& halves, int first_later_stop) {
   for (const HalfSums& half : halves) {
     if (half.count < 6.0) return out;
     // Held where nothing else holds it, or it could not be inverted.
-    const Matrix6d H = half.H / scatter_of(half) + 1e-6 * Matrix6d(P.inverse());
+    const Matrix6d H = half.H / scatter_of(half) + 1e-6 * inverse6(P);
     const Eigen::LDLT<Matrix6d> ldlt(H);
     apart -= sign * ldlt.solve(half.g / scatter_of(half));
     C += ldlt.solve(Matrix6d::Identity());
@@ -110,7 +110,7 @@ TimeHalves compare(const Halves& halves, int first_later_stop) {
   }
   out.compared = apart.allFinite() && C.allFinite();
   if (!out.compared) return out;
-  out.chi2 = apart.dot(C.ldlt().solve(apart));
+  out.chi2 = apart.dot(solve_symmetric6(C, apart));
   const Vector6d told = P * (P + C).ldlt().solve(apart);
   out.rotation_rad = told.head<3>().norm();
   out.translation_m = told.tail<3>().norm();

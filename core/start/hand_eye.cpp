@@ -1,12 +1,12 @@
 #include "core/start/hand_eye.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/matrix6.h"
 #include "core/geometry/spiral_direction.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/start/own_view.h"
@@ -157,7 +157,7 @@ SE3 mounting_step(const std::vector<PatchSurfels>& patches, const std::vector<SE
   }
   H.diagonal().head<3>().array() += damping * H.diagonal().head<3>().mean() + 1e-9;
   H.diagonal().tail<3>().array() += damping * H.diagonal().tail<3>().mean() + 1e-9;
-  const Vector6d dx = -H.ldlt().solve(g);
+  const Vector6d dx = -solve_symmetric6(H, g);
   if (!dx.allFinite()) return X;
   SE3 moved = X * SE3::exp(dx);
   moved.R = nearest_rotation(moved.R);

@@ -1,6 +1,5 @@
 #include "core/start/registration.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -8,6 +7,7 @@
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/matrix6.h"
 #include "core/start/coarse_search.h"
 #include "core/start/own_view.h"
 
@@ -144,7 +144,7 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
       g.noalias() += w * r * J;
     }
     H.diagonal().array() += 1e-6 * (1.0 + H.trace());
-    const Vector6d dx = -H.ldlt().solve(g);
+    const Vector6d dx = -solve_symmetric6(H, g);
     X = X * SE3::exp(dx);
     X.R = nearest_rotation(X.R);
     if (tolerance <= to_m && dx.norm() < settled_share * to_m) break;

@@ -10,6 +10,7 @@
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/matrix6.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/start/scored_pose.h"
 
@@ -60,7 +61,7 @@ SE3 refine(const ShapeScene& scene, const SE3& start, int iterations) {
   for (int k = 0; k < iterations; ++k) {
     ShapeEquations sum = shape_equations(scene, X);
     sum.H.diagonal() += 1e-6 * sum.H.diagonal() + Vector6d::Constant(1e-9);
-    const Vector6d dx = -sum.H.ldlt().solve(sum.g);
+    const Vector6d dx = -solve_symmetric6(sum.H, sum.g);
     if (!dx.allFinite()) return start;
     X = X * SE3::exp(dx);
     X.R = nearest_rotation(X.R);
@@ -143,7 +144,7 @@ double shape_score(const ShapeScene& scene, const SE3& X) {
   return sum / static_cast<double>(scene.moving.items.size());
 }
 
-PosePrior prior_of(const ShapeMatch& match) { return {match.X, match.covariance.inverse()}; }
+PosePrior prior_of(const ShapeMatch& match) { return {match.X, inverse6(match.covariance)}; }
 
 ShapeMatch match_shapes(const std::vector<ShapeScene>& scenes, const std::vector<SE3>& candidates) {
   std::vector<ScoredPose> all;

@@ -1,7 +1,8 @@
 #include "core/start/signed_turns.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 
@@ -14,7 +15,7 @@ std::vector<std::optional<double>> signed_turns(const std::vector<std::optional<
     squares += turn * turn.transpose();
     sum += turn;
   }
-  Vector3d axis = Eigen::SelfAdjointEigenSolver<Matrix3d>(squares).eigenvectors().col(2);
+  Vector3d axis = symmetric_eigen(squares).vectors.col(2);
   if (axis.dot(sum) < 0.0) axis = -axis;
   std::vector<std::optional<double>> turns(R.size());
   for (std::size_t j = 0; j < R.size(); ++j) {

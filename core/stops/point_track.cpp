@@ -1,9 +1,10 @@
 #include "core/stops/point_track.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
+
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -87,7 +88,7 @@ double PointTrack::offness(std::int64_t first, std::int64_t last) const {
 PointTrack::Scatter PointTrack::scatter(std::int64_t first, std::int64_t last) const {
   Scatter result;
   // Trembling is looked for about the axes that are seen well.
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(Matrix3d(reference_covariance_.topLeftCorner<3, 3>()));
+  const SymmetricEigen axes = symmetric_eigen(reference_covariance_.topLeftCorner<3, 3>());
   double change = 0.0;
   double change_freedom = 0.0;
   double energy = 0.0;
@@ -111,9 +112,8 @@ PointTrack::Scatter PointTrack::scatter(std::int64_t first, std::int64_t last) c
     energy += xi.dot(motion.right);
     energy_freedom += freedom;
     half_energy[2 * (slot - first) < last - first + 1 ? 0 : 1] += xi.dot(motion.right);
-    turn2 += (axes.eigenvectors().transpose() * xi.head<3>()).cwiseAbs2();
-    turn2_noise +=
-        (axes.eigenvectors().transpose() * covariance.topLeftCorner<3, 3>() * axes.eigenvectors()).diagonal();
+    turn2 += (axes.vectors.transpose() * xi.head<3>()).cwiseAbs2();
+    turn2_noise += (axes.vectors.transpose() * covariance.topLeftCorner<3, 3>() * axes.vectors).diagonal();
     slots += 1.0;
     if (has_before) {
       const Vector6d step = xi - before;
@@ -168,7 +168,7 @@ double PointTrack::resolution_rad() const {
 
 double PointTrack::worst_resolution_rad(std::int64_t slots) const {
   const Matrix3d turn = reference_covariance_.topLeftCorner<3, 3>();
-  return resolution_of(Eigen::SelfAdjointEigenSolver<Matrix3d>(turn).eigenvalues()[2], static_cast<double>(slots));
+  return resolution_of(symmetric_eigen(turn).values[2], static_cast<double>(slots));
 }
 
 Vector3d PointTrack::turn(std::int64_t first, std::int64_t last) const {

@@ -1,12 +1,12 @@
 #include "simdata/rig/random_rig.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <set>
 
+#include "core/geometry/symmetric_eigen.h"
 #include "simdata/scene/random_vectors.h"
 #include "simdata/scene/ray_caster.h"
 
@@ -81,8 +81,7 @@ class View {
     for (const Seen& s : seen_) {
       if (takes(s.spot)) normals += s.normal * s.normal.transpose();
     }
-    return Eigen::SelfAdjointEigenSolver<Matrix3d>(normals).eigenvalues()[0] /
-           static_cast<double>(std::max<std::size_t>(1, seen_.size()));
+    return symmetric_eigen(normals).values[0] / static_cast<double>(std::max<std::size_t>(1, seen_.size()));
   }
 
   int shots_;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -12,6 +11,7 @@
 #include "apps/experiment/independent_trials.h"
 #include "apps/experiment/light_runs.h"
 #include "core/base/median.h"
+#include "core/geometry/matrix6.h"
 #include "simdata/scene/scene_file.h"
 
 namespace rigcal::bound {
@@ -51,7 +51,7 @@ Expected<RigTrials> try_rig(std::uint64_t seed, int points, const RunContext& co
                           xi.tail<3>().squaredNorm(), xi.head<3>().squaredNorm(), bound->diagonal().tail<3>().sum(),
                           bound->diagonal().head<3>().sum(), in_pieces->diagonal().tail<3>().sum(),
                           in_pieces->diagonal().head<3>().sum(), sensor.covariance.diagonal().tail<3>().sum(),
-                          sensor.covariance.diagonal().head<3>().sum(), xi.dot(bound->ldlt().solve(xi))});
+                          sensor.covariance.diagonal().head<3>().sum(), xi.dot(solve_symmetric6(*bound, xi))});
   }
   return out;
 }

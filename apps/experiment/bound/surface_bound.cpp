@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "core/geometry/symmetric_eigen.h"
+
 namespace rigcal::bound {
 namespace {
 
@@ -11,13 +13,13 @@ namespace {
 constexpr double least_information = 1e-12;
 
 Matrix3d pseudo_inverse(const Matrix3d& A) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(A);
-  const double least = least_information * eigen.eigenvalues()[2];
+  const SymmetricEigen eigen = symmetric_eigen(A);
+  const double least = least_information * eigen.values[2];
   Vector3d inverse = Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
-    if (eigen.eigenvalues()[k] > least) inverse[k] = 1.0 / eigen.eigenvalues()[k];
+    if (eigen.values[k] > least) inverse[k] = 1.0 / eigen.values[k];
   }
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
 }
 
 }  // namespace
