@@ -1,5 +1,6 @@
 #include "drivers/livox_codec/control_payload.h"
 
+#include <memory>
 #include <utility>
 
 #include "drivers/livox_codec/payload_io.h"
@@ -51,7 +52,7 @@ template <std::size_t... index>
 Expected<ControlPayload> decode_any(const ControlFrame& frame, std::index_sequence<index...>) {
   Expected<ControlPayload> out =
       ControlPayload(RawControl{frame.type, frame.set, frame.id, {frame.payload.begin(), frame.payload.end()}});
-  static_cast<void>((decode_if<std::variant_alternative_t<index, ControlPayload>>(frame, out) || ...));
+  static_cast<void>((decode_if<std::variant_alternative_t<index, ControlContent>>(frame, out) || ...));
   return out;
 }
 
@@ -82,11 +83,22 @@ std::vector<std::uint8_t> encode(const T& payload, std::uint16_t seq) {
 
 }  // namespace
 
+ControlPayload::ControlPayload() noexcept = default;
+ControlPayload::ControlPayload(const ControlPayload& other) = default;
+ControlPayload::ControlPayload(ControlPayload&& other) noexcept = default;
+ControlPayload::~ControlPayload() = default;
+
+// The other one is a copy of its own, and to move it cannot fail.
+ControlPayload& ControlPayload::operator=(ControlPayload other) noexcept {
+  std::destroy_at(this);
+  return *std::construct_at(this, std::move(other));
+}
+
 Expected<ControlPayload> decode_control(const ControlFrame& frame) {
   if (is_broadcast(frame)) return widened(parse_broadcast(frame));
   const bool asks_for_handshake = frame.type == FrameType::command && command_of(frame) == Command::handshake;
   if (asks_for_handshake || is_handshake(frame)) return widened(parse_handshake(frame));
-  return decode_any(frame, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+  return decode_any(frame, std::make_index_sequence<std::variant_size_v<ControlContent>>());
 }
 
 std::vector<std::uint8_t> encode_control(const ControlPayload& payload, std::uint16_t seq) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -20,8 +22,8 @@ struct RawControl {
   bool operator==(const RawControl&) const = default;
 };
 
-/// What a control frame says, whoever sent it: every request, ack and message of the protocol.
-using ControlPayload = std::variant<
+/// Every request, ack and message of the protocol.
+using ControlContent = std::variant<
     RawControl, Broadcast, Handshake, HandshakeAck, DeviceInformationRequest, DeviceInformationAck, HeartbeatRequest,
     HeartbeatAck, SamplingRequest, SamplingAck, CoordinatesRequest, CoordinatesAck, DisconnectRequest, DisconnectAck,
     AbnormalStatus, SetIpModeRequest, SetIpModeAck, GetIpModeRequest, GetIpModeAck, RebootRequest, RebootAck,
@@ -36,6 +38,24 @@ using ControlPayload = std::variant<
     HubRainSuppressionAck, HubSlotPowerStatusRequest, HubSlotPowerStatusAck, HubSetFanRequest, HubSetFanAck,
     HubGetFanRequest, HubGetFanAck, HubSetReturnModeRequest, HubSetReturnModeAck, HubGetReturnModeRequest,
     HubGetReturnModeAck, HubSetImuRateRequest, HubSetImuRateAck, HubGetImuRateRequest, HubGetImuRateAck>;
+
+template <class T, class Variant>
+constexpr bool is_alternative_of = false;
+template <class T, class... Alternative>
+constexpr bool is_alternative_of<T, std::variant<Alternative...>> = (std::same_as<T, Alternative> || ...);
+
+/// What a control frame says, whoever sent it. It is its content; that it can be copied is said here and done in one
+/// place, as the compiler takes seconds for what a variant of so many does.
+struct ControlPayload final : ControlContent {
+  ControlPayload() noexcept;  ///< A RawControl without payload.
+  template <class T>
+  requires is_alternative_of<T, ControlContent> ControlPayload(T content)
+      : ControlContent(std::in_place_type<T>, std::move(content)) {}
+  ControlPayload(const ControlPayload& other);
+  ControlPayload(ControlPayload&& other) noexcept;
+  ControlPayload& operator=(ControlPayload other) noexcept;
+  ~ControlPayload();
+};
 
 /// Reads the payload of a frame; a frame that the protocol does not know becomes a RawControl.
 ///

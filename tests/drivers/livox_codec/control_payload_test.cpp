@@ -100,13 +100,13 @@ void check_round_trips(RandomPayload& random, std::index_sequence<index...>) {
     EXPECT_TRUE(*back == payload) << frame_name(*frame);
     EXPECT_EQ(encode_control(*back, 77), bytes);
   };
-  (check(random.make<std::variant_alternative_t<index, ControlPayload>>()), ...);
+  (check(random.make<std::variant_alternative_t<index, ControlContent>>()), ...);
 }
 
 TEST(ControlPayload, EveryPayloadComesBackFromARoundTripOfRandomValues) {
   RandomPayload random(11);
   for (int i = 0; i < 100; ++i) {
-    check_round_trips(random, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+    check_round_trips(random, std::make_index_sequence<std::variant_size_v<ControlContent>>());
   }
 }
 
@@ -117,13 +117,13 @@ std::set<std::string> frame_names(RandomPayload& random, std::index_sequence<ind
     const Bytes bytes = encode_control(payload, 0);
     names.insert(frame_name(*parse_control_frame(bytes)));
   };
-  (add(random.make<std::variant_alternative_t<index, ControlPayload>>()), ...);
+  (add(random.make<std::variant_alternative_t<index, ControlContent>>()), ...);
   return names;
 }
 
 TEST(ControlPayload, EveryCommandOfTheProtocolHasItsRequestAndItsAck) {
   RandomPayload random(1);
-  const auto names = frame_names(random, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+  const auto names = frame_names(random, std::make_index_sequence<std::variant_size_v<ControlContent>>());
   const auto first_to_last = [](Command first, Command last) {
     std::vector<Command> commands;
     for (auto code = static_cast<std::uint16_t>(first); code <= static_cast<std::uint16_t>(last); ++code) {

@@ -36,8 +36,8 @@ const std::vector<Model> models{
 
 constexpr std::size_t rebooting = 19;
 constexpr std::size_t disconnecting = 12;
-static_assert(std::is_same_v<std::variant_alternative_t<rebooting, ControlPayload>, RebootRequest>);
-static_assert(std::is_same_v<std::variant_alternative_t<disconnecting, ControlPayload>, DisconnectRequest>);
+static_assert(std::is_same_v<std::variant_alternative_t<rebooting, ControlContent>, RebootRequest>);
+static_assert(std::is_same_v<std::variant_alternative_t<disconnecting, ControlContent>, DisconnectRequest>);
 
 // A request that no device has a reason to refuse for what it says.
 template <class Request>
@@ -164,7 +164,7 @@ TEST(AgainstVirtual, EveryModelIsTakenSetUpAndFreed) {
 // answer of its own command with its own number.
 template <std::size_t index>
 void ask_for(VirtualLivox& device, const Model& model, std::int64_t now) {
-  using Request = std::variant_alternative_t<index, ControlPayload>;
+  using Request = std::variant_alternative_t<index, ControlContent>;
   if constexpr (requires { Request::command; }) {
     if constexpr (Request::type == FrameType::command) {
       const Request request = sensible<Request>();
@@ -199,7 +199,7 @@ TEST(AgainstVirtual, EveryCommandIsAnsweredAsTheModelCan) {
     VirtualLivox device(options, 1000 * ms);
     std::vector<DeviceFrame> frames;
     device.receive(1000 * ms, {host_ip, 55501}, make_handshake({host_ip, 56001, 55501, {}}, 1), frames);
-    ask_for_all(device, model, 1001 * ms, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+    ask_for_all(device, model, 1001 * ms, std::make_index_sequence<std::variant_size_v<ControlContent>>());
   }
 }
 

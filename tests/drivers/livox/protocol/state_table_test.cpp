@@ -93,11 +93,11 @@ constexpr std::array<std::uint8_t, 1> success{0};
 // Calls it with an empty one of every payload.
 template <class Call, std::size_t... index>
 void for_each_payload(const Call& call, std::index_sequence<index...>) {
-  (call(ControlPayload(std::in_place_index<index>)), ...);
+  (call(ControlPayload(std::variant_alternative_t<index, ControlContent>{})), ...);
 }
 template <class Call>
 void for_each_payload(const Call& call) {
-  for_each_payload(call, std::make_index_sequence<std::variant_size_v<ControlPayload>>());
+  for_each_payload(call, std::make_index_sequence<std::variant_size_v<ControlContent>>());
 }
 
 struct Row {
