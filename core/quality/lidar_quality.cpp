@@ -1,6 +1,7 @@
 #include "core/quality/lidar_quality.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
