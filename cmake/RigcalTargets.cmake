@@ -49,7 +49,7 @@ if(RIGCAL_BUILD_FUZZ)
 endif()
 set_target_properties(rigcal_rules PROPERTIES POSITION_INDEPENDENT_CODE ON)
 
-# What many sources of a kind include, read once for all of them: a third of the time that they take to compile. Each file
+# What many sources of a kind include, read once for all of them: a quarter of the time that they take to compile. Each file
 # says itself what it needs all the same; RIGCAL_PRECOMPILE=OFF shows where one does not.
 function(rigcal_precompile target)
   if(RIGCAL_PRECOMPILE)

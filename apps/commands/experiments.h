@@ -37,8 +37,8 @@ struct ExperimentOptions {
 struct ExperimentFindings {
   std::string text;  ///< Tables for people.
   std::string json;
-  std::vector<std::pair<std::string, std::string>>
-      files{};  ///< What `--out` writes beside these two: name and content.
+  /// What `--out` writes beside these two: name and content.
+  std::vector<std::pair<std::string, std::string>> files{};
 };
 
 /// One of those that `rigcal experiment` knows. To add one: its row in experiments.cpp.
@@ -51,6 +51,7 @@ struct Experiment {
   Expected<ExperimentFindings> (*run)(const ExperimentOptions& options, const RunContext& context);
 };
 
+/// All of them, in the order of `--help`.
 [[nodiscard]] const std::vector<Experiment>& experiments();
 
 }  // namespace rigcal

@@ -27,6 +27,7 @@ struct Error {
 
 [[nodiscard]] Error input_error(std::string what, std::string where = {}, std::string mend = {});
 [[nodiscard]] Error system_error(std::string what, std::string where = {}, std::string mend = {});
+/// Of what somebody stopped: no fault of anything.
 [[nodiscard]] Error cancelled_error(std::string what = "stopped", std::string where = {});
 
 /// A value or the Error that kept it from being made. Reading the part that is not there aborts with the error's text.

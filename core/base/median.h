@@ -16,7 +16,7 @@ template <class Number>
 }
 
 /// The number below which such a share of the others lies, 0 to 1: 0.01 is the first percentile. Of one number at
-/// least.
+/// least, which are put into another order.
 template <class Number>
 [[nodiscard]] Number quantile(std::vector<Number>& values, double share) {
   return of_rank(values, static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));

@@ -6,10 +6,10 @@
 /// does them once.
 namespace rigcal {
 
-/// A^-1 b of a symmetric A, by LDLT.
+/// A^-1 b of a symmetric A that has an inverse, by LDLT. NaN in, NaN out.
 [[nodiscard]] Vector6d solve_symmetric6(const Matrix6d& A, const Vector6d& b);
 
-/// A^-1 by LU.
+/// A^-1 by LU; not finite where there is none.
 [[nodiscard]] Matrix6d inverse6(const Matrix6d& A);
 
 }  // namespace rigcal

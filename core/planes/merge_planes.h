@@ -8,9 +8,9 @@ namespace rigcal {
 
 struct MergeOptions {
   double tolerance_m = 0.005;  ///< Leaves' middles within this of a plane are on it.
-  /// Takes what noise explains off what leaves stand off, down to 0.1 mm; else all that they
-  /// stand off is unevenness, and more. For units whose ranges have shown no error of their own: such an error bends
-  /// all walls alike, and leaves of one wall agree in it.
+  /// Takes what noise explains off what leaves stand off, down to 0.1 mm; else all that they stand off is unevenness,
+  /// and more. For units whose ranges have shown no error of their own: such an error bends all walls alike, and leaves
+  /// of one wall agree in it.
   bool trust_noise = false;
 };
 

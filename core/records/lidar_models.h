@@ -27,8 +27,8 @@ struct ScanPrism {
 
 struct ScanPattern {
   std::array<ScanPrism, 3> prisms{};
-  std::span<const double>
-      beams_deg;  ///< Elevations before the prisms, in the order in which they shoot. Empty: not known.
+  /// Elevations before the prisms, in the order in which they shoot. Empty: not known.
+  std::span<const double> beams_deg;
 };
 
 /// The first two numbers of a firmware from which on a model can do something.
@@ -77,6 +77,7 @@ struct LidarFacts {
 
 /// One row a model, the last of them `other`.
 [[nodiscard]] std::span<const LidarFacts> lidar_models();
+/// The row of a model.
 [[nodiscard]] const LidarFacts& facts_of(LidarModel model);
 
 }  // namespace rigcal

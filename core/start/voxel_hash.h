@@ -12,6 +12,7 @@ struct Voxel {
   std::int64_t x, y, z;
 };
 
+/// The one that holds p, of a grid whose cubes have edges of `size_m`.
 [[nodiscard]] inline Voxel voxel_of(const Vector3d& p, double size_m) {
   return {floor_of(p.x() / size_m), floor_of(p.y() / size_m), floor_of(p.z() / size_m)};
 }

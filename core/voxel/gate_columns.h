@@ -42,8 +42,8 @@ struct PatchColumns {
 /// The cells of one voxel by patch and tangential bin. Used again for the next voxel, it keeps its memory.
 class GateColumns {
  public:
-  /// Sorts `cells` into bins of 25 cm across the unit vector `normal_G`, counted from
-  /// `origin_G`, and sums up their columns.
+  /// Sorts `cells` into bins of 25 cm across the unit vector `normal_G`, counted from `origin_G`, and sums up their
+  /// columns.
   void make(std::span<const WorldCell> cells, const GateContext& context, const Vector3d& origin_G,
             const Vector3d& normal_G);
   /// Sums up a column anew, of the cells that are kept; where none is, the mean stays.

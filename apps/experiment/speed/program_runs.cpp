@@ -20,6 +20,7 @@ namespace rigcal::speed {
 namespace {
 
 namespace fs = std::filesystem;
+
 constexpr double dump_dwell_s = 2.2;  // with the turns between the stops 4e7 shots in all
 constexpr double least_scale_of_images = 0.1;
 constexpr std::chrono::milliseconds look_every{2};

@@ -267,11 +267,15 @@ TEST(StillDetector, BearsLostDoubledAndSwappedSamples) {
     gyro.noise_deg_s = 0.1;
     gyro.loss = 0.05;
     std::vector<ImuSample> samples = read_gyro(motion, gyro, random);
+    const std::size_t read = samples.size();
     for (std::size_t i = 3; i < samples.size(); ++i) {
       if (random.uniform() < 0.02) std::swap(samples[i], samples[i - random.below(3)]);
       if (random.uniform() < 0.01) samples.insert(samples.begin() + static_cast<std::ptrdiff_t>(i), samples[i]);
     }
-    const std::vector<StillStop> stops = find(samples);
+    ASSERT_GT(samples.size(), read + 10);
+    StillFigures figures;
+    const std::vector<StillStop> stops = find(samples, &figures);
+    EXPECT_LE(figures.imu_samples, read) << "those that came twice count once";
     expect_rests_found(motion, stops, 0.8, 2.0);  // a noise of 0.1 deg/s, see above
     for (std::size_t i = 1; i < stops.size(); ++i) {
       EXPECT_NEAR(to_deg(log_so3(stops[i].R_previous_this).norm()), 18.0, 0.05);
