@@ -101,6 +101,7 @@ void merge_leaves(const RefinePass& pass, PlaneMap& map) {
 
 AdjustOptions adjust_options(const RefineInput& input, const RefinePass& pass) {
   AdjustOptions options = input.adjust;
+  options.form = pass.form;
   options.max_iterations = pass.iterations;
   options.translation_tolerance_m = last_step_m;
   options.rotation_tolerance_rad = last_step_rad;
@@ -111,7 +112,10 @@ AdjustOptions adjust_options(const RefineInput& input, const RefinePass& pass) {
 
 std::vector<RefinePass> standard_passes(int tight) {
   std::vector<RefinePass> passes(static_cast<std::size_t>(2 + tight));
-  for (std::size_t i = 2; i < passes.size(); ++i) passes[i].map.with_rays = true;
+  for (std::size_t i = 2; i < passes.size(); ++i) {
+    passes[i].map.with_rays = true;
+    passes[i].form = HessianForm::exact;
+  }
   for (std::size_t i = 0; i < 2; ++i) {
     passes[i].map.gate_slack_m = 0.01;
     passes[i].map.offset_floor_m = 0.005;

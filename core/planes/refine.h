@@ -17,11 +17,13 @@ struct RefinePass {
   /// where everything stands by now, and hold it there.
   double merge_tolerance_m = 0.012;
   bool trust_noise = false;  ///< See MergeOptions.
+  HessianForm form = HessianForm::gauss_newton;
   int iterations = 6;
 };
 
 /// Two passes with loose gates for a start that is right to a few centimetres, by cubes, then `tight` ones by pieces,
-/// each with a map built anew; the tight ones' maps have rays.
+/// each with a map built anew; the tight ones' maps have rays. The exact Hessian is theirs alone: farther from the end
+/// it is often indefinite, and the Gauss-Newton one leads there from more starts.
 [[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
 
 /// How far one pass moved the extrinsic of a LiDAR.
@@ -46,7 +48,7 @@ struct RefineInput {
   const std::vector<NoiseModel>& noise;  ///< One for each LiDAR.
   SE3 T_grid_G;
   std::vector<char> use;  ///< Patches that take part; empty: all.
-  AdjustOptions adjust;   ///< Form and priors.
+  AdjustOptions adjust;   ///< Its priors; the rest is the passes'.
 };
 
 /// Runs the passes from and into `state`.
