@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <thread>
@@ -19,7 +18,6 @@
 #include "apps/capture/trigger_recorder.h"
 #include "apps/recording/recorded_formats.h"
 #include "core/base/seconds.h"
-#include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
@@ -51,32 +49,6 @@ std::vector<std::string> names_of_lidars(const Rig& rig) {
   for (const Sensor& sensor : rig.sensors)
     if (sensor.is_livox()) names.push_back(sensor.name);
   return names;
-}
-
-std::vector<std::string> shortfalls_of(const CaptureSummary& summary, const CaptureDevice& device) {
-  if (device.report.packets == 0) return {"it never sent anything"};
-  const livox::LinkCounters& link = device.report.link.counters;
-  std::vector<std::string> all;
-  if (link.losses > 0) all.push_back("its connection was lost " + counted(link.losses, "time"));
-  if (link.interruptions > link.losses) all.push_back("it was interrupted " + counted(link.interruptions, "time"));
-  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns)
-    all.push_back("nothing came from it in the last " + std::to_string(silence_ns / ns_per_second) + " s");
-  for (const livox::MissingSetting& missing : device.report.link.missing_settings)
-    all.push_back(livox::missing_text(missing.setting, missing.outcome) + ": " +
-                  livox::mend_of_missing(missing.outcome));
-  return all;
-}
-
-std::vector<std::string> shortfalls_of(const CaptureCamera& camera) {
-  std::vector<std::string> all;
-  if (camera.failure)
-    all.emplace_back("its images could not be written any more");
-  else if (camera.written == 0)
-    all.emplace_back("it never sent anything");
-  if (const std::uint64_t dropped = camera.dropped_by_queue + camera.counters.no_buffer; dropped > 0)
-    all.push_back(std::to_string(dropped) + " frames were lost in this machine");
-  if (camera.counters.losses > 0) all.push_back("its connection was lost " + counted(camera.counters.losses, "time"));
-  return all;
 }
 
 /// What takes part in a capture. Members are ended in the order of `Capture::shut_down`.
@@ -192,13 +164,14 @@ class Capture {
     summary.dropped_control = parts_.driver.dropped_control();
     summary.control = parts_.driver.control().counters();
     summary.forgotten_until_ns = figures.forgotten_until_ns;
+    summary.start_ns = parts_.driver.session_start().realtime_ns;
     summary.end_ns = end_ns_;
     if (figures.error) log_.add(now_ns(), "recording", figures.error->message(), true);
     summary.gaps = log_.gaps();
     const std::vector<std::string> gaps = stream_gaps(rig_, figures.ingest);
     summary.gaps.insert(summary.gaps.end(), gaps.begin(), gaps.end());
-    const std::vector<std::string> silences = silence_gaps(summary, parts_.driver.session_start().realtime_ns);
-    summary.gaps.insert(summary.gaps.end(), silences.begin(), silences.end());
+    for (const Shortfall& shortfall : summary.shortfalls())
+      if (!shortfall.gap.empty()) summary.gaps.push_back(shortfall.gap);
     std::sort(summary.gaps.begin(), summary.gaps.end());  // Each begins with its time.
     summary.notes = parts_.driver.notes();
     if (summary.status.trigger)
@@ -363,33 +336,6 @@ class Capture {
 };
 
 }  // namespace
-
-std::int64_t CaptureSummary::silence_ns(const CaptureDevice& device) const {
-  return std::max<std::int64_t>(0, end_ns - device.report.last_packet_ns);
-}
-
-std::vector<std::string> CaptureSummary::shortfalls() const {
-  std::vector<std::string> all;
-  for (const CaptureDevice& device : status.devices) {
-    for (const std::string& text : shortfalls_of(*this, device)) all.push_back(device.sensor + ": " + text);
-  }
-  for (const livox::InterfaceReport& report : interfaces) {
-    const std::uint64_t dropped = report.counters.dropped_by_kernel + report.counters.dropped_by_queue;
-    if (dropped > 0)
-      all.push_back(report.interface.name + " " + to_string(report.interface.ip) + ": " + std::to_string(dropped) +
-                    " packets were lost in this machine");
-  }
-  if (dropped_control > 0) all.push_back(std::to_string(dropped_control) + " control frames were not recorded");
-  for (const CaptureCamera& camera : status.cameras) {
-    for (const std::string& text : shortfalls_of(camera)) all.push_back(camera.sensor + ": " + text);
-  }
-  const CaptureProgress& progress = status.progress;
-  if (progress.state == CaptureState::failed) all.push_back(progress.failure);
-  if (progress.stops < progress.wanted_stops)
-    all.push_back("only " + std::to_string(progress.stops) + " of " + std::to_string(progress.wanted_stops) +
-                  " stops are in");
-  return all;
-}
 
 Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver_options,
                                  const CaptureOptions& options, const RunContext& context,

@@ -4,9 +4,8 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "apps/capture/capture_status.h"
+#include "apps/capture/capture_summary.h"
 #include "core/base/run_context.h"
 #include "core/rig/rig.h"
 #include "drivers/livox/device/driver.h"
@@ -20,30 +19,6 @@ struct CaptureOptions {
   CaptureGoal goal;                  ///< `turns_itself` is set by the rig.
   StopSink* sink = nullptr;          ///< Gets the points of each stop as it is found, see LiveStops; may be null.
   std::function<bool()> is_enough;   ///< Asked ten times a second; true ends the capture. May be empty.
-};
-
-struct CaptureSummary {
-  std::string session;
-  CaptureStatus status;
-  std::vector<livox::InterfaceReport> interfaces;
-  std::uint64_t control_datagrams = 0;  ///< Recorded, both directions.
-  std::uint64_t recorded = 0;           ///< All datagrams, also those that --keep has thrown away since.
-  std::uint64_t dropped_control = 0;
-  livox::ControlCounters control;
-  std::optional<std::int64_t> forgotten_until_ns;
-  std::int64_t end_ns = 0;  ///< Session time at which it was ended; closing comes after that.
-  std::vector<std::string> gaps;
-  std::vector<std::string> notes;      ///< What was less good than it could be, with its mend.
-  double closing_s = 0.0;              ///< From its end until all was recorded, the devices free and the stops read.
-  std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
-
-  /// Every LiDAR and every camera has sent, without interruption and to the end, and as it was set up to, nothing got
-  /// lost in this machine, and all stops that were asked for are in.
-  [[nodiscard]] bool is_complete() const { return shortfalls().empty(); }
-  /// What keeps it from being complete, one clause each.
-  [[nodiscard]] std::vector<std::string> shortfalls() const;
-  /// How long nothing had come from a LiDAR when the capture was ended.
-  [[nodiscard]] std::int64_t silence_ns(const CaptureDevice& device) const;
 };
 
 /// Records the LiDARs and cameras of a rig into a session until it is told to stop, its time is over or its stops are

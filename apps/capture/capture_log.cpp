@@ -58,7 +58,7 @@ void CaptureLog::add(const livox::Event& event) {
 
 void CaptureLog::compare(std::int64_t now_ns, const std::vector<livox::InterfaceReport>& interfaces) {
   for (const livox::InterfaceReport& report : interfaces) {
-    const std::string name = report.interface.name + " " + to_string(report.interface.ip);
+    const std::string name = name_of(report.interface);
     livox::ReceiverCounters& last = last_counters_[name];
     const livox::ReceiverCounters& now = report.counters;
     const auto tell = [&](std::uint64_t more, const std::string& why) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 
@@ -26,12 +25,6 @@ void list_gaps(const std::string& sensor, const char* what, const StreamBook& bo
                    std::to_string(book.lost - listed) + " more " + what);
 }
 
-const char* reason_of_nothing(const livox::LinkInfo& link) {
-  if (link.firmware != livox::FirmwareVersion{})
-    return ", though it answered: let UDP through the firewall of this machine (rigcal doctor tells how)";
-  return link.counters.handshakes > 0 ? ", though its broadcasts were heard" : ": no broadcast of it was heard";
-}
-
 std::uint64_t microseconds(double seconds) { return static_cast<std::uint64_t>(1e6 * seconds); }
 
 }  // namespace
@@ -52,20 +45,6 @@ std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest
     const std::string& name = rig.sensors[static_cast<std::size_t>(device.sensor)].name;
     list_gaps(name, "packets of points", device.point_stream, gaps);
     list_gaps(name, "packets of the IMU", device.imu_stream, gaps);
-  }
-  return gaps;
-}
-
-std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_t start_ns) {
-  std::vector<std::string> gaps;
-  for (const CaptureDevice& device : summary.status.devices) {
-    if (device.report.packets == 0) {
-      gaps.push_back(utc_text(start_ns) + " " + device.sensor + ": it never sent anything" +
-                     reason_of_nothing(device.report.link));
-    } else if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns) {
-      gaps.push_back(utc_text(device.report.last_packet_ns) + " " + device.sensor +
-                     ": nothing came any more until the end, " + fixed_text(seconds_of_ns(silence_ns), 1) + " s");
-    }
   }
   return gaps;
 }
@@ -148,14 +127,13 @@ SessionCounters capture_counters(const Rig& rig, const PacketTaker::Figures& fig
         static_cast<std::uint64_t>(std::max<std::int64_t>(0, trigger->lateness.most_ns()) / 1000);
   }
   for (const livox::InterfaceReport& report : interfaces) {
-    all["interface " + report.interface.name + " " + to_string(report.interface.ip)] = {
-        {"received", report.counters.received},
-        {"dropped_by_kernel", report.counters.dropped_by_kernel},
-        {"dropped_by_queue", report.counters.dropped_by_queue},
-        {"strangers", report.counters.strangers},
-        {"errors", report.counters.errors},
-        {"most_waiting", report.queue_high_water},
-        {"queue", report.queue_capacity}};
+    all["interface " + name_of(report.interface)] = {{"received", report.counters.received},
+                                                     {"dropped_by_kernel", report.counters.dropped_by_kernel},
+                                                     {"dropped_by_queue", report.counters.dropped_by_queue},
+                                                     {"strangers", report.counters.strangers},
+                                                     {"errors", report.counters.errors},
+                                                     {"most_waiting", report.queue_high_water},
+                                                     {"queue", report.queue_capacity}};
   }
   all["recording"] = {{"worst_wait_us", microseconds(status.worst_wait_s)},
                       {"recent_wait_us", static_cast<std::uint64_t>(figures.recent_wait_ns / 1000)},

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/capture/capture.h"
+#include "apps/capture/capture_status.h"
 #include "apps/capture/packet_taker.h"
 #include "apps/recording/session_counters.h"
 #include "core/io/session_folder.h"
@@ -24,10 +24,6 @@ class ClockPairs {
 
 /// What the stamps of the LiDARs' streams say is missing, one sentence each, with its time.
 [[nodiscard]] std::vector<std::string> stream_gaps(const Rig& rig, const IngestSummary& ingest);
-
-/// The LiDARs of the rig that never sent anything, and those that had fallen silent by the end, likewise. `start_ns`:
-/// of the session.
-[[nodiscard]] std::vector<std::string> silence_gaps(const CaptureSummary& summary, std::int64_t start_ns);
 
 using NamedCounters = SessionCounters::mapped_type;
 /// What came of the talk with one LiDAR, and what of that with all of them got lost in this machine.

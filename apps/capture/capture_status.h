@@ -18,6 +18,11 @@ namespace rigcal {
 /// A LiDAR that sends sends hundreds of packets a second.
 constexpr std::int64_t longest_silence_ns = 2'000'000'000;
 
+/// "eth0 192.168.1.5", as all that is told of a capture calls it.
+[[nodiscard]] inline std::string name_of(const net::Interface& interface) {
+  return interface.name + " " + to_string(interface.ip);
+}
+
 /// How a LiDAR of a running capture does.
 struct CaptureDevice {
   std::string sensor;

@@ -8,8 +8,6 @@
 #include "apps/capture/capture_record.h"
 #include "apps/capture/doctor.h"
 #include "apps/common/json_text.h"
-#include "core/base/seconds.h"
-#include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/turntable/coach.h"
@@ -154,16 +152,10 @@ nlohmann::ordered_json interface_json(const livox::InterfaceReport& report) {
           {"queue_capacity", report.queue_capacity}};
 }
 
-// What keeps it from being complete.
-std::string lidar_trouble(const CaptureSummary& summary, const CaptureDevice& device) {
-  if (device.report.packets == 0) return ": it never sent anything";
+std::string remarks_of(const std::vector<Shortfall>& shortfalls, const std::string& sensor) {
   std::string text;
-  if (const std::uint64_t times = device.report.link.counters.interruptions; times > 0)
-    text += ", interrupted " + counted(times, "time");
-  if (const std::int64_t silence_ns = summary.silence_ns(device); silence_ns > longest_silence_ns)
-    text += ", nothing in the last " + std::to_string(silence_ns / ns_per_second) + " s";
-  for (const livox::MissingSetting& missing : device.report.link.missing_settings)
-    text += ", `" + missing.setting + "` not in force";
+  for (const Shortfall& shortfall : shortfalls)
+    if (shortfall.about == sensor) text += shortfall.remark;
   return text;
 }
 
@@ -187,10 +179,11 @@ std::vector<std::string> capture_lines(const CaptureStatus& status) {
 }
 
 std::string capture_text(const CaptureSummary& summary) {
+  const std::vector<Shortfall> shortfalls = summary.shortfalls();
   std::array<char, 160> head{};
   std::snprintf(head.data(), head.size(), ": %.1f s, %llu datagrams, %.1f MB%s\n", summary.status.seconds,
                 static_cast<unsigned long long>(summary.recorded), 1e-6 * static_cast<double>(summary.status.bytes),
-                summary.is_complete() ? "" : ", incomplete");
+                shortfalls.empty() ? "" : ", incomplete");
   std::string text = summary.session + head.data();
   const CaptureProgress& progress = summary.status.progress;
   if (progress.state != CaptureState::idle) {
@@ -200,7 +193,7 @@ std::string capture_text(const CaptureSummary& summary) {
   }
   for (const CaptureDevice& device : summary.status.devices) {
     text += "  " + device.sensor + ": " + std::to_string(device.report.packets) + " packets, " +
-            std::to_string(device.lost) + " lost" + lidar_trouble(summary, device) + "\n";
+            std::to_string(device.lost) + " lost" + remarks_of(shortfalls, device.sensor) + "\n";
   }
   for (const CaptureCamera& camera : summary.status.cameras) {
     std::array<char, 200> line{};
@@ -209,9 +202,7 @@ std::string capture_text(const CaptureSummary& summary) {
                   static_cast<unsigned long long>(camera.counters.missing),
                   static_cast<unsigned long long>(camera.counters.damaged()),
                   static_cast<unsigned long long>(camera.dropped_by_queue),
-                  camera.failure        ? ": its images could not be written any more"
-                  : camera.written == 0 ? ": it never sent anything"
-                                        : "");
+                  remarks_of(shortfalls, camera.sensor).c_str());
     text += line.data();
     if (camera.matching)
       text += "    " + std::to_string(camera.matching->matched) + " of them with their pulse, " +

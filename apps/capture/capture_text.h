@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/calibration/live_result.h"
-#include "apps/capture/capture.h"
+#include "apps/capture/capture_summary.h"
 
 namespace rigcal {
 

@@ -199,11 +199,10 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     if (result) result->estimates = known.estimates;
     context.reporter.clear();
   }
-  bool is_anybody_there = false;
-  for (const CaptureDevice& device : summary->status.devices)
-    is_anybody_there = is_anybody_there || device.report.packets > 0;
+  const std::vector<Shortfall> shortfalls = summary->shortfalls();
+  const bool is_anybody_there = shortfalls.empty() || shortfalls.front().kind != Shortfall::Kind::no_lidar;
   if (is_anybody_there) {  // Otherwise the error says it.
-    for (const std::string& shortfall : summary->shortfalls()) context.reporter.warn(shortfall);
+    for (const Shortfall& shortfall : shortfalls) context.reporter.warn(shortfall.message());
   }
   if (context.json) {
     print_if_anybody_reads(capture_json(*summary, result ? &*result : nullptr), context.reporter);
@@ -212,13 +211,11 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     if (result) text += calibration_text(result->result, result->out);
     print_if_anybody_reads(text, context.reporter);
   }
-  if (!is_anybody_there)
-    return system_error("no LiDAR of the rig has sent anything", command.rig,
-                        "rigcal doctor --rig RIG tells what keeps them from it");
-  for (const CaptureCamera& camera : summary->status.cameras)
-    if (camera.failure) return *camera.failure;
+  if (!is_anybody_there) return system_error(shortfalls.front().text, command.rig, shortfalls.front().mend);
+  for (const Shortfall& shortfall : shortfalls)
+    if (shortfall.error) return *shortfall.error;
   if (calibration && (!result || result->result.status != Status::good)) return ExitCode::not_trustworthy;
-  return summary->is_complete() ? ExitCode::good : ExitCode::not_trustworthy;
+  return shortfalls.empty() ? ExitCode::good : ExitCode::not_trustworthy;
 }
 
 }  // namespace

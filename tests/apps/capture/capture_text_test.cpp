@@ -145,6 +145,12 @@ TEST(CaptureSummary, IsNotCompleteWhereALidarStoppedToSendThoughItAnswered) {
   EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost, interrupted 2 times\n"));
 }
 
+std::vector<std::string> messages_of(const CaptureSummary& summary) {
+  std::vector<std::string> messages;
+  for (const Shortfall& shortfall : summary.shortfalls()) messages.push_back(shortfall.message());
+  return messages;
+}
+
 TEST(CaptureSummary, SaysAllThatKeepsItFromBeingComplete) {
   CaptureSummary summary = two_lidars();
   EXPECT_THAT(summary.shortfalls(), IsEmpty());
@@ -162,28 +168,75 @@ TEST(CaptureSummary, SaysAllThatKeepsItFromBeingComplete) {
   summary.status.progress.stops = 2;
   summary.status.progress.wanted_stops = 3;
   EXPECT_THAT(
-      summary.shortfalls(),
+      messages_of(summary),
       ElementsAre("avia: its connection was lost 1 time", "avia: nothing came from it in the last 12 s",
                   "mid100_left: it never sent anything", "eth0 192.168.1.5: 42 packets were lost in this machine",
                   "3 control frames were not recorded", "camera_left: it never sent anything",
                   "camera_left: its connection was lost 2 times", "only 2 of 3 stops are in"));
 }
 
-TEST(CaptureGaps, TellOfLidarsThatNeverSentAndOfThoseThatFellSilent) {
+TEST(CaptureSummary, HasAKindForEachShortfall) {
+  using Kind = Shortfall::Kind;
+  const auto kinds_of = [](const CaptureSummary& summary) {
+    std::vector<Kind> kinds;
+    for (const Shortfall& shortfall : summary.shortfalls()) kinds.push_back(shortfall.kind);
+    return kinds;
+  };
   CaptureSummary summary = two_lidars();
+  summary.end_ns = noon_ns;
+  CaptureDevice& avia = summary.status.devices[0];
+  avia.report.link.counters.losses = 1;
+  avia.report.link.counters.interruptions = 2;
+  avia.report.link.missing_settings = {{"return_mode: dual", livox::Outcome::unsupported}};
+  summary.status.devices[1].report.packets = 0;
+  CaptureCamera& camera = summary.status.cameras.emplace_back();
+  camera.failure = system_error("cannot be written", "images/camera_left");
+  camera.counters.no_buffer = 1;
+  summary.status.progress.state = CaptureState::failed;
+  summary.status.progress.wanted_stops = 1;
+  EXPECT_THAT(kinds_of(summary), ElementsAre(Kind::connection_lost, Kind::interrupted, Kind::fell_silent,
+                                             Kind::setting_missing, Kind::never_sent, Kind::images_unwritten,
+                                             Kind::lost_here, Kind::failed, Kind::stops_missing));
+  EXPECT_THAT(summary.shortfalls()[5].error->where, HasSubstr("camera_left"));
+  avia.report.packets = 0;
+  EXPECT_THAT(kinds_of(summary), ElementsAre(Kind::no_lidar, Kind::never_sent, Kind::never_sent, Kind::images_unwritten,
+                                             Kind::lost_here, Kind::failed, Kind::stops_missing));
+}
+
+TEST(CaptureSummary, CountsInterruptionsOnceInTheLineOfALidar) {
+  CaptureSummary summary = two_lidars();
+  livox::LinkCounters& link = summary.status.devices[1].report.link.counters;
+  link.losses = 1;
+  EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost\n"));
+  link.interruptions = 1;
+  EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost, interrupted 1 time\n"));
+  link.interruptions = 2;
+  EXPECT_THAT(capture_text(summary), HasSubstr("mid100_left: 5 packets, 0 lost, interrupted 2 times\n"));
+}
+
+TEST(CaptureSummary, HasGapsOfLidarsThatNeverSentAndOfThoseThatFellSilent) {
+  const auto gaps_of = [](const CaptureSummary& summary) {
+    std::vector<std::string> gaps;
+    for (const Shortfall& shortfall : summary.shortfalls())
+      if (!shortfall.gap.empty()) gaps.push_back(shortfall.gap);
+    return gaps;
+  };
+  CaptureSummary summary = two_lidars();
+  summary.start_ns = noon_ns;
   summary.end_ns = noon_ns + 60'000'000'000;
   for (CaptureDevice& device : summary.status.devices) device.report.last_packet_ns = summary.end_ns - 1'000'000'000;
-  EXPECT_THAT(silence_gaps(summary, noon_ns), IsEmpty());
+  EXPECT_THAT(gaps_of(summary), IsEmpty());
   summary.status.devices[0].report.last_packet_ns = noon_ns + 20'000'000'000;
   CaptureDevice& left = summary.status.devices[1];
   left.report.packets = 0;
-  EXPECT_THAT(silence_gaps(summary, noon_ns),
+  left.report.link.counters.losses = 1;  // The log has told of it when it happened.
+  EXPECT_THAT(gaps_of(summary),
               ElementsAre("2026-09-21 14:13:40.000 avia: nothing came any more until the end, 40.0 s",
                           "2026-09-21 14:13:20.000 mid100_left: it never sent anything: no broadcast of it was heard"));
   left.report.link.counters.handshakes = 1;
-  EXPECT_THAT(silence_gaps(summary, noon_ns).back(), HasSubstr("though its broadcasts were heard"));
+  EXPECT_THAT(gaps_of(summary).back(), HasSubstr("though its broadcasts were heard"));
   left.report.link.firmware = {3, 8, 0, 0};
-  EXPECT_THAT(silence_gaps(summary, noon_ns).back(), HasSubstr("though it answered: let UDP through the firewall"));
+  EXPECT_THAT(gaps_of(summary).back(), HasSubstr("though it answered: let UDP through the firewall"));
 }
 
 TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
@@ -195,7 +248,7 @@ TEST(CaptureSummary, IsNotCompleteWhereControlFramesWereNotRecorded) {
 TEST(CaptureSummary, IsNotCompleteWhereALidarDoesNotWorkAsTheRigFileSays) {
   CaptureSummary summary = two_lidars();
   summary.status.devices[0].report.link.missing_settings = {{"return_mode: dual", livox::Outcome::unsupported}};
-  EXPECT_THAT(summary.shortfalls(),
+  EXPECT_THAT(messages_of(summary),
               ElementsAre("avia: `return_mode: dual` is not in force (not known to the model or its firmware): update "
                           "its firmware, or change that in the rig file"));
   EXPECT_THAT(capture_text(summary), HasSubstr("avia: 30000 packets, 303 lost, `return_mode: dual` not in force\n"));
