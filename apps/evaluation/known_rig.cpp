@@ -9,7 +9,6 @@
 #include "core/io/sensor_transforms.h"
 #include "core/io/tum_file.h"
 #include "core/rig/text_file.h"
-#include "core/rig/yaml_tree.h"
 
 namespace rigcal {
 namespace {
@@ -57,12 +56,6 @@ std::vector<KnownRig::Pose> poses_from(const std::vector<TumPose>& lines) {
   return poses;
 }
 
-// Only a ground truth has stops; a rig file or a result is no ground truth and need not read as one.
-bool has_stops(const std::string& text, const std::string& name) {
-  const Expected<YamlNode> tree = parse_yaml(text, name, transforms_limits);
-  return tree && tree->find("stops") != nullptr;
-}
-
 }  // namespace
 
 Expected<KnownRig> load_result(const std::string& path) {
@@ -87,7 +80,7 @@ Expected<KnownRig> load_truth(const std::string& path) {
   const Expected<ExtrinsicsFile> extrinsics = parse_extrinsics(*text, *file);
   if (!extrinsics) return extrinsics.error();
   KnownRig rig = from_file(*extrinsics);
-  if (!has_stops(*text, *file)) return rig;
+  if (!extrinsics->has_stops) return rig;
   const Expected<GroundTruth> truth = parse_ground_truth(*text, *file);
   if (!truth) return truth.error();
   for (const StopTruth& stop : truth->stops) {

@@ -207,6 +207,7 @@ Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::st
   if (!errors.ok()) return errors.first();
   ExtrinsicsFile file = read_sensor_transforms(top);
   if (!errors.ok()) return errors.first();
+  file.has_stops = top.has("stops");
   return file;
 }
 

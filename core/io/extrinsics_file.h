@@ -32,6 +32,7 @@ struct ExtrinsicsFile {
   std::map<std::string, Matrix6d> covariance;
   std::map<std::string, std::vector<ListedDirection>> weak_directions;  ///< Where the file has some.
   std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of cameras whose intrinsics were found, too.
+  bool has_stops = false;                              ///< It lists stops, too: it is a ground truth.
 };
 
 /// The file that `path` stands for: of a folder the extrinsics.yaml in it. Error: a folder that has none.

@@ -51,6 +51,7 @@ TEST(ExtrinsicsFile, ReadsAResult) {
   EXPECT_THAT(file->T_base_sensor.at("mid100_left"), SE3Near(pose_deg(0, 0, 90, 0.1, -0.2, 0.3), 1e-5, 1e-9));
   EXPECT_EQ(file->status.at("mid100_left"), "weak");
   EXPECT_EQ(file->status.at("mid100_right"), "failed");
+  EXPECT_FALSE(file->has_stops);
 }
 
 TEST(ExtrinsicsFile, IsThatOfAResultFolder) {
@@ -224,6 +225,7 @@ TEST(GroundTruth, IsReadAsExtrinsicsToo) {
   const Expected<ExtrinsicsFile> file = load_extrinsics(path);
   ASSERT_TRUE(file) << file.error().message();
   EXPECT_EQ(file->T_base_sensor.size(), 2U);
+  EXPECT_TRUE(file->has_stops);
 }
 
 TEST(GroundTruth, NamesTheLineOfAMistake) {
