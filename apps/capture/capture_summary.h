@@ -25,6 +25,7 @@ struct Shortfall {
     stops_missing,     ///< Of those that it was to end with.
   };
   Kind kind = Kind::failed;
+  // With `= {}`, as without it GCC warns where one is left out.
   std::string about = {};           ///< The sensor or interface; empty: the capture as a whole.
   std::string text = {};            ///< One clause.
   std::string mend = {};            ///< Where one is known.
