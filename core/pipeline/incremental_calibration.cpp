@@ -63,7 +63,8 @@ std::optional<WarmStart> IncrementalCalibration::warm_start() const {
   for (std::size_t j = start.stop_known.size(); j < recording_.stops.size(); ++j) {
     std::optional<SE3> T;
     if (!recording_.trajectory.empty()) {
-      const SE3 T_given = recording_.trajectory.front()->inverse() * *recording_.trajectory[j];
+      const SE3 T_given =
+          start.given_T_G_base.front() * recording_.trajectory.front()->inverse() * *recording_.trajectory[j];
       T = start.state.T_G_base.back() * start.given_T_G_base.back().inverse() * T_given;
       start.given_T_G_base.push_back(T_given);
     } else if (recording_.R_previous_this[j]) {

@@ -327,8 +327,6 @@ class Calibration {
                                   std::vector<RefinePass>(passes.begin() + 1, passes.end()));
       if (!done) return done;
     }
-    if (solution_.range_offset_m.empty()) return {};
-    context_.reporter.warn(range_offset_words(rig_, recording_, solution_.range_offset_m));
     return {};
   }
 
@@ -357,13 +355,17 @@ class Calibration {
     freeze_open_directions(solution_);
     const SolutionQuality quality = weigh_solution(base_, solving_guess_, solution_);
     change_base(solving_, base_, solution_);
-    return judge_solution(rig_, recording_, base_, guess_, options_, solution_, quality);
+    begin_at_first_stop(solution_);
+    CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_, quality);
+    forget_offsets_of_misplaced(result);
+    return result;
   }
 
   CalibrationResult conclude() {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
     CalibrationResult result = judge();
+    if (const std::string words = range_offset_words(result); !words.empty()) context_.reporter.warn(words);
     result.stages = clock_.take();
     if (options_.with_map) add_map(rig_, recording_, guess_, options_, solution_, result);
     return result;

@@ -50,13 +50,25 @@ void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets
   solution.state = solution.layout.moved(solution.state, offsets.shift * offsets.step_m);
 }
 
-std::string range_offset_words(const Rig& rig, const LidarRecording& recording, const std::vector<double>& offset_m) {
-  std::string text = "ranges that are off by a constant were corrected for the calibration:";
-  for (std::size_t i = 0; i < offset_m.size(); ++i) {
-    text += (i == 0 ? " " : ", ") + rig.sensors[static_cast<std::size_t>(recording.lidar_sensors[i])].name + " by " +
-            fixed_text(1e3 * std::abs(offset_m[i]), 1) + (offset_m[i] > 0.0 ? " mm (too long)" : " mm (too short)");
+void forget_offsets_of_misplaced(CalibrationResult& result) {
+  const auto is_lost = [&](const SensorResult& s) { return s.name == result.base || s.status == Status::failed; };
+  const bool is_base_alone = result.sensors.size() > 1 && std::ranges::all_of(result.sensors, is_lost);
+  for (SensorResult& sensor : result.sensors) {
+    if (sensor.status == Status::failed || is_base_alone) sensor.range_offset.reset();
   }
-  return text + "; clouds of other programs lie on each other only with the same correction";
+}
+
+std::string range_offset_words(const CalibrationResult& result) {
+  std::string list;
+  for (const SensorResult& sensor : result.sensors) {
+    if (!sensor.range_offset) continue;
+    const double offset_m = sensor.range_offset->value_m;
+    list += (list.empty() ? " " : ", ") + sensor.name + " by " + fixed_text(1e3 * std::abs(offset_m), 1) +
+            (offset_m > 0.0 ? " mm (too long)" : " mm (too short)");
+  }
+  if (list.empty()) return list;
+  return "ranges that are off by a constant were corrected for the calibration:" + list +
+         "; clouds of other programs lie on each other only with the same correction";
 }
 
 }  // namespace rigcal

@@ -16,8 +16,10 @@ namespace rigcal {
 /// Takes the offsets out of the patches and moves poses and extrinsics to where they are without them.
 void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets, LidarSolution& solution);
 
-/// "ranges of mid100_left are 49.1 mm too long, ...": all offsets that were taken out, in a sentence for a warning.
-[[nodiscard]] std::string range_offset_words(const Rig& rig, const LidarRecording& recording,
-                                             const std::vector<double>& offset_m);
+/// Of a LiDAR that failed ranges seem wrong because its place is, and those of the base where no other was placed.
+void forget_offsets_of_misplaced(CalibrationResult& result);
+
+/// All offsets of a result in a sentence for a warning; empty where it has none.
+[[nodiscard]] std::string range_offset_words(const CalibrationResult& result);
 
 }  // namespace rigcal

@@ -132,6 +132,15 @@ void change_base_of_moves(std::size_t base, const RigState& state, std::vector<E
   moves[base] = {};
 }
 
+// What is not a pose of the rig.
+void move_world(const SE3& T_new_old, LidarSolution& solution) {
+  for (PlaneFeature& feature : solution.refined.map.features) {
+    feature.center_G = T_new_old * feature.center_G;
+    feature.normal_G = T_new_old.R * feature.normal_G;
+  }
+  solution.T_grid_G = solution.T_grid_G * T_new_old.inverse();
+}
+
 }  // namespace
 
 int solving_lidar(const StartInput& input, const std::vector<std::optional<GyroTurn>>& gyro_turns,
@@ -215,12 +224,22 @@ void change_base(int from, int base, LidarSolution& solution) {
     solution.frozen[static_cast<std::size_t>(from)] = T_base_from.R.transpose() * solution.frozen[sb];
     solution.frozen[sb].setZero();
   }
-  // The world's frame is the base's where it began.
-  for (PlaneFeature& feature : solution.refined.map.features) {
-    feature.center_G = T_base_from * feature.center_G;
-    feature.normal_G = T_base_from.R * feature.normal_G;
+  move_world(T_base_from, solution);  // The world's frame is the base's where it began.
+}
+
+void begin_at_first_stop(LidarSolution& solution) {
+  const std::vector<char>& known = solution.start.stop_known;
+  const auto first = static_cast<std::size_t>(std::find(known.begin(), known.end(), 1) - known.begin());
+  if (first == known.size()) return;
+  const SE3 T_G_first = solution.state.T_G_base[first];
+  if (T_G_first.R == Matrix3d::Identity() && T_G_first.t == Vector3d::Zero()) return;
+  const SE3 T_first_G = T_G_first.inverse();
+  for (std::vector<SE3>* poses :
+       {&solution.state.T_G_base, &solution.start.state.T_G_base, &solution.start.given_T_G_base}) {
+    for (SE3& T : *poses) T = T_first_G * T;
   }
-  solution.T_grid_G = solution.T_grid_G * T_base_from.inverse();
+  solution.state.T_G_base[first] = SE3{};
+  move_world(T_first_G, solution);
 }
 
 }  // namespace rigcal

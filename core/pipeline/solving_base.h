@@ -29,4 +29,8 @@ namespace rigcal {
 /// they belong to the solving.
 void change_base(int from, int base, LidarSolution& solution);
 
+/// The world becomes the base's frame at the first stop that is known: where that of the recording was left out it was
+/// the frame of a pose that is in no result.
+void begin_at_first_stop(LidarSolution& solution);
+
 }  // namespace rigcal

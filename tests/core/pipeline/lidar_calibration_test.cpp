@@ -164,6 +164,20 @@ TEST(CalibrateLidars, FindsALidarThatMeasuresFiveCentimetresTooFar) {
   EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr(run.rig.sensors[2].name + " by ")));
 }
 
+// The world is where the first stop is that has a pose, also where the recording's first has none.
+TEST(CalibrateLidars, BeginsTheTrajectoryAtTheFirstStopThatIsKnown) {
+  LightRecording run = make_light_recording(make_courtyard(1, 8));
+  std::erase_if(run.recording.patches, [](const PatchCells& patch) { return patch.stop == 0; });
+  const CalibrationResult result = calibrated(run);
+  ASSERT_FALSE(result.trajectory[0].known);
+  for (std::size_t j = 1; j < 8; ++j) {
+    const SE3 truth = run.truth.T_G_base[1].inverse() * run.truth.T_G_base[j];
+    EXPECT_LT((result.trajectory[j].T_G_base.t - truth.t).norm(), 0.005);
+  }
+  EXPECT_EQ(result.trajectory[1].T_G_base.R, Matrix3d::Identity());
+  EXPECT_EQ(result.trajectory[1].T_G_base.t, Vector3d::Zero());
+}
+
 TEST(CalibrateLidars, TakesNoRangeForWrongThatIsNot) {
   const LightRecording run = make_light_recording(make_courtyard(12));
   const CalibrationResult result = calibrated(run);

@@ -1,0 +1,50 @@
+#include "core/pipeline/range_stage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace rigcal {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+SensorResult lidar(const char* name, Status status, double offset_m) {
+  SensorResult out;
+  out.name = name;
+  out.status = status;
+  out.range_offset = RangeOffset{offset_m, 0.001};
+  return out;
+}
+
+CalibrationResult result_of(std::vector<SensorResult> sensors) {
+  CalibrationResult result;
+  result.base = "base";
+  result.sensors = std::move(sensors);
+  forget_offsets_of_misplaced(result);
+  return result;
+}
+
+TEST(RangeOffsets, AreToldOfLidarsThatWerePlaced) {
+  const CalibrationResult result = result_of({lidar("base", Status::good, 0.0014), lidar("left", Status::weak, -0.049),
+                                              lidar("right", Status::failed, 0.021)});
+  EXPECT_TRUE(result.sensors[0].range_offset);
+  EXPECT_TRUE(result.sensors[1].range_offset);
+  EXPECT_FALSE(result.sensors[2].range_offset);
+  EXPECT_THAT(range_offset_words(result),
+              AllOf(HasSubstr("base by 1.4 mm (too long), left by 49.0 mm (too short);"), Not(HasSubstr("right"))));
+}
+
+TEST(RangeOffsets, AreNotToldOfABaseBesideWhichNobodyWasPlaced) {
+  const CalibrationResult result = result_of({lidar("base", Status::good, 0.02), lidar("left", Status::failed, 0.03)});
+  EXPECT_FALSE(result.sensors[0].range_offset);
+  EXPECT_EQ(range_offset_words(result), "");
+}
+
+TEST(RangeOffsets, AreToldOfALidarThatIsAlone) {
+  EXPECT_THAT(range_offset_words(result_of({lidar("base", Status::good, 0.03)})), HasSubstr("base by 30.0 mm"));
+}
+
+}  // namespace
+}  // namespace rigcal
