@@ -71,9 +71,7 @@ class DeviceOutlet final : public ReplayOutlet {
     bytes_.assign(datagram.bytes.begin(), datagram.bytes.end());
     player->stamps.rewrite(pace, datagram.stamp_ns, bytes_);
     if (!imu) change_coordinates(livox::record_layout(device.settings().point_type()).spherical, bytes_);
-    const auto sent = rack_->send(index, due, imu, bytes_);
-    if (!sent) return sent.error();
-    ++(*sent ? player->summary.sent : player->summary.not_wanted);
+    ++(rack_->send(index, due, imu, bytes_) ? player->summary.sent : player->summary.not_wanted);
     return {};
   }
   void wait(std::int64_t until) override { rack_->wait(until); }

@@ -40,7 +40,7 @@ class LiveRun {
     }
   }
 
-  Expected<LiveSummary> run(const RunContext& context) {
+  LiveSummary run(const RunContext& context) {
     while (!context.cancelled()) {
       const std::int64_t now = monotonic_now_ns();
       rack_.serve(now);
@@ -51,7 +51,7 @@ class LiveRun {
       }
       cameras_.tick(now);
       if (start_ns_) {
-        if (const auto sent = send_due(now); !sent) return sent.error();
+        send_due(now);
         const double run_s = std::max(0.0, seconds_of_ns(now - *start_ns_) * options_.speed);
         summary_.seconds = options_.loop ? run_s : std::min(run_s, duration_s_);
         if (table_ != nullptr) turn_table(run_s);
@@ -66,7 +66,7 @@ class LiveRun {
       }
       rack_.wait(next_ns());
     }
-    if (const auto flushed = rack_.flush(); !flushed) return flushed.error();
+    rack_.flush();
     summary_.packets = rack_.counts().packets;
     summary_.bytes = rack_.counts().bytes;
     summary_.unsent = rack_.counts().unsent;
@@ -134,29 +134,27 @@ class LiveRun {
     return true;
   }
 
-  Expected<void> send_due(std::int64_t now) {
+  void send_due(std::int64_t now) {
     for (std::size_t i = 0; i < units_.size(); ++i) {
       while (has_next(i)) {
         const std::int64_t due = due_ns(units_[i]);
         if (due > now) break;
         units_[i].last_due_ns = due;
-        if (const auto sent = send_next(i, due); !sent) return sent.error();
+        send_next(i, due);
         summary_.latest_s = std::max(summary_.latest_s, seconds_of_ns(now - due));
       }
     }
-    return {};
   }
 
-  Expected<void> send_next(std::size_t index, std::int64_t due) {
+  void send_next(std::size_t index, std::int64_t due) {
     Unit& unit = units_[index];
     const PacketBlock::Packet& packet = unit.block->packets.packets[unit.order[unit.next++]];
     const VirtualLivox& control = rack_.device(index);
-    if (!packet.imu && control.settings().point_type() != unit.block->points) return {};
+    if (!packet.imu && control.settings().point_type() != unit.block->points) return;
     const std::span<std::uint8_t> bytes(unit.block->packets.bytes.data() + packet.offset, packet.size);
     stamp(index, bytes);
     if (packet.imu) speed_up_gyro(options_.speed, bytes);
-    if (const auto sent = rack_.send(index, due, packet.imu, bytes); !sent) return sent.error();
-    return {};
+    rack_.send(index, due, packet.imu, bytes);
   }
 
   void stamp(std::size_t index, std::span<std::uint8_t> bytes) const {

@@ -139,7 +139,8 @@ void VirtualLivox::shake_hands(std::int64_t now_ns, const Endpoint& from, const 
                                std::vector<DeviceFrame>& out) {
   const auto handshake = livox::parse_handshake(frame);
   const bool is_taken = is_owned_by_other_ || (owner_ && handshake && owner_->ip != handshake->host_ip);
-  if (!handshake || is_taken) return send(now_ns, from, livox::make_refusal(frame), out);
+  const bool is_usable = handshake && handshake->data_port != 0;  // No packet can be sent to port 0.
+  if (!is_usable || is_taken) return send(now_ns, from, livox::make_refusal(frame), out);
   owner_ = Owner{handshake->host_ip, handshake->command_port, handshake->data_port,
                  handshake->imu_port.value_or(handshake->data_port)};
   heartbeat_ns_ = now_ns;

@@ -59,7 +59,10 @@ VirtualRack::VirtualRack(std::vector<Unit> units, net::Waiter waiter, RackOption
       happened_(options_.incidents.size(), false),
       switched_on_ns_(now_ns),
       batch_(batch_datagrams),
-      faults_(options_.packets, options_.seed, [this](const Datagram& datagram) { return leave(datagram); }) {}
+      faults_(options_.packets, options_.seed, [this](const Datagram& datagram) -> Expected<void> {
+        leave(datagram);
+        return {};
+      }) {}
 
 void VirtualRack::happen(std::int64_t now_ns) {
   for (std::size_t i = 0; i < options_.incidents.size(); ++i) {
@@ -134,31 +137,29 @@ bool VirtualRack::may_begin(std::int64_t now_ns, double patience_s) {
   return are_all_sampling() || now_ns - *first_sampling_ns_ >= ns_of_seconds(patience_s);
 }
 
-Expected<bool> VirtualRack::send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes) {
+bool VirtualRack::send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes) {
   const Unit& unit = units_[index];
   if (!unit.control.is_sampling() || unit.control.is_silent(due_ns)) return false;
   if (imu && !unit.control.settings().sends_imu()) return false;
   const VirtualLivox::Owner& owner = *unit.control.owner();
-  const auto taken = faults_.add({due_ns,
-                                  imu ? unit.device.imu_source : unit.device.point_source,
-                                  {owner.ip, imu ? owner.imu_port : owner.data_port},
-                                  bytes});
-  if (!taken) return taken.error();
+  static_cast<void>(faults_.add({due_ns,
+                                 imu ? unit.device.imu_source : unit.device.point_source,
+                                 {owner.ip, imu ? owner.imu_port : owner.data_port},
+                                 bytes}));
   return true;
 }
 
-Expected<void> VirtualRack::leave(const Datagram& datagram) {
+void VirtualRack::leave(const Datagram& datagram) {
   const auto unit = std::find_if(units_.begin(), units_.end(), [&datagram](const Unit& other) {
     return other.device.point_source.ip == datagram.from.ip;
   });
   RIGCAL_ASSERT(unit != units_.end(), "a packet of no device");
   const bool imu = datagram.from.port == unit->device.imu_source.port;
   const auto sent = (imu ? unit->sockets.imu : unit->sockets.points).send(datagram.to, datagram.bytes);
-  if (!sent) return sent.error();
   ++counts_.packets;
   counts_.bytes += datagram.bytes.size();
-  if (!*sent) ++counts_.unsent;
-  return {};
+  // One host's address or port that leads nowhere ends nothing: the others go on.
+  if (!sent || !*sent) ++counts_.unsent;
 }
 
 FaultCounts VirtualRack::faults(std::size_t index) const {

@@ -58,10 +58,10 @@ class VirtualRack {
   [[nodiscard]] std::int64_t clock_shift_ns(std::size_t index) const { return units_[index].clock_shift_ns; }
 
   /// Sends a packet that is due then to the device's owner, through the faults; a device that nobody has, that does not
-  /// sample or is silent sends none, and says false. Errors: no way there.
-  Expected<bool> send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes);
+  /// sample or is silent sends none, and says false. What the system refuses is lost, as on any network, and counted.
+  bool send(std::size_t index, std::int64_t due_ns, bool imu, ByteView bytes);
   /// The end: packets that faults hold back leave.
-  Expected<void> flush() { return faults_.flush(); }
+  void flush() { static_cast<void>(faults_.flush()); }  // `leave` never fails.
 
   [[nodiscard]] const RackCounts& counts() const { return counts_; }
   /// What was done to the packets of a device, points and IMU together.
@@ -85,7 +85,7 @@ class VirtualRack {
   [[nodiscard]] static Expected<Sockets> open_sockets(const RackDevice& device);
   void happen(std::int64_t now_ns);
   void happen_once(const Incident& incident, Unit& unit, std::int64_t now_ns);
-  Expected<void> leave(const Datagram& datagram);
+  void leave(const Datagram& datagram);
 
   std::vector<Unit> units_;
   net::Waiter waiter_;

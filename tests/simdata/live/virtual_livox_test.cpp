@@ -118,6 +118,15 @@ TEST_F(VirtualDevice, HasOneOwner) {
   EXPECT_EQ(answer<HandshakeAck>(Handshake{host.ip, 1, 2, {}}).ret, ReturnCode::failure);
 }
 
+TEST_F(VirtualDevice, RefusesAHostThatHasNoPortForPoints) {
+  switch_on(avia());
+  EXPECT_EQ(answer<HandshakeAck>(Handshake{host.ip, 0, host.port, std::uint16_t{56002}}).ret, ReturnCode::failure);
+  EXPECT_FALSE(device->owner().has_value());
+  take();
+  EXPECT_EQ(answer<HandshakeAck>(Handshake{host.ip, 0, host.port, {}}).ret, ReturnCode::failure);
+  EXPECT_EQ(device->owner()->data_port, 56001) << "it goes on as it was told before";
+}
+
 TEST_F(VirtualDevice, AnswersNoHeartbeatWithoutAnOwner) {
   switch_on(avia());
   EXPECT_FALSE(ask(HeartbeatRequest{}).has_value());

@@ -39,11 +39,12 @@ class Rack : public testing::Test {
   }
   void at(double time_s) { rack->serve(start_ns + static_cast<std::int64_t>(time_s * 1e9)); }
   // The host takes a device and lets it sample.
-  void take(std::size_t index, const net::UdpSocket& host) {
+  void take(std::size_t index, const net::UdpSocket& host) { take(index, host, host.local().port); }
+  void take(std::size_t index, const net::UdpSocket& host, std::uint16_t imu_port) {
     std::vector<DeviceFrame> frames;
     VirtualLivox& device = rack->device(index);
     const std::uint16_t port = host.local().port;
-    device.receive(start_ns, host.local(), livox::make_handshake({host.local().ip, port, port, port}, 1), frames);
+    device.receive(start_ns, host.local(), livox::make_handshake({host.local().ip, port, port, imu_port}, 1), frames);
     device.receive(start_ns, host.local(), livox::encode_control(livox::SamplingRequest{livox::Sampling::start}, 2),
                    frames);
   }
@@ -99,15 +100,15 @@ TEST_F(Rack, SendsToTheOwnerOnlyWhatADeviceWouldSend) {
   ASSERT_TRUE(host.has_value());
   const std::vector<std::uint8_t> packet(1318, 5);
   at(0.0);
-  EXPECT_FALSE(*rack->send(0, start_ns, false, packet));
+  EXPECT_FALSE(rack->send(0, start_ns, false, packet));
   take(0, *host);
   EXPECT_TRUE(rack->is_any_sampling());
   EXPECT_FALSE(rack->are_all_sampling());
-  EXPECT_TRUE(*rack->send(0, start_ns, false, packet));
-  EXPECT_TRUE(*rack->send(0, start_ns, true, packet));
-  EXPECT_FALSE(*rack->send(1, start_ns, false, packet));
+  EXPECT_TRUE(rack->send(0, start_ns, false, packet));
+  EXPECT_TRUE(rack->send(0, start_ns, true, packet));
+  EXPECT_FALSE(rack->send(1, start_ns, false, packet));
   rack->device(0).fall_silent(start_ns + second_ns);
-  EXPECT_FALSE(*rack->send(0, start_ns, false, packet));
+  EXPECT_FALSE(rack->send(0, start_ns, false, packet));
   EXPECT_EQ(rack->counts().packets, 2U);
   EXPECT_EQ(rack->counts().bytes, 2U * 1318U);
   EXPECT_EQ(rack->faults(0).sent, 2U);
@@ -115,6 +116,23 @@ TEST_F(Rack, SendsToTheOwnerOnlyWhatADeviceWouldSend) {
   ASSERT_EQ(*host->receive(batch), 2U);
   EXPECT_EQ(batch[0].from, (Endpoint{{127, 7, 31, 1}, livox::kPointSourcePort}));
   EXPECT_EQ(batch[1].from, (Endpoint{{127, 7, 31, 1}, livox::kImuSourcePort}));
+}
+
+TEST_F(Rack, GoesOnWhereTheSystemRefusesToSend) {
+  open({});
+  auto host = net::UdpSocket::open({{{127, 7, 31, 100}, 0}, false, false, 0, {}});
+  ASSERT_TRUE(host.has_value());
+  at(0.0);
+  take(0, *host, 0);
+  ASSERT_TRUE(rack->is_any_sampling());
+  const std::vector<std::uint8_t> packet(1318, 5);
+  EXPECT_TRUE(rack->send(0, start_ns, true, packet));  // To port 0, which is no port.
+  EXPECT_TRUE(rack->send(0, start_ns, false, packet));
+  rack->flush();
+  EXPECT_EQ(rack->counts().packets, 2U);
+  EXPECT_EQ(rack->counts().unsent, 1U);
+  net::ReceiveBatch batch(8);
+  EXPECT_EQ(*host->receive(batch), 1U);
 }
 
 TEST_F(Rack, RefusesAddressesThatAreNotThereAndIncidentsOfNobody) {
