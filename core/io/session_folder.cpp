@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
 
 #include "core/io/output_file.h"
 #include "core/rig/text_file.h"
@@ -35,6 +38,19 @@ int looking_failed(const std::string& folder) {
   std::error_code error;
   static_cast<void>(fs::exists(below(folder, "rig.yaml"), error));
   return error.value();
+}
+
+/// The number in the name of an earlier part, lidar.000001.pcapng; from the millionth on it has more digits.
+std::optional<std::uint64_t> part_number(std::string_view name) {
+  constexpr std::string_view head = "lidar.";
+  constexpr std::string_view tail = ".pcapng";
+  constexpr std::size_t least_digits = 6;
+  if (name.size() < head.size() + least_digits + tail.size() || !name.starts_with(head) || !name.ends_with(tail))
+    return std::nullopt;
+  std::uint64_t number = 0;
+  const char* const end = name.data() + name.size() - tail.size();
+  const auto read = std::from_chars(name.data() + head.size(), end, number);
+  return read.ec == std::errc() && read.ptr == end ? std::optional(number) : std::nullopt;
 }
 
 json to_json(const SessionRecord& record) {
@@ -153,19 +169,18 @@ std::string session_packets_part_path(const std::string& packets_path, int numbe
 }
 
 std::vector<std::string> session_packet_parts(const std::string& packets_path) {
-  std::vector<std::string> parts;
   if (fs::path(packets_path).filename() != packets_name) return {packets_path};
   fs::path folder = fs::path(packets_path).parent_path();
   if (folder.empty()) folder = ".";
   std::error_code error;
+  std::vector<std::pair<std::uint64_t, std::string>> numbered;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    constexpr std::size_t length = 19;  // lidar.000001.pcapng
-    if (name.size() == length && name.starts_with("lidar.") && name.ends_with(".pcapng") &&
-        name.find_first_not_of("0123456789", 6) == 12)
-      parts.push_back(entry->path().string());
+    if (const auto number = part_number(entry->path().filename().string()))
+      numbered.emplace_back(*number, entry->path().string());
   }
-  std::sort(parts.begin(), parts.end());
+  std::sort(numbered.begin(), numbered.end());
+  std::vector<std::string> parts;
+  for (auto& [number, path] : numbered) parts.push_back(std::move(path));
   // A power cut may come between one part and the next.
   if (parts.empty() || fs::exists(packets_path, error)) parts.push_back(packets_path);
   return parts;

@@ -107,6 +107,23 @@ TEST(SessionFolder, SaysWhatIsWrong) {
   EXPECT_THAT(message(path), HasSubstr("'format'"));
 }
 
+TEST(SessionFolder, PartsPastAMillionComeInOrder) {
+  const std::string path = new_session("parts");
+  const std::string newest = session_packets_path(path);
+  std::vector<std::string> parts;
+  for (const int number : {999'998, 999'999, 1'000'000, 1'000'001, 10'000'000})
+    parts.push_back(session_packets_part_path(newest, number));
+  EXPECT_THAT(parts[2], HasSubstr("lidar.1000000.pcapng"));
+  for (const std::string& part : parts) put(part, "x");
+  for (const char* other : {"/lidar.00001.pcapng", "/lidar.000001x.pcapng", "/lidar.-000001.pcapng"})
+    put(path + other, "x");
+  EXPECT_EQ(session_packet_parts(newest), parts);
+  EXPECT_EQ(open_session(path)->packets, newest) << "the newest has not begun yet";
+  put(newest, "x");
+  parts.push_back(newest);
+  EXPECT_EQ(session_packet_parts(newest), parts);
+}
+
 TEST(SessionFolder, WithoutItsRigIsStillOne) {
   const std::string path = new_session("no_rig");
   put(session_packets_path(path), "x");
