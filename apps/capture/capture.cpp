@@ -118,7 +118,7 @@ Capture::Capture(const Rig& rig, CaptureParts& parts, const CaptureOptions& opti
       names_(names_of_lidars(rig)),
       guide_(goal_of(options, parts), names_, parts.camera_names(), *parts.stops, parts.table.get()),
       log_(names_),
-      disk_(options.out),
+      disk_(options.out, options.keep_bytes),
       threads_(parts.heartbeats()) {
   if (!parts.no_trigger.empty()) log_.add(now_ns(), "trigger", parts.no_trigger, true);
 }
@@ -293,8 +293,8 @@ void Capture::look_at_disk(Reporter& reporter) {
     secure();
     return;
   }
-  std::uint64_t bytes = parts_.recording->figures().bytes;
-  for (const CaptureCamera& camera : cameras()) bytes += camera.bytes;
+  SessionBytes bytes{parts_.recording->figures().bytes, 0};
+  for (const CaptureCamera& camera : cameras()) bytes.images += camera.bytes;
   if (const auto warning = disk_.look(seconds_since(started_), bytes, *free)) {
     log_.add(now_ns(), "recording", *warning, false);
     reporter.warn(*warning);
