@@ -1,5 +1,6 @@
 #include "apps/calibration/live_result.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "apps/calibration/input_digester.h"
 #include "apps/recording/stream_recording.h"
 #include "core/base/seconds.h"
+#include "core/base/text.h"
 #include "core/pipeline/stage_clock.h"
 
 namespace rigcal {
@@ -31,7 +33,25 @@ class KeepingReporter final : public Reporter {
 
 }  // namespace
 
-Expected<LiveResult> finish_live(const std::string& session, const StopReading& reading, LiveCalibration& calibration,
+std::optional<std::string> lost_stops_warning(std::span<const StopRecord> stops, std::int64_t forgotten_until_ns) {
+  std::vector<std::string> lost;
+  const auto gone = std::partition_point(stops.begin(), stops.end(), [forgotten_until_ns](const StopRecord& stop) {
+    return stop.stop.end_ns <= forgotten_until_ns;
+  });
+  if (gone != stops.begin()) {
+    const std::string first = std::to_string(stops.front().stop.index);
+    const std::string last = std::to_string((gone - 1)->stop.index);
+    lost.push_back(first == last ? "stop " + first + " is not in the session any more"
+                                 : "stops " + first + " to " + last + " are not in the session any more");
+  }
+  if (gone != stops.end() && gone->stop.start_ns <= forgotten_until_ns)
+    lost.push_back("of stop " + std::to_string(gone->stop.index) + " the session has only the end");
+  if (lost.empty()) return std::nullopt;
+  return joined(lost, ", and ") + " (--keep): calibrating the session gives another result than this one";
+}
+
+Expected<LiveResult> finish_live(const std::string& session, const StopReading& reading,
+                                 std::optional<std::int64_t> forgotten_until_ns, LiveCalibration& calibration,
                                  const std::string& out, const RunContext& context,
                                  const std::function<void(const CalibrationResult&, double)>& solved) {
   const auto begun = SteadyClock::now();
@@ -45,6 +65,9 @@ Expected<LiveResult> finish_live(const std::string& session, const StopReading& 
   if (!source) return source.error();
   Expected<Recording> recording = make_recording(*source, reading, std::move(cells.lidar), kept);
   if (!recording) return recording.error();
+  if (forgotten_until_ns) {
+    if (auto warning = lost_stops_warning(reading.stops, *forgotten_until_ns)) reporter.warn(std::move(*warning));
+  }
   take_cameras({session, {}, {}}, *recording, cells.images);
   stage.counts = {{"points", static_cast<double>(recording->points)},
                   {"stops", static_cast<double>(recording->lidar.stops.size())}};

@@ -61,9 +61,10 @@ class LiveStops {
 
   [[nodiscard]] const Heartbeat& heartbeat() const;
 
-  /// Waits until the recording has ended and is read to its end; gives what `read_stops` gives for the session, and the
-  /// sink has got the same. Where only the end shows how it has to be read, it is read once more, into the same sink,
-  /// after its `restart`. To be called once. Errors: as of `read_stops`.
+  /// Waits until the recording has ended and is read to its end; gives what `read_stops` gives for the session (for all
+  /// that was recorded, where only the newest packets are kept), and the sink has got the same. Where only the end
+  /// shows how it has to be read, it is read once more, into the same sink, after its `restart`. To be called once.
+  /// Errors: as of `read_stops`.
   [[nodiscard]] Expected<StopReading> finish(const RunContext& context);
 
  private:

@@ -109,8 +109,8 @@ std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, co
     context.reporter.say("the extrinsics stand " + fixed_text(after_s, 1) + " s after the end of the recording, " +
                          to_string(numbers.status) + "; map and report follow");
   };
-  Expected<LiveResult> result = finish_live(summary.session, *summary.reading, calibration, result_folder(command),
-                                            RunContext{context.reporter, {}}, tell);
+  Expected<LiveResult> result = finish_live(summary.session, *summary.reading, summary.forgotten_until_ns, calibration,
+                                            result_folder(command), RunContext{context.reporter, {}}, tell);
   if (!result) {
     context.reporter.warn("no calibration: " + result.error().message());
     return std::nullopt;

@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "apps/capture/live_stops.h"
 #include "apps/capture/packet_recorder.h"
 #include "apps/recording/stop_reader.h"
 #include "core/io/session_folder.h"
@@ -47,6 +48,22 @@ void record_growing(const std::filesystem::path& given_session, PacketRecorder& 
     if (i % 2000 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   ASSERT_TRUE(recorder.close().has_value());
+}
+
+/// Waits until what came up to a second before was read: as on a rig, packets come no faster than that. Where only the
+/// newest are kept, those far behind would be gone.
+inline bool is_followed(const LiveStops& stops, const Datagram& datagram) {
+  constexpr std::int64_t most_behind_ns = 1'000'000'000;
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  const auto is_behind = [&] {
+    const std::int64_t read_ns = stops.status().read_until_ns;
+    return read_ns != 0 && datagram.stamp_ns - read_ns > most_behind_ns;
+  };
+  while (is_behind()) {
+    if (std::chrono::steady_clock::now() > give_up) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
 }
 
 }  // namespace rigcal

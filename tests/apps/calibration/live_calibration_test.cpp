@@ -50,7 +50,7 @@ TEST_F(LiveCalibrationTest, EndsWithWhatCalibrateGivesForTheSession) {
   ASSERT_FALSE(known.estimates.empty());
   EXPECT_EQ(known.trouble, "");
   EXPECT_EQ(known.estimates.back().lidars.size(), 2U);
-  const auto live = finish_live(session.string(), *reading, calibration, (folder / "live").string(), {silent});
+  const auto live = finish_live(session.string(), *reading, {}, calibration, (folder / "live").string(), {silent});
   ASSERT_TRUE(live) << live.error().message();
   EXPECT_GT(live->solved_s, 0.0);
   EXPECT_GT(live->wall_s, live->solved_s);
@@ -66,6 +66,48 @@ TEST_F(LiveCalibrationTest, EndsWithWhatCalibrateGivesForTheSession) {
   for (const char* file : {"extrinsics.yaml", "trajectory.tum", "map.ply"}) {
     EXPECT_TRUE(text_of(folder / "live" / file) == text_of(folder / "offline" / file)) << file;
   }
+}
+
+TEST_F(LiveCalibrationTest, SaysWhichStopsTheSessionHasNoLonger) {
+  const fs::path session = folder / "kept";
+  begin_growing(folder / "given", session);
+  auto recorder = PacketRecorder::create(session.string(), PacketRecorder::kLeastKept);
+  ASSERT_TRUE(recorder.has_value());
+  const StreamSource source = growing_session(session);
+  LiveCalibration calibration(source.rig, {});
+  LiveStops stops(source, recorder->progress(), calibration.sink());
+  record_growing(folder / "given", *recorder, [&stops](const Datagram& datagram) {
+    EXPECT_TRUE(is_followed(stops, datagram));
+    return true;
+  });
+  const auto reading = stops.finish({silent});
+  ASSERT_TRUE(reading) << reading.error().message();
+  ASSERT_EQ(reading->stops.size(), 6U);
+  NoPoints nowhere;
+  const auto again = read_stops(source, {}, nowhere, {silent});
+  ASSERT_TRUE(again) << again.error().message();
+  ASSERT_LT(again->stops.size(), 6U);
+  ASSERT_TRUE(recorder->forgotten_until_ns());
+  const auto warning = lost_stops_warning(reading->stops, *recorder->forgotten_until_ns());
+  ASSERT_TRUE(warning);
+  const auto live = finish_live(session.string(), *reading, recorder->forgotten_until_ns(), calibration,
+                                (folder / "kept_result").string(), {silent});
+  ASSERT_TRUE(live) << live.error().message();
+  EXPECT_THAT(live->result.warnings, testing::Contains(*warning));
+  EXPECT_THAT(text_of(folder / "kept_result/report.json"), testing::HasSubstr(*warning));
+}
+
+TEST(LostStops, AreNamed) {
+  std::vector<StopRecord> stops(3);
+  for (int i = 0; i < 3; ++i) stops[static_cast<std::size_t>(i)].stop = {i, 100 * i + 10, 100 * i + 90};
+  const std::string end = " (--keep): calibrating the session gives another result than this one";
+  EXPECT_FALSE(lost_stops_warning({}, 500));
+  EXPECT_FALSE(lost_stops_warning(stops, 9));
+  EXPECT_EQ(lost_stops_warning(stops, 10), "of stop 0 the session has only the end" + end);
+  EXPECT_EQ(lost_stops_warning(stops, 95), "stop 0 is not in the session any more" + end);
+  EXPECT_EQ(lost_stops_warning(stops, 250),
+            "stops 0 to 1 are not in the session any more, and of stop 2 the session has only the end" + end);
+  EXPECT_EQ(lost_stops_warning(stops, 300), "stops 0 to 2 are not in the session any more" + end);
 }
 
 TEST_F(LiveCalibrationTest, ForgetsWhatItIsToldToForget) {
