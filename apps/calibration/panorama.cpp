@@ -7,13 +7,12 @@ namespace rigcal {
 
 Panorama find_panorama(const LidarRecording& recording, const RigState& state, const std::vector<char>& stop_known,
                        const std::vector<char>& lidar_known) {
-  constexpr int most_lidars = 8;
   constexpr double highest = pi / 4.0;
   Panorama out;
   out.seen_by.assign(static_cast<std::size_t>(Panorama::rows) * Panorama::columns, 0);
   for (const PatchCells& patch : recording.patches) {
     const auto stop = static_cast<std::size_t>(patch.stop);
-    if (stop >= stop_known.size() || !stop_known[stop] || patch.lidar >= most_lidars ||
+    if (stop >= stop_known.size() || !stop_known[stop] || patch.lidar >= Panorama::most_lidars ||
         !lidar_known[static_cast<std::size_t>(patch.lidar)]) {
       continue;
     }
@@ -26,8 +25,8 @@ Panorama find_panorama(const LidarRecording& recording, const RigState& state, c
       // Left is left, as in a picture taken from the middle.
       const double turn = (pi - std::atan2(p.y(), p.x())) / (2.0 * pi);
       const int column = std::min(Panorama::columns - 1, static_cast<int>(turn * Panorama::columns));
-      out.seen_by[static_cast<std::size_t>(row * Panorama::columns + column)] |=
-          static_cast<std::uint8_t>(1U << static_cast<unsigned>(patch.lidar));
+      out.seen_by[static_cast<std::size_t>(row * Panorama::columns + column)] |= 1U
+                                                                                 << static_cast<unsigned>(patch.lidar);
     }
   }
   return out;

@@ -62,11 +62,12 @@ function drawPanorama(state) {
   if (!p) { byId('panorama_text').textContent = 'nothing yet'; return; }
   const w = canvas.width / p.columns, h = canvas.height / p.rows;
   let seen = 0, shared = 0;
-  for (let k = 0; k < p.cells.length / 2; ++k) {
-    const mask = parseInt(p.cells.substr(2 * k, 2), 16);
+  const parts = p.columns * p.rows, digits = p.cells.length / parts;
+  for (let k = 0; k < parts; ++k) {
+    const mask = parseInt(p.cells.substr(digits * k, digits), 16);
     if (!mask) continue;
     ++seen;
-    const who = [0, 1, 2, 3, 4, 5, 6, 7].filter(i => mask & (1 << i));
+    const who = [...p.lidars.keys()].filter(i => mask & (1 << i));
     if (who.length > 1) ++shared;
     const column = k % p.columns, row = Math.floor(k / p.columns);
     who.forEach((i, n) => {
@@ -74,7 +75,6 @@ function drawPanorama(state) {
       pen.fillRect(column * w, row * h + n * h / who.length, w, h / who.length);
     });
   }
-  const parts = p.columns * p.rows;
   byId('panorama_text').textContent = Math.round(100 * seen / parts) + ' % of all directions seen, ' +
     Math.round(100 * shared / parts) + ' % by more than one LiDAR: ' + p.lidars.join(', ');
 }

@@ -32,16 +32,16 @@ Json camera_json(const CaptureCamera& camera) {
           {"picture_name", camera.sensor}};
 }
 
+// A cell has a hexadecimal digit for every four LiDARs, those of the last ones first.
 Json panorama_json(const Rig& rig, const Panorama& panorama) {
-  constexpr const char* digits = "0123456789abcdef";
-  std::string cells;
-  for (const std::uint8_t mask : panorama.seen_by) {
-    cells += digits[mask >> 4U];
-    cells += digits[mask & 15U];
-  }
   Json lidars = Json::array();
   for (const Sensor& sensor : rig.sensors) {
-    if (sensor.is_lidar()) lidars.push_back(sensor.name);
+    if (sensor.is_lidar() && lidars.size() < std::size_t{Panorama::most_lidars}) lidars.push_back(sensor.name);
+  }
+  std::string cells;
+  for (const std::uint32_t mask : panorama.seen_by) {
+    for (std::size_t digit = (lidars.size() + 3) / 4; digit-- > 0;)
+      cells += "0123456789abcdef"[(mask >> (4 * digit)) & 15U];
   }
   return {{"columns", Panorama::columns}, {"rows", Panorama::rows}, {"lidars", lidars}, {"cells", cells}};
 }

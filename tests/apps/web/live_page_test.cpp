@@ -44,12 +44,20 @@ LiveEstimates some_estimates() {
   return known;
 }
 
-std::string some_state() {
+// Every other direction was seen by these LiDARs, a bit for each.
+std::string some_state(const std::string& rig = small_rig(), std::uint32_t seen_by = 3) {
   LiveView view;
   view.panorama.seen_by.assign(static_cast<std::size_t>(Panorama::rows) * Panorama::columns, 0);
-  for (std::size_t k = 0; k < view.panorama.seen_by.size(); k += 2) view.panorama.seen_by[k] = 3;
+  for (std::size_t k = 0; k < view.panorama.seen_by.size(); k += 2) view.panorama.seen_by[k] = seen_by;
   const LiveEstimates known = some_estimates();
-  return web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), &known, &view, Requirement{});
+  return web_state(*parse_rig(rig, "rig.yaml"), some_status(), &known, &view, Requirement{});
+}
+
+// With LiDARs behind the two of the small rig.
+std::string rig_of(int lidars) {
+  std::string more;
+  for (int i = 3; i <= lidars; ++i) more += "  lidar" + std::to_string(i) + ": {type: livox_mid40}\n";
+  return small_rig(more);
 }
 
 TEST(LivePage, StateHasAllThatThePageShows) {
@@ -58,12 +66,20 @@ TEST(LivePage, StateHasAllThatThePageShows) {
   const auto state = parse_json(text);
   EXPECT_EQ(state["state"], "capturing");
   EXPECT_EQ(state["estimates"].size(), 3U);
-  EXPECT_EQ(state["panorama"]["cells"].get<std::string>().size(), 2U * Panorama::rows * Panorama::columns);
+  EXPECT_EQ(state["panorama"]["cells"].get<std::string>().size(), std::size_t{Panorama::rows} * Panorama::columns);
   EXPECT_THAT(state["advice"].get<std::string>(), HasSubstr("turn the table by 60 degrees"));
   const auto bare =
       parse_json(web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), nullptr, nullptr, Requirement{}));
   EXPECT_TRUE(bare["estimates"].empty());
   EXPECT_TRUE(bare["panorama"].is_null());
+}
+
+TEST(LivePage, StateHasAllLidarsOfThePanorama) {
+  const auto few = parse_json(some_state(rig_of(4), 0b1001));
+  EXPECT_EQ(few["panorama"]["cells"].get<std::string>().substr(0, 4), "9090");
+  const auto many = parse_json(some_state(rig_of(32), 0x8000'0201U));
+  EXPECT_EQ(many["panorama"]["lidars"].size(), 32U);
+  EXPECT_EQ(many["panorama"]["cells"].get<std::string>().substr(0, 16), "8000020100000000");
 }
 
 CalibrationResult some_result() {
@@ -105,6 +121,10 @@ TEST(LivePage, ShowsItInABrowser) {
   EXPECT_THAT(page, HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40"));
   EXPECT_THAT(page, HasSubstr("stop 2 &lt;b&gt;is&lt;/b&gt; in"));
   EXPECT_THAT(page, HasSubstr("<td>left</td><td>streaming</td>"));
+  // The first and the last of 32 LiDARs share what was seen.
+  (*server)->publish(some_state(rig_of(32), 0x8000'0001U));
+  EXPECT_THAT(browser->dom_of((*server)->url() + "#once", 2000),
+              HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40, lidar3"));
 }
 
 }  // namespace
