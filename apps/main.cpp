@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -77,6 +78,7 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
 
 int main(int argc, char** argv) {
   using rigcal::ExitCode;
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   rigcal::ConsoleReporter reporter(std::cerr);
   try {
     const int code = rigcal::run_program(argc, argv, reporter);

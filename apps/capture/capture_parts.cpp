@@ -3,11 +3,24 @@
 #include <filesystem>
 #include <utility>
 
+#include "apps/capture/disk_watch.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
 namespace rigcal {
 namespace {
+
+// Of a service that is started again and again nothing would be left but empty sessions, and LiDARs that start and
+// stop.
+Expected<void> check_room(const std::string& session) {
+  std::string folder = std::filesystem::path(session).parent_path().string();
+  if (folder.empty()) folder = ".";
+  const auto free = free_bytes(folder);
+  if (!free || *free >= DiskForecast::kReserveBytes) return {};
+  return system_error(
+      "the disk is full but for " + std::to_string(*free >> 20U) + " MiB: nothing can be recorded there", folder,
+      "make room or choose another disk");
+}
 
 Expected<void> make_session(const std::string& session, const Rig& rig, const livox::Driver& driver) {
   SessionRecord begun;
@@ -59,6 +72,7 @@ Expected<CaptureParts> CaptureParts::start(const Rig& rig, const livox::DriverOp
   std::error_code error;
   if (std::filesystem::exists(options.out, error))  // Before a LiDAR is taken.
     return input_error("exists already, and a session is never overwritten", options.out, "choose another name");
+  if (const auto room = check_room(options.out); !room) return room.error();
   CaptureParts parts;
   auto driver = livox::Driver::start(driver_options);
   if (!driver) return driver.error();

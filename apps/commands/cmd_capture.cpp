@@ -97,22 +97,21 @@ std::string result_folder(const CaptureCommand& command) {
 
 // The session is there whatever becomes of its calibration: what keeps that from being done is a warning.
 std::optional<LiveResult> calibrate_in_the_end(const CaptureCommand& command, const CaptureSummary& summary,
-                                               LiveCalibration& calibration, WebView* page, CommandContext& context) {
+                                               LiveCalibration& calibration, WebView* page, CaptureScreen& screen) {
   if (!summary.reading) {
-    context.reporter.warn("no calibration: the stops of the session could not be read to its end");
+    screen.warn("no calibration: the stops of the session could not be read to its end");
     return std::nullopt;
   }
   // Told to end is a normal end of the capture, not of this.
-  const auto tell = [&context, page](const CalibrationResult& numbers, double after_s) {
+  const auto tell = [&screen, page](const CalibrationResult& numbers, double after_s) {
     if (page != nullptr) page->show_result(numbers);
-    context.reporter.clear();
-    context.reporter.say("the extrinsics stand " + fixed_text(after_s, 1) + " s after the end of the recording, " +
-                         to_string(numbers.status) + "; map and report follow");
+    screen.tell("the extrinsics stand " + fixed_text(after_s, 1) + " s after the end of the recording, " +
+                to_string(numbers.status) + "; map and report follow");
   };
   Expected<LiveResult> result = finish_live(summary.session, *summary.reading, summary.forgotten_until_ns, calibration,
-                                            result_folder(command), RunContext{context.reporter, {}}, tell);
+                                            result_folder(command), RunContext{screen, {}}, tell);
   if (!result) {
-    context.reporter.warn("no calibration: " + result.error().message());
+    screen.warn("no calibration: " + result.error().message());
     return std::nullopt;
   }
   return std::move(*result);
@@ -129,7 +128,6 @@ void print_if_anybody_reads(const std::string& text, ConsoleReporter& reporter) 
 }
 
 Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) {
-  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   std::signal(SIGPIPE, SIG_IGN);  // Ctrl-C ends who reads the output (`| tee log`), too; the recording is what counts.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
@@ -158,14 +156,17 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   if (command.web) {
     auto started = WebView::start(*parse_web_address(*command.web), *rig, command.capture.out,
                                   calibration ? &*calibration : nullptr);
-    if (!started) return started.error();
-    page = *std::move(started);
-    context.reporter.say("the page is at " + page->url());
+    if (started) {
+      page = *std::move(started);
+      context.reporter.say("the page is at " + page->url());
+    } else {
+      context.reporter.warn("recorded without a page: " + started.error().message());
+    }
   }
   ServiceNotify service;
   std::uint64_t told = 0;
   EstimateTeller teller(context.reporter);
-  CaptureScreen screen(context.reporter, [&](const CaptureStatus& status) {
+  const auto draw = [&](const CaptureStatus& status) {
     if (calibration) teller.tell(calibration->estimates());
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
@@ -178,7 +179,12 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
       }
     }
     context.reporter.block(lines);
-  });
+  };
+  const auto tell = [&](const std::string& line) {
+    context.reporter.clear();
+    context.reporter.say(line);
+  };
+  CaptureScreen screen(context.reporter, draw, tell);
   const auto show = [&](const CaptureStatus& status) {
     service.alive(to_string(status.progress.state) + std::string(", ") + std::to_string(status.progress.stops) +
                   " stops");
@@ -188,17 +194,16 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   const Expected<CaptureSummary> summary =
       capture(*rig, driver, command.capture, {screen, context.run_context().stop}, show);
   service.stopping();
-  screen.finish();
+  std::optional<LiveResult> result;
+  if (summary && calibration) {
+    screen.show(summary->status);  // With the last estimates.
+    screen.show_progress();
+    result = calibrate_in_the_end(command, *summary, *calibration, page.get(), screen);
+    if (result) result->estimates = calibration->estimates().estimates;
+  }
+  screen.finish();  // What nobody takes is waited for only now that all is done.
   context.reporter.clear();
   if (!summary) return summary.error();
-  std::optional<LiveResult> result;
-  if (calibration) {
-    const LiveEstimates known = calibration->estimates();
-    teller.tell(known);
-    result = calibrate_in_the_end(command, *summary, *calibration, page.get(), context);
-    if (result) result->estimates = known.estimates;
-    context.reporter.clear();
-  }
   const std::vector<Shortfall> shortfalls = summary->shortfalls();
   const bool is_anybody_there = shortfalls.empty() || shortfalls.front().kind != Shortfall::Kind::no_lidar;
   if (is_anybody_there) {  // Otherwise the error says it.

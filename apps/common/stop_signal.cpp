@@ -20,12 +20,16 @@
 namespace rigcal {
 namespace {
 
-// Nothing is waited for any more, so nothing may be said by ways that could wait.
+// Nothing is waited for any more, so nothing may be said by ways that could wait: no lock, no terminal that takes
+// nothing.
 [[noreturn]] void end_at_once() {
   constexpr std::string_view words =
       "rigcal: error: ended at once by a second signal: what was being written is left as it was; "
       "a session is finished by rigcal inspect --repair SESSION\n";
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
+  pollfd taker{STDERR_FILENO, POLLOUT, 0};
+  if (poll(&taker, 1, 0) == 1 && (taker.revents & POLLOUT) != 0) {
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
+  }
   std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
 }
 

@@ -17,7 +17,10 @@ using testing::HasSubstr;
 /// Keeps what was said; takes nothing while it is shut.
 class Terminal final : public Reporter {
  public:
-  void progress(std::string_view, double) override { FAIL() << "the status shows how far it is"; }
+  void progress(std::string_view stage, double) override {
+    wait();
+    said.push_back("at " + std::string(stage));
+  }
   void warn(std::string message) override {
     wait();
     said.push_back("warning: " + message);
@@ -29,6 +32,11 @@ class Terminal final : public Reporter {
   void draw(const CaptureStatus& status) {
     wait();
     said.push_back(std::to_string(status.bytes));
+  }
+
+  void tell(const std::string& line) {
+    wait();
+    said.push_back("told: " + line);
   }
 
   std::atomic<bool> is_shut{false};
@@ -52,23 +60,46 @@ CaptureStatus with_bytes(std::uint64_t bytes) {
 TEST(CaptureScreen, ATerminalThatTakesNothingHoldsNobodyUp) {
   Terminal terminal;
   terminal.is_shut = true;
-  CaptureScreen screen(terminal, [&](const CaptureStatus& status) { terminal.draw(status); });
+  CaptureScreen screen(
+      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
+      [&](const std::string& line) { terminal.tell(line); });
   screen.show(with_bytes(1));
   while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   for (std::uint64_t bytes = 2; bytes < 100; ++bytes) screen.show(with_bytes(bytes));
   screen.progress("stage", 0.5);
   screen.warn("the disk fills");
   screen.debug("a remark");
+  screen.tell("a line");
   terminal.is_shut = false;
   screen.finish();
   // What was begun, then what was said, then the newest status.
-  EXPECT_THAT(terminal.said, ElementsAre("1", "warning: the disk fills", "a remark", "99"));
+  EXPECT_THAT(terminal.said, ElementsAre("1", "warning: the disk fills", "a remark", "told: a line", "99"));
+}
+
+TEST(CaptureScreen, ShowsProgressOnceNoStatusDoes) {
+  Terminal terminal;
+  terminal.is_shut = true;
+  CaptureScreen screen(
+      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
+      [&](const std::string& line) { terminal.tell(line); });
+  screen.show(with_bytes(1));
+  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  screen.progress("capture", 0.5);
+  screen.show(with_bytes(2));
+  screen.show_progress();
+  screen.progress("poses", 0.5);
+  screen.progress("joint", 0.5);
+  terminal.is_shut = false;
+  screen.finish();
+  EXPECT_THAT(terminal.said, ElementsAre("1", "2", "at joint"));
 }
 
 TEST(CaptureScreen, KeepsABoundedNumberOfSentencesAndSaysHowManyItLeftOut) {
   Terminal terminal;
   terminal.is_shut = true;
-  CaptureScreen screen(terminal, [&](const CaptureStatus& status) { terminal.draw(status); });
+  CaptureScreen screen(
+      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
+      [&](const std::string& line) { terminal.tell(line); });
   screen.show(with_bytes(1));
   while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   for (int i = 0; i < 1000; ++i) screen.debug("sentence " + std::to_string(i));

@@ -1,6 +1,7 @@
 // `rigcal simulate` as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <fstream>
@@ -45,6 +46,19 @@ TEST_F(Simulate, MakesASessionOfPackets) {
   ASSERT_TRUE(session.has_value());
   EXPECT_FALSE(session->packets.empty());
   EXPECT_FALSE(session->ground_truth.empty());
+}
+
+// As where a shell or a batch system limits files (`ulimit -f`).
+TEST_F(Simulate, AFileThatMayNotGrowIsAnErrorAndLeavesNothing) {
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  const rlimit small{1U << 20U, limit.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const ProgramRun run = simulate("room " + rig() + out("s") + " --stops 1 --dwell 0.2 --images-per-stop 0");
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  EXPECT_EQ(run.code, 4) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("File too large"));
+  EXPECT_FALSE(std::filesystem::exists(scratch / "s"));
 }
 
 TEST_F(Simulate, MountsSensorsWhereTheRigFileSaysWhereNoErrorIsAskedFor) {

@@ -1,5 +1,6 @@
 #include "apps/common/stop_signal.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -70,6 +71,31 @@ TEST(StopSignalDeathTest, ASecondSignalEndsTheProgramAtOnce) {
         pause();
       },
       testing::ExitedWithCode(1), "error: ended at once by a second signal.*--repair");
+}
+
+// A terminal that was stopped, a pipe that nobody reads: words would wait for ever.
+void say_to_nobody() {
+  int ends[2];
+  if (pipe(ends) != 0 || fcntl(ends[1], F_SETFL, O_NONBLOCK) != 0) _exit(8);
+  while (write(ends[1], "full", 4) > 0) continue;
+  fcntl(ends[1], F_SETFL, 0);
+  dup2(ends[1], STDERR_FILENO);
+}
+
+TEST(StopSignalDeathTest, ASecondSignalEndsAProgramToWhichNobodyListens) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        say_to_nobody();
+        const StopSignal signal;
+        kill(getpid(), SIGINT);
+        wait_for(signal.token());
+        std::this_thread::sleep_for(StopSignal::kOneWish);
+        kill(getpid(), SIGINT);
+        sleep(10);
+        _exit(9);
+      },
+      testing::ExitedWithCode(1), "");
 }
 
 TEST(StopSignalDeathTest, OneThatIsSentTwiceIsOneWish) {
