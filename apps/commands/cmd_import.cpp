@@ -8,6 +8,7 @@
 #include "apps/commands/option_checks.h"
 #include "apps/common/json_text.h"
 #include "apps/exchange/session_import.h"
+#include "core/base/text.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -17,17 +18,18 @@ struct ImportOptions {
   std::string input;
   std::string out;
   std::string rig;
+  std::string images;
 };
 
 std::string summary_text(const ImportOptions& options, const ImportSummary& done) {
-  char text[160];
   if (done.datagrams > 0) {
-    std::snprintf(text, sizeof text, ": %llu datagrams\n", static_cast<unsigned long long>(done.datagrams));
-  } else {
-    std::snprintf(text, sizeof text, ": %llu stops, %.1f million points, %llu images\n",
-                  static_cast<unsigned long long>(done.stops), 1e-6 * static_cast<double>(done.points),
-                  static_cast<unsigned long long>(done.images));
+    const std::string images = done.images > 0 ? ", " + counted(done.images, "image") : "";
+    return options.out + ": " + std::to_string(done.datagrams) + " datagrams" + images + "\n";
   }
+  char text[160];
+  std::snprintf(text, sizeof text, ": %llu stops, %.1f million points, %llu images\n",
+                static_cast<unsigned long long>(done.stops), 1e-6 * static_cast<double>(done.points),
+                static_cast<unsigned long long>(done.images));
   return options.out + text;
 }
 
@@ -40,7 +42,8 @@ std::string summary_json(const ImportOptions& options, const ImportSummary& done
 }
 
 Expected<ExitCode> run_import(const ImportOptions& options, CommandContext& context) {
-  const Expected<ImportSummary> done = import_session(options.input, options.rig, options.out, context.run_context());
+  const Expected<ImportSummary> done =
+      import_session({options.input, options.rig, options.images}, options.out, context.run_context());
   if (!done) return done.error();
   if (context.json) {
     CommandContext::print(summary_json(options, *done));
@@ -62,6 +65,10 @@ void add_import_command(CLI::App& app, CommandContext& context) {
       ->check(named_path())
       ->option_text("SESSION");
   command->add_option("--rig", options->rig, "The rig file (a patch folder may bring its own)")->option_text("RIG");
+  command
+      ->add_option("--images", options->images,
+                   "The cameras' images where they do not lie with the recording: DIR/<camera>/ as in a session")
+      ->option_text("DIR");
   command->footer("Example:\n  rigcal import run.bag --rig rig.yaml --out session");
   command->callback(
       [options, &context] { context.run = [options, &context] { return run_import(*options, context); }; });

@@ -40,7 +40,7 @@ std::string ImageFiles::camera_folder(int sensor) const {
 }
 
 void ImageFiles::write(const RecordedImage& image) {
-  if (status_) status_ = write_frame(image, cameras_[image.sensor]);
+  if (takes_ && status_) status_ = write_frame(image, cameras_[image.sensor]);
 }
 
 Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camera) const {

@@ -19,6 +19,8 @@ class ImageFiles {
   /// `folder` is the session's images; it is made with the first image.
   ImageFiles(std::string folder, const Rig& rig) : folder_(std::move(folder)), rig_(rig) {}
 
+  /// From now on takes none: others than the recording's own are given.
+  void take_none() { takes_ = false; }
   /// Takes all that was written away again.
   Expected<void> restart();
   void write(const RecordedImage& image);
@@ -47,6 +49,7 @@ class ImageFiles {
   std::string folder_;
   const Rig& rig_;
   std::map<int, Camera> cameras_;
+  bool takes_ = true;
   Expected<void> status_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "apps/exchange/image_files.h"
 #include "apps/exchange/patch_export.h"
+#include "apps/exchange/session_images.h"
 #include "apps/ingest/lidar_ingest.h"
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/datagram_file.h"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 struct ImportTask {
   std::string input;
   std::string rig_path;
+  std::string images;  ///< Where the cameras' images lie, if not with the recording.
   Rig rig;
   std::string folder;  ///< Of the session that is being made.
   const RunContext& context;
@@ -60,6 +62,12 @@ Expected<void> move_up(const std::string& from, const std::string& to, const cha
   if (!fs::exists(below(from, name), error)) return {};
   fs::rename(below(from, name), below(to, name), error);
   return error ? Expected<void>(cannot_write(below(to, name), error.value())) : Expected<void>{};
+}
+
+/// Returns how many images there are; none where they were not given.
+Expected<std::uint64_t> import_images(const ImportTask& task, ImageNumbers numbers, const std::vector<Stop>& stops) {
+  if (task.images.empty()) return std::uint64_t{0};
+  return copy_images(task.images, numbers, stops, task.rig, task.folder, task.context);
 }
 
 /// A session that was cut has no end, as one that a power cut ended.
@@ -111,7 +119,9 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
   const std::string truncation = (*file)->truncation();
   const Expected<void> record = write_record(task, start_ns, end_ns, session_counters(task.rig, summary), truncation);
   if (!record) return record.error();
-  return ImportSummary{is_lvx(task.input) ? "lvx" : "dump", truncation.empty(), writer->datagrams(), 0, 0, 0};
+  const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stamps, {});
+  if (!images) return images.error();
+  return ImportSummary{is_lvx(task.input) ? "lvx" : "dump", truncation.empty(), writer->datagrams(), 0, 0, *images};
 }
 
 Expected<ImportSummary> import_bag(const ImportTask& task) {
@@ -121,6 +131,7 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   source.rig_path = task.rig_path;
   source.rig = task.rig;
   ImageFiles images(below(task.folder, "images"), task.rig);
+  if (!task.images.empty()) images.take_none();
   const std::string patches = below(task.folder, "patches");
   const Expected<PatchExport> done = export_patches(source, PatchLayout::patches, patches, task.context, &images);
   if (!done) return done.error();
@@ -132,6 +143,8 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   for (const StopRecord& stop : done->reading.stops) stops.push_back(stop.stop);
   if (const Expected<void> finished = images.finish(stops); !finished) return finished.error();
   for (const std::string& warning : images.warnings()) task.context.reporter.warn(warning);
+  const Expected<std::uint64_t> given = import_images(task, ImageNumbers::stamps, stops);
+  if (!given) return given.error();
   if (const Expected<void> named = name_formats(task.folder, task.rig, images.missing_formats(), task.context.reporter);
       !named)
     return named.error();
@@ -146,7 +159,8 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   const Expected<void> record =
       write_record(task, start_ns, end_ns, session_counters(task.rig, done->reading.ingest), truncation);
   if (!record) return record.error();
-  return ImportSummary{"bag", truncation.empty(), 0, stops.size(), done->reading.points.in_stops, images.images()};
+  return ImportSummary{
+      "bag", truncation.empty(), 0, stops.size(), done->reading.points.in_stops, images.images() + *given};
 }
 
 /// Every cloud is read before it is copied, so that a damaged one is named now and not by calibrate.
@@ -173,10 +187,13 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
     task.context.reporter.progress("importing", ++done / static_cast<double>(folder->patches.size()));
   }
   std::error_code error;
-  if (fs::is_directory(fs::path(task.input) / "image", error)) {
+  if (task.images.empty() && fs::is_directory(fs::path(task.input) / "image", error)) {
     const Expected<void> copied = copy_folder(fs::path(task.input) / "image", out / "image");
     if (!copied) return copied.error();
   }
+  const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stops, {});
+  if (!images) return images.error();
+  summary.images = *images;
   if (folder->trajectory) {
     const Expected<void> copied = copy_file(below(task.input, "trajectory.tum"), below(task.folder, "trajectory.tum"));
     if (!copied) return copied.error();
@@ -188,8 +205,9 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
 
 }  // namespace
 
-Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path, const std::string& out,
-                                       const RunContext& context) {
+Expected<ImportSummary> import_session(const RecordingPaths& from, const std::string& out, const RunContext& context) {
+  const std::string& input = from.input;
+  if (const auto fit = check_images(from); !fit) return fit.error();
   if (const auto there = check_there(input); !there) return there.error();
   std::error_code error;
   const bool folder = fs::is_directory(input, error);
@@ -197,7 +215,7 @@ Expected<ImportSummary> import_session(const std::string& input, const std::stri
     if (const Expected<SessionFolder> session = open_session(input); !session) return session.error();
     return input_error("is a session already", input, "calibrate it as it is");
   }
-  const Expected<std::string> rig_file = folder ? rig_file_of_folder(input, rig_path) : rig_path;
+  const Expected<std::string> rig_file = folder ? rig_file_of_folder(input, from.rig) : from.rig;
   if (!rig_file) return rig_file.error();
   if (rig_file->empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
   Expected<Rig> rig = load_rig(*rig_file);
@@ -207,10 +225,11 @@ Expected<ImportSummary> import_session(const std::string& input, const std::stri
   if (const Expected<void> copied = copy_file(*rig_file, below(staged->path(), "rig.yaml")); !copied) {
     return copied.error();
   }
-  const ImportTask task{input, *rig_file, std::move(*rig), staged->path(), context};
+  const ImportTask task{input, *rig_file, from.images, std::move(*rig), staged->path(), context};
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;
+  warn_of_missing_images(task.rig, task.folder, context.reporter);
   if (const Expected<void> synced = staged->sync(); !synced) return synced.error();
   if (const Expected<void> done = staged->commit(); !done) return done.error();
   return summary;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "apps/recording/recording.h"
 #include "core/base/error.h"
 #include "core/base/run_context.h"
 
@@ -15,15 +16,17 @@ struct ImportSummary {
   std::uint64_t datagrams = 0;  ///< Of a dump or an .lvx file,
   std::uint64_t stops = 0;      ///< of the others,
   std::uint64_t points = 0;     ///< of the others,
-  std::uint64_t images = 0;     ///< of a bag.
+  std::uint64_t images = 0;     ///< In images/: of a bag, or those that were given.
 };
 
 /// Turns a foreign recording into a session, which appears as a whole at the end; an existing path is never touched.
 /// Datagrams become lidar.pcapng, every one as it is; bags become the patches of their stops and their images, patch
-/// folders are copied. The rig file is copied to the letter, unless it does not say of what Bayer layout images are.
-/// What is worth telling goes to the reporter. Errors: no rig, an input that cannot be read or has nothing of this rig,
-/// a session (which needs no import), the disk.
-[[nodiscard]] Expected<ImportSummary> import_session(const std::string& input, const std::string& rig_path,
-                                                     const std::string& out, const RunContext& context);
+/// folders are copied. `from.images`, where it is given, has the cameras' images, as calibrate takes them: then these
+/// are the session's. The rig file is copied to the letter, unless it does not say of what Bayer layout images are.
+/// What is worth telling goes to the reporter, cameras without images included. Errors: no rig, an input that cannot be
+/// read or has nothing of this rig, a session (which needs no import), those of `check_images` and `copy_images`, the
+/// disk.
+[[nodiscard]] Expected<ImportSummary> import_session(const RecordingPaths& from, const std::string& out,
+                                                     const RunContext& context);
 
 }  // namespace rigcal

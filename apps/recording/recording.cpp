@@ -282,6 +282,12 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
 
 }  // namespace
 
+Expected<void> check_images(const RecordingPaths& paths) {
+  std::error_code error;
+  if (paths.images.empty() || fs::is_directory(paths.images, error)) return {};
+  return input_error("no such folder", paths.images, "--images wants a folder with one folder of images a camera");
+}
+
 std::vector<std::string> image_places(const RecordingPaths& paths) {
   if (!paths.images.empty()) return {paths.images};
   const fs::path input(paths.input);
@@ -296,10 +302,7 @@ void add_near_points(std::span<const Point> points, double within_m, std::vector
 }
 
 Expected<Recording> read_recording(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
-  std::error_code error;
-  if (!paths.images.empty() && !fs::is_directory(paths.images, error)) {
-    return input_error("no such folder", paths.images, "--images wants a folder with one folder of images a camera");
-  }
+  if (const auto fit = check_images(paths); !fit) return fit.error();
   Expected<Recording> recording = read_points(paths, cells, context);
   if (!recording) return recording;
   if (paths.images.empty() && is_bag(paths.input)) {

@@ -42,6 +42,8 @@ struct RecordingPaths {
 /// Appends those of the points that are nearer than `within_m` to their sensor.
 void add_near_points(std::span<const Point> points, double within_m, std::vector<Point>& out);
 
+/// Error: `paths.images` is no folder.
+[[nodiscard]] Expected<void> check_images(const RecordingPaths& paths);
 /// Folders in which the images of the rig's cameras may lie, in the order in which they are looked for: in
 /// `paths.images`, else with the recording.
 [[nodiscard]] std::vector<std::string> image_places(const RecordingPaths& paths);

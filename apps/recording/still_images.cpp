@@ -10,7 +10,6 @@
 #include "core/base/parallel.h"
 #include "core/base/seconds.h"
 #include "core/io/image_file.h"
-#include "core/io/image_folder.h"
 
 namespace rigcal {
 namespace {
@@ -154,7 +153,8 @@ std::vector<std::string> files_of(const std::vector<Placed>& images) {
   return files;
 }
 
-// The first of `places` that has a folder of this camera; empty: none.
+}  // namespace
+
 std::string image_folder_of(const Sensor& camera, const std::vector<std::string>& places) {
   for (const std::string& place : places) {
     for (const std::string& name : {camera.name, camera.folder}) {
@@ -166,7 +166,26 @@ std::string image_folder_of(const Sensor& camera, const std::vector<std::string>
   return {};
 }
 
-}  // namespace
+std::string tell_of_unused(const std::string& folder, const ImageFolder& listed, Reporter& reporter) {
+  if (!listed.torn.empty()) reporter.warn(listed.torn);
+  const std::string hint = hint_of_unknown(folder, listed);
+  const std::string mend = hint.empty() ? "" : "; " + hint;
+  if (!listed.unknown.empty()) {
+    reporter.warn(folder + ": " + std::to_string(listed.unknown.size()) + " files are not used, since " +
+                  (listed.has_frames ? "frames.csv does not list them" : "their names are no numbers") +
+                  ", the first: " + listed.unknown.front() + mend);
+  }
+  return mend;
+}
+
+std::vector<std::optional<int>> stops_of_images(const ImageFolder& folder, const Sensor& camera,
+                                                const std::vector<Stop>& stops) {
+  std::vector<std::optional<int>> numbers(folder.images.size());
+  const Placing placing(camera, folder, stops);
+  for (const Placed& placed : placing.placed())
+    numbers[static_cast<std::size_t>(placed.image - folder.images.data())] = stops[placed.stop].index;
+  return numbers;
+}
 
 void StopImages::add(const std::string& name, const Expected<Image>& image) {
   if (!image) {
@@ -220,14 +239,7 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
     out.why_none = listed.error().message();
     return out;
   }
-  if (!listed->torn.empty()) context.reporter.warn(listed->torn);
-  const std::string hint = hint_of_unknown(folder, *listed);
-  const std::string mend = hint.empty() ? "" : "; " + hint;
-  if (!listed->unknown.empty()) {
-    context.reporter.warn(folder + ": " + std::to_string(listed->unknown.size()) + " files are not used, since " +
-                          (listed->has_frames ? "frames.csv does not list them" : "their names are no numbers") +
-                          ", the first: " + listed->unknown.front() + mend);
-  }
+  const std::string mend = tell_of_unused(folder, *listed, context.reporter);
   const Placing placing(camera, *listed, stops);
   placing.tell(context.reporter);
   if (placing.placed().empty()) {

@@ -10,11 +10,22 @@
 #include "apps/recording/image_mean.h"
 #include "apps/recording/stop_image_cache.h"
 #include "core/base/error.h"
+#include "core/io/image_folder.h"
 #include "core/pipeline/camera_stage.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
 
 namespace rigcal {
+
+/// Where the images of a camera lie: `<place>/<camera or its folder key>`, the first of `places` that has it; empty: in
+/// none.
+[[nodiscard]] std::string image_folder_of(const Sensor& camera, const std::vector<std::string>& places);
+/// Warns of what in a camera's folder nobody uses. Returns how it lies or is named instead, to be appended to a
+/// sentence; mostly empty.
+std::string tell_of_unused(const std::string& folder, const ImageFolder& listed, Reporter& reporter);
+/// The numbers of the stops that hold the exposures of a folder's images, in the order of these.
+[[nodiscard]] std::vector<std::optional<int>> stops_of_images(const ImageFolder& folder, const Sensor& camera,
+                                                              const std::vector<Stop>& stops);
 
 /// Reads the images of one camera from its folder (`list_image_folder`) and keeps those taken in a stop: the whole
 /// exposure must lie in it. Stops without times are told by frames.csv's remark, or by the files' names. Several images

@@ -76,13 +76,14 @@ Expected<ImageFolder> list_image_folder(const std::string& path) {
     const Expected<std::vector<FrameRecord>> frames = parse_frames(table->text, file);
     if (!frames) return frames.error();
     for (const FrameRecord& frame : *frames) {
-      folder.images.push_back({(fs::path(path) / frame.file).string(), frame.stamp_ns, frame.exposure_us, frame.stop});
+      folder.images.push_back({(fs::path(path) / frame.file).string(), frame.stamp_ns, frame.exposure_us, frame.stop,
+                               frame.trigger, frame.device_stamp});
       names.erase(frame.file);
     }
   } else {
     for (auto name = names.begin(); name != names.end();) {
       const std::optional<std::int64_t> number = number_of(*name);
-      if (number) folder.images.push_back({(fs::path(path) / *name).string(), *number, std::nullopt, std::nullopt});
+      if (number) folder.images.push_back({(fs::path(path) / *name).string(), *number, {}, {}, {}, {}});
       name = number ? names.erase(name) : std::next(name);
     }
   }

@@ -16,6 +16,8 @@ struct ListedImage {
   std::int64_t number = 0;  ///< Middle of the exposure, session time, ns; or the stop's number.
   std::optional<double> exposure_us;
   std::optional<int> stop;  ///< What frames.csv remarks.
+  std::optional<std::int64_t> trigger;
+  std::optional<std::int64_t> device_stamp;
 };
 
 struct ImageFolder {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "core/io/extrinsics_file.h"
 #include "core/io/frame_files.h"
@@ -12,6 +13,7 @@
 #include "tests/support/files.h"
 #include "tests/support/json.h"
 #include "tests/support/run_program.h"
+#include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/small_run.h"
 
@@ -73,6 +75,62 @@ TEST_F(CameraInputs, PacketsOfASessionAndADumpWithAFolderOfImagesGiveTheSame) {
   EXPECT_EQ(of_session.matrix(), of_dump.matrix()) << "to the bit";
 }
 
+TEST_F(CameraInputs, AnImportedDumpTakesItsImagesAlong) {
+  const ProgramRun run =
+      rigcal("import session/lidar.pcapng --rig session/rig.yaml --images session/images --out imported --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(fits_schema("import.json", parse_json(run.out)));
+  EXPECT_EQ(parse_json(run.out)["images"], stops);
+  EXPECT_EQ(text_of(scratch / "imported/images/left/frames.csv"), text_of(scratch / "session/images/left/frames.csv"));
+  EXPECT_EQ(of_session.matrix(), found_from("imported").matrix()) << "to the bit";
+}
+
+TEST_F(CameraInputs, ImagesNamedByTheirStampsGetATableOfFrames) {
+  const fs::path folder = scratch / "stamped/left";
+  fs::create_directories(folder);
+  for (const FrameRecord& frame : frames())
+    fs::copy_file(image(frame), folder / (std::to_string(frame.stamp_ns) + ".png"));
+  std::ofstream(folder / "notes.txt") << "clouded over";
+  const ProgramRun run = rigcal("import session/lidar.pcapng --rig session/rig.yaml --images stamped --out of_stamps");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("1 files are not used, since their names are no numbers, the first: notes.txt"));
+  EXPECT_THAT(run.out, HasSubstr(", 8 images"));
+  const auto imported = read_frames((scratch / "of_stamps/images/left/frames.csv").string());
+  ASSERT_TRUE(imported) << imported.error().message();
+  ASSERT_EQ(imported->size(), std::size_t{stops});
+  EXPECT_EQ(imported->front().stamp_ns, frames().front().stamp_ns);
+  EXPECT_EQ(text_of(scratch / "of_stamps/images/left" / imported->front().file), text_of(image(frames().front())));
+}
+
+TEST_F(CameraInputs, AnImportWithoutImagesSaysSo) {
+  const std::string dump_of_rig = "import session/lidar.pcapng --rig session/rig.yaml";
+  const ProgramRun without = rigcal(dump_of_rig + " --out blind");
+  EXPECT_EQ(without.code, 0);
+  EXPECT_THAT(without.err, HasSubstr("left: no image of it is written"));
+  EXPECT_THAT(without.err, HasSubstr("give them by --images DIR"));
+  EXPECT_FALSE(fs::exists(scratch / "blind/images"));
+
+  const ProgramRun nowhere = rigcal(dump_of_rig + " --images nowhere --out refused");
+  EXPECT_EQ(nowhere.code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("no such folder"));
+  fs::create_directories(scratch / "damaged/left");
+  std::ofstream(scratch / "damaged/left/frames.csv") << "file,stamp\n";
+  const ProgramRun damaged = rigcal(dump_of_rig + " --images damaged --out refused");
+  EXPECT_EQ(damaged.code, 3);
+  EXPECT_THAT(damaged.err, HasSubstr("frames.csv"));
+  for (const auto& entry : fs::directory_iterator(scratch))
+    EXPECT_EQ(entry.path().filename().string().find("refused"), std::string::npos) << entry.path();
+}
+
+TEST_F(CameraInputs, ImportedPatchesTakeImagesOfTheirStops) {
+  ASSERT_EQ(rigcal("export session --format patches --out bare").code, 0);
+  fs::rename(scratch / "bare/image", scratch / "by_stop");
+  ASSERT_EQ(rigcal("import bare --images by_stop --out of_bare").code, 0);
+  EXPECT_EQ(text_of(scratch / "of_bare/images/left/0.png"), text_of(scratch / "by_stop/left/0.png"));
+  EXPECT_FALSE(fs::exists(scratch / "of_bare/images/left/frames.csv")) << "stamps are not known";
+  found_from("of_bare");
+}
+
 TEST_F(CameraInputs, ExportedPatchesHaveTheImagesOfTheirStops) {
   const ProgramRun run = rigcal("export session --format patches --out patches --json");
   ASSERT_EQ(run.code, 0) << run.err;
@@ -112,6 +170,14 @@ TEST_F(CameraInputs, ABagBringsItsImages) {
   }
   save_bytes(scratch / "run.bag", bag.finish());
   found_from("run.bag --rig session/rig.yaml");
+
+  // Those of a folder are taken instead, and the session, which has no times, knows their stops.
+  ASSERT_EQ(rigcal("import run.bag --rig session/rig.yaml --images session/images --out of_bag").code, 0);
+  const auto imported = read_frames((scratch / "of_bag/images/left/frames.csv").string());
+  ASSERT_TRUE(imported) << imported.error().message();
+  ASSERT_EQ(imported->size(), std::size_t{stops});
+  EXPECT_EQ(imported->back().stop, stops - 1);
+  EXPECT_EQ(text_of(scratch / "of_bag/images/left" / imported->back().file), text_of(image(frames().back())));
 }
 
 TEST_F(CameraInputs, ImagesOfTheWrongTimesAreMissedInOneSentence) {

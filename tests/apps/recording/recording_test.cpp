@@ -218,7 +218,7 @@ TEST(RecordingOfImages, OfARigWithoutLidarsIsReadInspectedAndImported) {
     EXPECT_THAT(inspection_text(*inspection), testing::HasSubstr("right"));
   }
   const std::string session = (folder / "session").string();
-  const auto imported = import_session(poses, rig, session, {silent});
+  const auto imported = import_session({poses, rig, {}}, session, {silent});
   ASSERT_TRUE(imported) << imported.error().message();
   const auto recording = read_recording({session, {}, {}}, CellOptions{}, {silent});
   ASSERT_TRUE(recording) << recording.error().message();
