@@ -1,19 +1,13 @@
 // What inspect says of results.
-#include <filesystem>
-
 #include "apps/inspection/inspection.h"
 #include "core/io/extrinsics_file.h"
 #include "core/quality/comparison.h"
+#include "core/report/report_file.h"
 #include "core/report/result_formats.h"
 #include "core/report/summary_text.h"
-#include "core/rig/text_file.h"
 
 namespace rigcal {
 namespace {
-
-namespace fs = std::filesystem;
-
-constexpr std::size_t most_report_bytes = std::size_t{256} << 20U;
 
 struct LoadedResult {
   CalibrationResult result;
@@ -26,19 +20,6 @@ Expected<LoadedResult> load(const std::string& path) {
   Expected<CalibrationResult> result = result_from(*extrinsics, path);
   if (!result) return result.error();
   return LoadedResult{std::move(*result), !extrinsics->status.empty()};
-}
-
-// Warnings of the run, which report.json beside it has; none where that is missing or not ours.
-Inspection warnings_of(const std::string& path) {
-  const Expected<std::string> text = read_text_file((fs::path(path) / "report.json").string(), most_report_bytes);
-  Inspection warnings = Inspection::array();
-  if (!text) return warnings;
-  const Inspection report = Inspection::parse(*text, nullptr, false);
-  if (!report.is_object() || !report.contains("warnings") || !report["warnings"].is_array()) return warnings;
-  for (const Inspection& warning : report["warnings"]) {
-    if (warning.is_string()) warnings.push_back(warning);
-  }
-  return warnings;
 }
 
 Inspection triple(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -79,6 +60,8 @@ const char* word_of(MoveVerdict verdict) {
 Expected<Inspection> inspect_result(const std::string& path) {
   const Expected<LoadedResult> loaded = load(path);
   if (!loaded) return loaded.error();
+  const Expected<std::optional<ReportFile>> report = read_report(path);
+  if (!report) return report.error();
   Inspection json = begin_inspection("result", path);
   if (loaded->judged) {
     json["status"] = to_string(loaded->result.status);
@@ -87,7 +70,7 @@ Expected<Inspection> inspect_result(const std::string& path) {
   json["base"] = loaded->result.base;
   json["sensors"] = Inspection::array();
   for (const SensorResult& sensor : loaded->result.sensors) json["sensors"].push_back(sensor_json(*loaded, sensor));
-  json["warnings"] = warnings_of(path);
+  json["warnings"] = *report ? (*report)->warnings : std::vector<std::string>();
   return json;
 }
 

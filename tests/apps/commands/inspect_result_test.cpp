@@ -56,6 +56,16 @@ class InspectResult : public testing::Test {
   std::filesystem::path scratch = scratch_folder("inspect");
 };
 
+TEST_F(InspectResult, RefusesAReportOfANewerRelease) {
+  write(good(), "newer");
+  auto report = json_of_file(scratch / "newer/report.json");
+  report["rigcal"] = 2;
+  std::ofstream(scratch / "newer/report.json") << report;
+  const ProgramRun run = inspect("newer");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("report.json: has the format 2, but this release reads format 1; use rigcal 2.0"));
+}
+
 TEST_F(InspectResult, SaysTheVerdictInTheWordsOfThePage) {
   CalibrationResult result = good();
   result.status = Status::weak;
