@@ -110,8 +110,8 @@ void add_export_command(CLI::App& app, CommandContext& context) {
       ->option_text("PATH");
   command
       ->add_option("--rig", options->rig,
-                   "Rig file; a session brings its own, a patch folder may; tells which sensors of a result are "
-                   "cameras, and their intrinsics")
+                   "Rig file; a session brings its own, a patch folder may; tells which sensors of an extrinsics.yaml "
+                   "are cameras, and their intrinsics")
       ->option_text("RIG");
   command->footer("Example:\n  rigcal export result --format ros2-tf --out rig.launch.xml");
   command->callback(

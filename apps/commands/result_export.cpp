@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/io/output_file.h"
+#include "core/report/report_file.h"
 
 namespace rigcal {
 namespace {
@@ -14,6 +15,7 @@ namespace fs = std::filesystem;
 struct ReadResult {
   CalibrationResult result;
   std::map<std::string, CameraIntrinsics> intrinsics;
+  std::optional<ReportFile> report;  ///< Of a result folder.
 };
 
 Expected<ReadResult> read_result(const std::string& path) {
@@ -21,7 +23,18 @@ Expected<ReadResult> read_result(const std::string& path) {
   if (!extrinsics) return extrinsics.error();
   Expected<CalibrationResult> result = result_from(*extrinsics, path);
   if (!result) return result.error();
-  return ReadResult{std::move(*result), extrinsics->intrinsics};
+  Expected<std::optional<ReportFile>> report = read_report(path);
+  if (!report) return report.error();
+  return ReadResult{std::move(*result), extrinsics->intrinsics, std::move(*report)};
+}
+
+// The sensor of that name as a camera; of a rig that does not have it, a new one.
+Sensor& camera_of(Rig& rig, const std::string& name) {
+  const int index = rig.find(name);
+  Sensor& sensor = index < 0 ? rig.sensors.emplace_back() : rig.sensors[static_cast<std::size_t>(index)];
+  sensor.name = name;
+  if (!sensor.camera) sensor.camera.emplace();
+  return sensor;
 }
 
 // A sensor with intrinsics is a camera, whatever else is known of it; what was found counts more than what was known
@@ -29,13 +42,23 @@ Expected<ReadResult> read_result(const std::string& path) {
 void add_intrinsics(const std::map<std::string, CameraIntrinsics>& intrinsics, std::optional<Rig>& rig) {
   for (const auto& [name, found] : intrinsics) {
     if (!rig) rig.emplace();
-    const int index = rig->find(name);
-    Sensor& sensor = index < 0 ? rig->sensors.emplace_back() : rig->sensors[static_cast<std::size_t>(index)];
-    sensor.name = name;
-    if (!sensor.camera) sensor.camera.emplace();
+    Sensor& sensor = camera_of(*rig, name);
     sensor.lidar.reset();
     sensor.camera->intrinsics = found;
   }
+}
+
+// A run knows its cameras; a rig file that has them knows better.
+void add_cameras(const std::vector<std::string>& cameras, std::optional<Rig>& rig) {
+  if (!rig) rig.emplace();
+  for (const std::string& name : cameras) {
+    if (rig->find(name) < 0) camera_of(*rig, name);
+  }
+}
+
+bool tells_cameras_apart(ResultFormat format) {
+  return format == ResultFormat::mlcc || format == ResultFormat::kalibr || format == ResultFormat::colmap ||
+         format == ResultFormat::fast_livo;
 }
 
 }  // namespace
@@ -51,6 +74,7 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
     if (!loaded) return loaded.error();
     rig = std::move(*loaded);
   }
+  if (read->report) add_cameras(read->report->cameras, rig);
   add_intrinsics(read->intrinsics, rig);
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {
@@ -62,6 +86,11 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
   ResultExport done;
   done.sensors = std::move(exported->sensors);
   done.warnings = std::move(exported->warnings);
+  if (!rig && tells_cameras_apart(format)) {
+    done.warnings.push_back(
+        "no sensor is known for a camera, so that all of them are written as LiDARs: give --rig RIG where there are "
+        "some");
+  }
   done.status = result.status;
   for (const SensorResult& sensor : result.sensors) {
     if (!sensor.T_base_sensor) done.left_out.push_back(sensor.name);

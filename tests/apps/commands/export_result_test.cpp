@@ -110,6 +110,32 @@ TEST_F(ExportResult, TakesTheCamerasFromTheRigFile) {
   EXPECT_EQ(cameras[0]["camera_params"][2], 320.5);
 }
 
+TEST_F(ExportResult, KnowsTheCamerasOfAResultFolder) {
+  CalibrationResult result = make_result();
+  result.sensors.resize(1);
+  result.sensors.resize(3, result.sensors[0]);
+  result.sensors[1].name = "mid40";
+  result.sensors[2].name = "left";
+  result.status = Status::good;
+  result.cameras.resize(1);
+  result.cameras[0].name = "left";
+  ASSERT_TRUE(write_result_folder(result, (scratch / "seen").string()));
+  const auto sensors = [&](const std::string& arguments) {
+    const ProgramRun run = rigcal("export " + arguments + " --json");
+    EXPECT_EQ(run.code, 0) << run.err;
+    return std::pair{parse_json(run.out)["sensors"].get<std::vector<std::string>>(), run.err};
+  };
+  EXPECT_EQ(sensors("seen --format mlcc --out a").first, std::vector<std::string>{"mid40"});
+  EXPECT_EQ(sensors("seen --format kalibr --out b").first, std::vector<std::string>{"left"});
+  EXPECT_EQ(sensors("seen --format colmap --out c").first, std::vector<std::string>{"left"});
+  // Its extrinsics alone do not tell.
+  const auto [both, warned] = sensors("seen/extrinsics.yaml --format mlcc --out d");
+  EXPECT_EQ(both, (std::vector<std::string>{"mid40", "left"}));
+  EXPECT_THAT(warned, HasSubstr("no sensor is known for a camera"));
+  EXPECT_THAT(warned, HasSubstr("give --rig RIG"));
+  EXPECT_EQ(sensors("seen/extrinsics.yaml --format urdf --out e").second, "") << "to which all sensors are alike";
+}
+
 TEST_F(ExportResult, NamesWhatIsWrongAndTouchesNothing) {
   std::ofstream(scratch / "mine.txt") << "years of work";
   const std::string cases[] = {"export good --format urdf --out mine.txt", "export nothing --format urdf --out a",
