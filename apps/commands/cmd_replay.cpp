@@ -4,6 +4,7 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/option_checks.h"
+#include "apps/recording/lvx_datagrams.h"
 #include "apps/replay/replay.h"
 #include "core/base/parse_number.h"
 
@@ -56,7 +57,8 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   CLI::Option* to = command
                         ->add_option_function<std::string>(
                             "--to", [options](const std::string& text) { read_receiver(text, *options); },
-                            "Plain packets to this address, byte for byte; without a port to the ports as recorded")
+                            "Plain packets to this address, byte for byte; without a port to the ports as recorded "
+                            "(default: to the host to which the LiDARs sent)")
                         ->check(CLI::Validator(check_receiver, ""))
                         ->option_text("ADDRESS[:PORT]");
   CLI::Option* as_devices = command->add_flag(
@@ -84,7 +86,8 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
       ->option_text("SECONDS");
   command->footer("Example:\n  rigcal replay session --as-devices --network 127.0.0.0");
   command->callback([options, to, &context] {
-    if (!options->as_devices && to->count() == 0) throw CLI::RequiredError("--to ADDRESS or --as-devices");
+    if (!options->as_devices && to->count() == 0 && is_lvx(options->input))
+      throw CLI::RequiredError("--to ADDRESS or --as-devices");
     context.run = [options, &context] { return run_replay(*options, context); };
   });
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "apps/ingest/lidar_identity.h"
+#include "core/base/text.h"
 #include "drivers/livox_codec/control_payload.h"
 #include "simdata/packets/sim_device.h"
 
@@ -10,6 +11,12 @@ namespace rigcal {
 namespace {
 
 constexpr std::uint8_t control_start = 0xAA;
+
+/// Broadcasts of networks whose masks are not known end in 255, mostly: better no host than all of them.
+bool is_one_host(const livox::Ipv4& ip) {
+  constexpr std::uint8_t first_multicast = 224;
+  return ip[0] != 0 && ip[0] < first_multicast && ip[3] != 255;
+}
 
 livox::DeviceType guess_type(const RecordedDevice& device) {
   switch (device.points.value_or(livox::DataType::cartesian_tagged)) {
@@ -66,6 +73,7 @@ bool RecordedDevices::add(const Datagram& datagram) {
     ++device->point_packets;
     if (!device->points) device->points = packet->header.data_type;
   }
+  if (is_one_host(datagram.to.ip) && hosts_.size() < kMostHosts) hosts_.insert(datagram.to.ip);
   if (!first_sample_ns_) first_sample_ns_ = datagram.stamp_ns;
   last_ns_ = datagram.stamp_ns;
   return true;
@@ -87,6 +95,20 @@ DeviceIdentity identity_of(const RecordedDevice& device, const Rig& rig) {
   if (identity.broadcast.broadcast_code.empty())
     identity.broadcast.broadcast_code = sim::made_up_code(identity.broadcast.type, device.ip[3]);
   return identity;
+}
+
+Expected<livox::Ipv4> recorded_host(const std::set<livox::Ipv4>& hosts, const std::set<livox::Ipv4>& own) {
+  if (hosts.size() == 1) return *hosts.begin();
+  const char* mend = "say where to send by --to ADDRESS";
+  if (hosts.empty()) return input_error("the recording does not tell to which host the LiDARs sent", {}, mend);
+  std::vector<std::string> names;
+  std::vector<livox::Ipv4> here;
+  for (const livox::Ipv4& host : hosts) {
+    names.push_back(to_string(host));
+    if (own.contains(host)) here.push_back(host);
+  }
+  if (here.size() == 1) return here.front();
+  return input_error("the LiDARs sent to several hosts (" + joined(names, ", ") + ")", {}, mend);
 }
 
 }  // namespace rigcal

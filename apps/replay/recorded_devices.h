@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/records/records.h"
 #include "core/rig/rig.h"
 #include "drivers/livox_codec/discovery.h"
@@ -32,6 +33,7 @@ class RecordedDevices {
  public:
   static constexpr std::size_t kMost = 64;
   static constexpr std::size_t kMostPorts = 8;
+  static constexpr std::size_t kMostHosts = 8;
 
   /// Whether the datagram is one of a LiDAR: a sample packet, an answer or a message of one, or anything else that
   /// comes from where such a one came before, as damaged packets do. Requests of hosts are none.
@@ -42,6 +44,8 @@ class RecordedDevices {
   [[nodiscard]] std::optional<std::int64_t> first_sample_ns() const { return first_sample_ns_; }
   /// Stamp of the last datagram of a device.
   [[nodiscard]] std::int64_t last_ns() const { return last_ns_; }
+  /// The hosts to which samples went; addresses that stand for many machines, or for none, are no hosts.
+  [[nodiscard]] const std::set<livox::Ipv4>& hosts() const { return hosts_; }
   /// Devices that were too many to be told apart.
   [[nodiscard]] bool has_overflowed() const { return has_overflowed_; }
 
@@ -49,6 +53,7 @@ class RecordedDevices {
   RecordedDevice* find_or_add(const Endpoint& from);
 
   std::map<livox::Ipv4, RecordedDevice> devices_;
+  std::set<livox::Ipv4> hosts_;
   std::optional<std::int64_t> first_sample_ns_;
   std::int64_t last_ns_ = 0;
   bool has_overflowed_ = false;
@@ -61,5 +66,9 @@ struct DeviceIdentity {
   bool is_guessed = false;
 };
 [[nodiscard]] DeviceIdentity identity_of(const RecordedDevice& device, const Rig& rig);
+
+/// The host to which a recording's LiDARs sent, to send there again: the only one, or of several the only one that this
+/// machine is (`own`: its addresses). Errors, without a place: none, or more than one that it may be.
+[[nodiscard]] Expected<livox::Ipv4> recorded_host(const std::set<livox::Ipv4>& hosts, const std::set<livox::Ipv4>& own);
 
 }  // namespace rigcal

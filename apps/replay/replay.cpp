@@ -4,12 +4,14 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "apps/replay/replay_outlet.h"
 #include "apps/replay/replay_reading.h"
 #include "core/base/seconds.h"
 #include "core/io/session_folder.h"
+#include "drivers/net/interfaces.h"
 
 namespace rigcal {
 namespace {
@@ -46,7 +48,7 @@ Expected<Recorded> find_recording(const ReplayOptions& options) {
 Expected<ReplayPlaces> place(const RecordedDevices& devices, const ReplayOptions& options, const std::string& file) {
   ReplayPlaces places;
   std::optional<livox::Ipv4> network = options.network;
-  if (!network && !options.as_devices && options.to[0] == 127) network = livox::Ipv4{127, 0, 0, 0};
+  if (!network && options.to && (*options.to)[0] == 127) network = livox::Ipv4{127, 0, 0, 0};
   for (const auto& [ip, device] : devices.devices()) {
     livox::Ipv4 at = ip;
     if (network && (options.network || ip[0] != 127)) {
@@ -60,6 +62,14 @@ Expected<ReplayPlaces> place(const RecordedDevices& devices, const ReplayOptions
     places[ip] = at;
   }
   return places;
+}
+
+Expected<livox::Ipv4> host_of(const RecordedDevices& devices) {
+  const Expected<std::vector<net::Interface>> interfaces = net::list_interfaces();
+  if (!interfaces) return interfaces.error();
+  std::set<livox::Ipv4> own;
+  for (const net::Interface& interface : *interfaces) own.insert(interface.ip);
+  return recorded_host(devices.hosts(), own);
 }
 
 /// When recorded stamps are due on this machine's clock.
@@ -183,12 +193,19 @@ class Playing {
 
 }  // namespace
 
-Expected<ReplaySummary> replay(const ReplayOptions& options, const RunContext& context) {
+Expected<ReplaySummary> replay(const ReplayOptions& wanted, const RunContext& context) {
+  ReplayOptions options = wanted;
   Expected<Recorded> recorded = find_recording(options);
   if (!recorded) return recorded.error();
   Expected<ReplayReading> reading = ReplayReading::open(recorded->file, context);
   if (context.cancelled()) return ReplaySummary{};
   if (!reading) return reading.error();
+  if (!options.as_devices && !options.to) {
+    Expected<livox::Ipv4> host = host_of(reading->devices());
+    if (!host) return Error{host.error().kind, host.error().what, recorded->file, host.error().mend};
+    options.to = *host;
+    context.reporter.warn("no --to is given: to " + to_string(*host) + ", as recorded");
+  }
   const auto places = place(reading->devices(), options, recorded->file);
   if (!places) return places.error();
   auto outlet = options.as_devices

@@ -21,8 +21,8 @@ struct ReplayOptions {
   std::optional<livox::Ipv4> network;
 
   // As plain packets:
-  livox::Ipv4 to{};
-  std::uint16_t to_port = 0;  ///< 0: as recorded.
+  std::optional<livox::Ipv4> to;  ///< Nothing: the host of the recording.
+  std::uint16_t to_port = 0;      ///< 0: as recorded.
 
   // As devices:
   bool as_devices = false;
@@ -53,9 +53,10 @@ struct ReplaySummary {
 };
 
 /// Sends what the LiDARs of a recording sent, in its own time, until its end or until it is told to stop. As plain
-/// packets it goes to one address, byte for byte. As devices each LiDAR waits for a host and does what it is told; the
-/// recording begins once all of them sample. Errors: nothing to be read, no packets of a LiDAR, an address that this
-/// machine does not have, no way to the receiver.
+/// packets it goes to one address, byte for byte; a warning names the recording's host where that is meant. As devices
+/// each LiDAR waits for a host and does what it is told; the recording begins once all of them sample. Errors: nothing
+/// to be read, no packets of a LiDAR, an address that this machine does not have, no way to the receiver, no host that
+/// is known.
 [[nodiscard]] Expected<ReplaySummary> replay(const ReplayOptions& options, const RunContext& context);
 
 [[nodiscard]] std::string replay_text(const ReplayOptions& options, const ReplaySummary& summary);

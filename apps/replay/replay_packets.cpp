@@ -38,7 +38,7 @@ class PacketOutlet final : public ReplayOutlet {
       return {};
     }
     const std::uint16_t port = options_.to_port != 0 ? options_.to_port : datagram.to.port;
-    const auto sent = socket->second.send({options_.to, port}, datagram.bytes);
+    const auto sent = socket->second.send({*options_.to, port}, datagram.bytes);
     if (!sent) return sent.error();
     ++devices_[datagram.from.ip].sent;
     ++datagrams_;

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <thread>
 
@@ -134,6 +135,19 @@ class Replay : public testing::Test {
 
   ProgramRun program(const std::string& arguments, const std::string& before = "") {
     return run_program(before + "'" + RIGCAL_PROGRAM + "' replay " + arguments, scratch);
+  }
+  /// The session's packets as if all had been sent there.
+  [[nodiscard]] std::string packets_to(const Endpoint& receiver) const {
+    const std::string path = (scratch / ("to_" + to_string(receiver.ip) + ".pcapng")).string();
+    auto file = open_datagrams(packets());
+    auto writer = PcapngWriter::create(path);
+    Datagram datagram;
+    while (*(*file)->next(datagram)) {
+      datagram.to = receiver;
+      EXPECT_TRUE(writer->write(datagram).has_value());
+    }
+    EXPECT_TRUE(writer->close().has_value());
+    return path;
   }
   [[nodiscard]] std::string packets() const { return session_packets_path(session); }
 
@@ -313,6 +327,35 @@ TEST_F(Replay, TheProgramSaysWhatItSent) {
   EXPECT_THAT(words.out, HasSubstr("Avia 3JEDREP"));
 }
 
+TEST_F(Replay, WithoutAReceiverPacketsGoToTheRecordedHost) {
+  constexpr livox::Ipv4 host{127, 7, 31, 200};
+  auto sink = net::UdpSocket::open({{host, 0}, false, false, 0, {}});
+  ASSERT_TRUE(sink.has_value()) << sink.error().message();
+  const std::string dump = packets_to({host, sink->local().port});
+  const ProgramRun run = program("'" + dump + "' --network 127.7.31.0 --speed 5 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("to 127.7.31.200, as recorded"));
+  EXPECT_EQ(parse_json(run.out)["unsent"], 0);
+  net::ReceiveBatch batch(64);
+  EXPECT_GT(*sink->receive(batch), 0);
+
+  const ProgramRun to_all = program("'" + packets_to({{255, 255, 255, 255}, 55100}) + "' --network 127.7.31.0");
+  EXPECT_EQ(to_all.code, 3);
+  EXPECT_THAT(to_all.err, HasSubstr("does not tell to which host the LiDARs sent; say where to send by --to ADDRESS"));
+}
+
+TEST_F(Replay, OfSeveralRecordedHostsOnlyThisMachineIsTaken) {
+  const livox::Ipv4 one{192, 168, 1, 5};
+  const livox::Ipv4 other{192, 168, 1, 6};
+  EXPECT_EQ(*recorded_host({one}, {}), one);
+  EXPECT_EQ(*recorded_host({one, other}, {other, {127, 0, 0, 1}}), other);
+  EXPECT_FALSE(recorded_host({}, {one}));
+  EXPECT_FALSE(recorded_host({one, other}, {one, other}));
+  const auto neither = recorded_host({one, other}, {});
+  ASSERT_FALSE(neither);
+  EXPECT_THAT(neither.error().what, HasSubstr("192.168.1.5, 192.168.1.6"));
+}
+
 TEST_F(Replay, TheProgramEndsWhenItIsStopped) {
   const ProgramRun run = program("'" + session + "' --as-devices --network 127.7.29.0 --json",
                                  "timeout --foreground --preserve-status -s INT 1 ");
@@ -324,7 +367,8 @@ TEST_F(Replay, TheProgramEndsWhenItIsStopped) {
 }
 
 TEST_F(Replay, TheProgramRefusesWhatCannotBePlayed) {
-  EXPECT_EQ(program("'" + session + "'").code, 2);
+  std::ofstream(scratch / "run.lvx") << "livox_tech, whose recordings tell no addresses";
+  EXPECT_EQ(program("'" + (scratch / "run.lvx").string() + "'").code, 2);
   EXPECT_EQ(program("'" + session + "' --to nowhere").code, 2);
   EXPECT_EQ(program("'" + session + "' --to 127.0.0.1 --as-devices").code, 2);
   EXPECT_EQ(program("'" + session + "' --as-devices --network 127.0.0.1").code, 2);
