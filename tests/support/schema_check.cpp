@@ -31,6 +31,7 @@ class Walk {
       wrong_.push_back(at + ": is not one of " + schema["enum"].dump());
     if (value.is_object()) check_object(schema, value, at);
     if (value.is_array()) check_array(schema, value, at);
+    if (schema.contains("if")) check_branch(schema, value, at);
   }
 
  private:
@@ -42,6 +43,13 @@ class Walk {
     if (type == "integer") return value.is_number_integer();
     if (type == "boolean") return value.is_boolean();
     return type == "null" && value.is_null();
+  }
+
+  void check_branch(const Json& schema, const Json& value, const std::string& at) const {
+    std::vector<std::string> unlike;
+    Walk(root_, unlike).check(schema["if"], value, at);
+    const char* branch = unlike.empty() ? "then" : "else";
+    if (schema.contains(branch)) check(schema[branch], value, at);
   }
 
   void check_object(const Json& schema, const Json& value, const std::string& at) const {

@@ -10,7 +10,8 @@
 namespace rigcal {
 
 /// Checks a JSON value against a schema of docs/schema. Knows the words these schemas use: type, const, enum, required,
-/// properties, additionalProperties, items, minItems, maxItems, $ref to #/$defs/... Other words are not looked at.
+/// properties, additionalProperties, items, minItems, maxItems, if, then, else, $ref to #/$defs/... Other words are not
+/// looked at.
 class SchemaCheck {
  public:
   /// `name` is that of the file, for example "report.json".

@@ -96,6 +96,20 @@ TEST_F(ExportResult, KeepsWhatIsKnownWorstInJson) {
   EXPECT_EQ(weak[1]["missing"], "an upright one");
 }
 
+TEST_F(ExportResult, WritesATruthByTheSchemaOfResults) {
+  std::ofstream(scratch / "ground_truth.yaml") << "rigcal: 1\nbase: avia\nsensors:\n"
+                                                  "  avia: {translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}\n"
+                                                  "  mid40: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n"
+                                                  "stops:\n  - {stop: 0, start_ns: 0, end_ns: 1, T_G_base: "
+                                                  "{translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}}\n";
+  EXPECT_EQ(rigcal("export ground_truth.yaml --format json --out truth.json").code, 0);
+  auto truth = json_of_file(scratch / "truth.json");
+  EXPECT_FALSE(truth["sensors"]["mid40"].contains("covariance")) << "it is not known exactly, it is not known";
+  EXPECT_TRUE(fits_schema("extrinsics.json", truth));
+  truth["method"] = "targetless";
+  EXPECT_FALSE(fits_schema("extrinsics.json", truth)) << "what was found has a covariance";
+}
+
 TEST_F(ExportResult, TakesTheCamerasFromTheRigFile) {
   std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nname: r\nbase: avia\nsensors:\n"
                                          "  avia: {type: lidar}\n"
