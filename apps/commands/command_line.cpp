@@ -36,6 +36,12 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_doctor_command(app, context);
 }
 
+/// The help of a command lists its own options only.
+void point_to_common_options(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    command->footer("--threads, --json, --quiet and --log-level: see rigcal --help\n\n" + command->get_footer());
+}
+
 /// Wherever a rig file is asked for, the name of one that comes with the program does too.
 void let_rigs_be_named(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
@@ -69,6 +75,7 @@ void describe_command_line(CLI::App& app, CommandContext& context, GlobalOptions
   add_global_options(app, context, options);
   add_commands(app, context);
   let_rigs_be_named(app);
+  point_to_common_options(app);
 }
 
 }  // namespace rigcal

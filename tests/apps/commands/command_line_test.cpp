@@ -18,7 +18,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr std::array commands{"simulate", "calibrate", "inspect", "export", "evaluate", "replay", "doctor"};
+constexpr std::array commands{"simulate", "capture",  "calibrate",  "batch",  "inspect", "import",
+                              "export",   "evaluate", "experiment", "replay", "doctor"};
 
 class CommandLine : public testing::Test {
  protected:
@@ -40,7 +41,9 @@ TEST_F(CommandLine, ShowsAnExampleAtTheEndOfEveryHelp) {
     EXPECT_THAT(list, HasSubstr(command));
     const ProgramRun run = rigcal(std::string(command) + " --help");
     EXPECT_EQ(run.code, 0);
-    EXPECT_THAT(run.out, ContainsRegex(std::string("Example:\n  rigcal ") + command + " [^\n]*\n+$"));
+    EXPECT_THAT(run.out, HasSubstr("--threads, --json, --quiet and --log-level: see rigcal --help"));
+    EXPECT_THAT(run.out,
+                ContainsRegex(std::string("Example:\n  rigcal ") + command + " [^\n]*\n(  rigcal [^\n]*\n)*\n*$"));
   }
 }
 
