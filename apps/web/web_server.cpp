@@ -1,24 +1,50 @@
 #include "apps/web/web_server.h"
 
-#include <httplib.h>
+#include <microhttpd.h>
+#include <netdb.h>
 #include <sys/random.h>
+#include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
 namespace rigcal {
 namespace {
 
-// A page keeps one connection open; more than a handful of them is nobody watching a capture.
-constexpr std::size_t threads = 12;
+using Clock = std::chrono::steady_clock;
+
+// A page keeps one connection open; more than a handful of them is nobody watching a capture. Who finds no place waits
+// in the kernel, where it costs no descriptor.
+constexpr unsigned most_connections = 12;
 constexpr int most_watchers = 6;
-constexpr std::size_t most_body = 1024;
-constexpr std::chrono::seconds keep_alive(5);
+// For a head and what of its answer is on its way. Browsers also send the cookies of what else runs on localhost.
+constexpr std::size_t most_memory = 32 * 1024;
+constexpr unsigned patience_s = 5;
+constexpr std::chrono::seconds patience(patience_s);
+constexpr std::size_t piece_of_stream = 4096;
+// How late news may be, and the end.
+constexpr std::chrono::milliseconds tick(100);
+
+struct Answer {
+  unsigned status = MHD_HTTP_OK;
+  std::string text{};
+  const char* type = nullptr;
+  bool is_stream = false;  ///< Of events, in place of the text.
+};
+
+std::string_view value_of(MHD_Connection* connection, MHD_ValueKind kind, std::string_view key) {
+  const char* value = nullptr;
+  std::size_t size = 0;
+  const auto found = MHD_lookup_connection_value_n(connection, kind, key.data(), key.size(), &value, &size);
+  return found == MHD_YES && value != nullptr ? std::string_view(value, size) : std::string_view();
+}
 
 }  // namespace
 
@@ -36,81 +62,43 @@ Expected<std::string> make_token() {
   return token;
 }
 
+// The library is called by one thread alone, which waits for all connections at once and for no single one.
 class WebServer::Serving {
  public:
   Serving(WebAddress address, std::string token, std::string page)
-      : address_(std::move(address)), token_(std::move(token)), page_(std::move(page)) {
-    server_.new_task_queue = [] { return new httplib::ThreadPool(threads); };
-    // A port that another program listens on is taken; by itself httplib would share it.
-    server_.set_socket_options([](socket_t socket) {
-      const int yes = 1;
-      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    });
-    server_.set_payload_max_length(most_body);
-    server_.set_keep_alive_max_count(100);
-    server_.set_read_timeout(keep_alive);
-    server_.set_write_timeout(keep_alive);
-    server_.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      return admit(request, response) ? httplib::Server::HandlerResponse::Unhandled
-                                      : httplib::Server::HandlerResponse::Handled;
-    });
-    server_.Get("/", [this](const httplib::Request&, httplib::Response& response) {
-      response.set_header("Content-Security-Policy",
-                          "default-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'");
-      response.set_content(page_, "text/html; charset=utf-8");
-    });
-    server_.Get("/state", [this](const httplib::Request&, httplib::Response& response) {
-      const std::lock_guard lock(mutex_);
-      response.set_content(state_, "application/json");
-    });
-    server_.Get("/picture/([A-Za-z0-9_.-]+)", [this](const httplib::Request& request, httplib::Response& response) {
-      const std::lock_guard lock(mutex_);
-      const auto found = pictures_.find(request.matches[1].str());
-      if (found == pictures_.end()) {
-        response.status = 404;
-        return;
-      }
-      response.set_content(found->second, "image/jpeg");
-    });
-    server_.Get("/events", [this](const httplib::Request&, httplib::Response& response) { watch(response); });
-  }
+      : address_(std::move(address)), token_(std::move(token)), page_(std::move(page)) {}
   ~Serving() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_over_ = true;
-    }
-    changed_.notify_all();
-    server_.stop();
+    is_over_ = true;
     if (thread_.joinable()) thread_.join();
+    for (auto& [connection, visitor] : visitors_) wake(visitor);  // The library closes none that sleeps.
+    if (daemon_ != nullptr) MHD_stop_daemon(daemon_);
   }
   Serving(const Serving&) = delete;
   Serving& operator=(const Serving&) = delete;
 
   Expected<void> start() {
-    int port = address_.port;
-    if (port == 0) {
-      port = server_.bind_to_any_port(address_.host.c_str());  // No std::string before 0.11.
-    } else if (!server_.bind_to_port(address_.host.c_str(), port)) {
-      port = -1;
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+    addrinfo* places = nullptr;
+    if (::getaddrinfo(address_.host.c_str(), std::to_string(address_.port).c_str(), &hints, &places) == 0) {
+      for (const addrinfo* place = places; place != nullptr && daemon_ == nullptr; place = place->ai_next)
+        daemon_ = listen_at(*place);
+      ::freeaddrinfo(places);
     }
-    if (port < 0) {
+    if (daemon_ == nullptr) {
       return system_error("the page cannot be served there; another program has the port, or no interface the address",
                           address_.host + ":" + std::to_string(address_.port), "give another one to --web");
     }
-    address_.port = static_cast<std::uint16_t>(port);
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
-    // What is stopped before it listens would never end.
-    while (!server_.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    address_.port = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_BIND_PORT)->port;
+    thread_ = std::thread([this] { run(); });
     return {};
   }
 
   void publish(std::string state) {
-    {
-      const std::lock_guard lock(mutex_);
-      state_ = std::move(state);
-      ++number_;
-    }
-    changed_.notify_all();
+    const std::lock_guard lock(mutex_);
+    state_ = std::move(state);
+    ++number_;
   }
   void publish_picture(const std::string& name, std::string jpeg) {
     const std::lock_guard lock(mutex_);
@@ -125,72 +113,149 @@ class WebServer::Serving {
   }
 
  private:
-  bool admit(const httplib::Request& request, httplib::Response& response) const {
-    response.set_header("Cache-Control", "no-store");
-    response.set_header("X-Content-Type-Options", "nosniff");
-    if (request.method != "GET") {
-      response.status = 405;
-      return false;
-    }
-    if (token_.empty()) return is_asked_by_name_of_this_machine(request, response);
-    const std::string given = request.get_param_value("token");
-    if (is_same_secret(given, token_)) {
-      response.set_header("Set-Cookie", "rigcal_token=" + token_ + "; HttpOnly; SameSite=Strict; Path=/");
-      return true;
-    }
-    if (is_same_secret(cookie_value(request.get_header_value("Cookie"), "rigcal_token"), token_)) return true;
-    response.status = 403;
-    response.set_content("The address of this page has a token, which rigcal capture printed.\n", "text/plain");
-    return false;
-  }
-  // A page of another site, whose name was made to lead to this machine, must not read this one.
-  static bool is_asked_by_name_of_this_machine(const httplib::Request& request, httplib::Response& response) {
-    if (is_host_of_this_machine(request.get_header_value("Host"))) return true;
-    response.status = 403;
-    response.set_content("This page is served to localhost alone.\n", "text/plain");
-    return false;
+  struct Visitor {
+    Serving* serving = nullptr;
+    MHD_Connection* connection = nullptr;
+    std::optional<Clock::time_point> head_due = Clock::now() + patience;  ///< None once it is there.
+    // Of one that watches events:
+    bool is_watching = false;
+    bool is_asleep = false;  ///< Until there is something to be told.
+    std::uint64_t seen = 0;
+    Clock::time_point told{};
+    std::string text{};    ///< What it is being told,
+    std::size_t sent = 0;  ///< and how much of that has gone out.
+  };
+
+  // A port that another program listens on is taken: the library shares none unless it is asked to.
+  MHD_Daemon* listen_at(const addrinfo& place) {
+    unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME;
+    if (place.ai_family == AF_INET6) flags |= MHD_USE_DUAL_STACK;
+    return MHD_start_daemon(flags, 0, nullptr, nullptr, &Serving::answer, this, MHD_OPTION_SOCK_ADDR, place.ai_addr,
+                            MHD_OPTION_CONNECTION_LIMIT, most_connections, MHD_OPTION_LISTEN_BACKLOG_SIZE,
+                            most_connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT, most_memory,
+                            MHD_OPTION_CONNECTION_TIMEOUT, patience_s, MHD_OPTION_NOTIFY_CONNECTION,
+                            &Serving::come_or_gone, this, MHD_OPTION_END);
   }
 
-  void watch(httplib::Response& response) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (watchers_ >= most_watchers) {
-        response.status = 503;
-        return;
+  void run() {
+    while (!is_over_) {
+      if (MHD_run_wait(daemon_, static_cast<int>(tick.count())) != MHD_YES) std::this_thread::sleep_for(tick);
+      for (auto& [connection, visitor] : visitors_) {
+        if (visitor.is_asleep && has_news_for(visitor)) wake(visitor);
+        // The library's own timeout begins anew with every byte.
+        if (visitor.head_due && Clock::now() > *visitor.head_due)
+          ::shutdown(MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd, SHUT_RDWR);
       }
-      ++watchers_;
     }
-    auto seen = std::make_shared<std::uint64_t>(0);
-    response.set_chunked_content_provider(
-        "text/event-stream",
-        [this, seen](std::size_t, httplib::DataSink& sink) {
-          std::string text;
-          {
-            std::unique_lock lock(mutex_);
-            const bool is_news = changed_.wait_for(lock, keep_alive, [&] { return is_over_ || number_ != *seen; });
-            if (is_over_) return false;
-            text = is_news ? "data: " + state_ + "\n\n" : ": still there\n\n";
-            *seen = number_;
-          }
-          return sink.write(text.data(), text.size());
-        },
-        [this](bool) {
-          const std::lock_guard lock(mutex_);
-          --watchers_;
-        });
+  }
+  static void wake(Visitor& visitor) {
+    if (std::exchange(visitor.is_asleep, false)) MHD_resume_connection(visitor.connection);
+  }
+  static void come_or_gone(void* self, MHD_Connection* connection, void** /*unused*/,
+                           MHD_ConnectionNotificationCode code) {
+    auto* serving = static_cast<Serving*>(self);
+    serving->visitors_.erase(connection);
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) serving->visitors_.emplace(connection, Visitor{serving, connection});
+  }
+  // Called when the whole head is there. As it is answered at once, a body is not read.
+  static MHD_Result answer(void* self, MHD_Connection* connection, const char* path, const char* method,
+                           const char* /*version*/, const char* /*body*/, std::size_t* /*unused*/, void** /*unused*/) {
+    auto* serving = static_cast<Serving*>(self);
+    Visitor& visitor = serving->visitors_.at(connection);
+    visitor.head_due.reset();
+    Answer answer = serving->answer_to(connection, path, method);
+    visitor.is_watching = answer.is_stream;
+    MHD_Response* response =
+        answer.is_stream
+            ? MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, piece_of_stream, &Serving::tell, &visitor, nullptr)
+            : MHD_create_response_from_buffer(answer.text.size(), answer.text.data(), MHD_RESPMEM_MUST_COPY);
+    if (response == nullptr) return MHD_NO;
+    serving->add_headers(response, answer, serving->is_token(token_in_address(connection)));
+    const MHD_Result result = MHD_queue_response(connection, answer.status, response);
+    MHD_destroy_response(response);
+    return result;
+  }
+  void add_headers(MHD_Response* response, const Answer& answer, bool has_shown_token) const {
+    const auto add = [response](const char* name, const std::string& value) {
+      static_cast<void>(MHD_add_response_header(response, name, value.c_str()));
+    };
+    add("Cache-Control", "no-store");
+    add("X-Content-Type-Options", "nosniff");
+    add("Content-Security-Policy", "default-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'");
+    if (answer.type != nullptr) add("Content-Type", answer.type);
+    add("Connection", "close");  // Nobody keeps a place that asks for nothing.
+    if (has_shown_token) add("Set-Cookie", "rigcal_token=" + token_ + "; HttpOnly; SameSite=Strict; Path=/");
+  }
+
+  Answer answer_to(MHD_Connection* connection, const std::string& path, std::string_view method) const {
+    if (method != "GET") return {MHD_HTTP_METHOD_NOT_ALLOWED};
+    if (const char* reason = refusal(connection)) return {MHD_HTTP_FORBIDDEN, reason, "text/plain"};
+    if (path == "/") return {MHD_HTTP_OK, page_, "text/html; charset=utf-8"};
+    if (path == "/events") {
+      const auto watchers = std::ranges::count_if(visitors_, [](const auto& one) { return one.second.is_watching; });
+      if (watchers >= most_watchers) return {MHD_HTTP_SERVICE_UNAVAILABLE};
+      return {MHD_HTTP_OK, {}, "text/event-stream", true};
+    }
+    const std::lock_guard lock(mutex_);
+    if (path == "/state") return {MHD_HTTP_OK, state_, "application/json"};
+    const std::string_view folder = "/picture/";
+    const auto picture = path.starts_with(folder) ? pictures_.find(path.substr(folder.size())) : pictures_.end();
+    if (picture == pictures_.end()) return {MHD_HTTP_NOT_FOUND};
+    return {MHD_HTTP_OK, picture->second, "image/jpeg"};
+  }
+  // Why it is not answered; null where it is.
+  const char* refusal(MHD_Connection* connection) const {
+    if (token_.empty()) {
+      // A page of another site, whose name was made to lead to this machine, must not read this one.
+      const bool is_own = is_host_of_this_machine(value_of(connection, MHD_HEADER_KIND, "Host"));
+      return is_own ? nullptr : "This page is served to localhost alone.\n";
+    }
+    const std::string_view cookies = value_of(connection, MHD_HEADER_KIND, "Cookie");
+    if (is_token(token_in_address(connection)) || is_token(cookie_value(cookies, "rigcal_token"))) return nullptr;
+    return "The address of this page has a token, which rigcal capture printed.\n";
+  }
+  static std::string_view token_in_address(MHD_Connection* connection) {
+    return value_of(connection, MHD_GET_ARGUMENT_KIND, "token");
+  }
+  bool is_token(std::string_view given) const { return !token_.empty() && is_same_secret(given, token_); }
+
+  // The next piece for one that watches events.
+  static ssize_t tell(void* one, std::uint64_t /*position*/, char* piece, std::size_t most) {
+    auto& visitor = *static_cast<Visitor*>(one);
+    if (visitor.sent == visitor.text.size()) {
+      if (!visitor.serving->has_news_for(visitor)) {
+        visitor.is_asleep = true;
+        MHD_suspend_connection(visitor.connection);
+        return 0;
+      }
+      visitor.serving->take_news(visitor);
+    }
+    const std::size_t size = visitor.text.copy(piece, most, visitor.sent);
+    visitor.sent += size;
+    return static_cast<ssize_t>(size);
+  }
+  bool has_news_for(const Visitor& visitor) const {
+    const std::lock_guard lock(mutex_);
+    return visitor.seen != number_ || Clock::now() > visitor.told + patience;
+  }
+  void take_news(Visitor& visitor) const {
+    const std::lock_guard lock(mutex_);
+    visitor.text = visitor.seen != number_ ? "data: " + state_ + "\n\n" : ": still there\n\n";
+    visitor.sent = 0;
+    visitor.seen = number_;
+    visitor.told = Clock::now();
   }
 
   WebAddress address_;
   std::string token_;
   std::string page_;
-  httplib::Server server_;
-  std::mutex mutex_;  ///< Of what follows.
-  std::condition_variable changed_;
+  MHD_Daemon* daemon_ = nullptr;
+  std::map<MHD_Connection*, Visitor> visitors_;
+  std::atomic<bool> is_over_ = false;
+  mutable std::mutex mutex_;  ///< Of what follows.
   std::string state_ = "null";
   std::uint64_t number_ = 1;
   std::map<std::string, std::string> pictures_;
-  int watchers_ = 0;
-  bool is_over_ = false;
   std::thread thread_;
 };
 

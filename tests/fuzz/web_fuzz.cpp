@@ -61,8 +61,11 @@ void try_request(std::string_view text) {
   to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const linger at_once{1, 0};  // No port is left waiting.
   ::setsockopt(socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  const timeval patience{0, 200'000};  // A head that is still no whole one is waited for, and events have no end.
+  ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   require(::connect(socket, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0);
-  static_cast<void>(::send(socket, text.data(), text.size(), MSG_NOSIGNAL));
+  const std::string whole = std::string(text) + "\r\n\r\n";
+  static_cast<void>(::send(socket, whole.data(), whole.size(), MSG_NOSIGNAL));
   ::shutdown(socket, SHUT_WR);
   std::string answer;
   std::array<char, 4096> part{};

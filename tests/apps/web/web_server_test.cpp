@@ -6,33 +6,66 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <thread>
 
 namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
 
-// What a server sends to one request before it is silent for half a second, or closes.
-std::string ask(std::uint16_t port, const std::string& head) {
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(port);
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  timeval patience{0, 500'000};
-  ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  std::string text;
-  if (::connect(socket, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) {
-    const std::string request = head + "\r\n\r\n";
-    EXPECT_EQ(::send(socket, request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
+// One connection to a server, of which the test decides what it sends and when.
+class Client {
+ public:
+  explicit Client(std::uint16_t port, int flags = 0)
+      : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const timeval patience{0, 500'000};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    static_cast<void>(::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+  }
+  ~Client() { ::close(socket_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  [[nodiscard]] bool send(const std::string& text) const {
+    return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
+  // What comes until `last` is there, the server closes, or nothing comes for half a second.
+  std::string read(const std::string& last = {}) {
+    std::string text;
     std::array<char, 4096> part{};
-    for (ssize_t n = 0; (n = ::recv(socket, part.data(), part.size(), 0)) > 0;) {
+    std::size_t looked_at = 0;
+    while (last.empty() || text.find(last, looked_at) == std::string::npos) {
+      looked_at = text.size() - std::min(text.size(), last.size());
+      const ssize_t n = ::recv(socket_, part.data(), part.size(), 0);
+      is_closed_ = n == 0 || (n < 0 && errno == ECONNRESET);
+      if (n <= 0) break;
       text.append(part.data(), static_cast<std::size_t>(n));
     }
+    return text;
   }
-  ::close(socket);
-  return text;
+  [[nodiscard]] bool is_closed() const { return is_closed_; }
+
+ private:
+  int socket_;
+  bool is_closed_ = false;
+};
+
+std::string ask(std::uint16_t port, const std::string& head) {
+  Client client(port);
+  EXPECT_TRUE(client.send(head + "\r\n\r\n"));
+  return client.read();
 }
 
 std::string get(std::uint16_t port, const std::string& path, const std::string& more = {}) {
@@ -89,6 +122,143 @@ TEST(WebServer, SaysThatItsPortIsTaken) {
   const auto second = WebServer::start({"127.0.0.1", first->port()}, {}, "");
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, ErrorKind::system);
+}
+
+TEST(WebServer, ItsPortServesAgainAtOnce) {
+  auto server = serve({});
+  const std::uint16_t port = server->port();
+  EXPECT_THAT(get(port, "/"), HasSubstr(" 200 "));  // Leaves a connection in TIME_WAIT.
+  server.reset();
+  const auto again = WebServer::start({"127.0.0.1", port}, {}, "again");
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_THAT(get(port, "/"), HasSubstr("again"));
+}
+
+TEST(WebServer, ServesNamesAndBothFamilies) {
+  const auto named = WebServer::start({"localhost", 0}, {}, "");
+  ASSERT_TRUE(named) << named.error().message();
+  EXPECT_THAT((*named)->url(), HasSubstr("http://localhost:"));
+  const auto both = WebServer::start({"::", 0}, {}, "the page");
+  if (!both) GTEST_SKIP() << "no IPv6 here";
+  EXPECT_THAT((*both)->url(), HasSubstr("http://[::]:"));
+  EXPECT_THAT(get((*both)->port(), "/"), HasSubstr("the page"));
+}
+
+TEST(WebServer, GivesThePageOnceWhateverRangesAreAskedFor) {
+  const auto server = serve({});
+  std::string ranges = "\r\nRange: bytes=0-";
+  for (int i = 0; i < 2600; ++i) ranges += ",0-";
+  const std::string answer = get(server->port(), "/", ranges);
+  EXPECT_THAT(answer, HasSubstr(" 200 "));
+  EXPECT_LT(answer.size(), 1000U);
+}
+
+TEST(WebServer, TakesNoBody) {
+  const auto server = serve({});
+  for (const char* method : {"GET", "POST", "PUT", "DELETE"}) {
+    for (const char* body : {"Content-Length: 100000000", "Transfer-Encoding: chunked"}) {
+      Client client(server->port());
+      ASSERT_TRUE(client.send(std::string(method) + " / HTTP/1.1\r\nHost: localhost\r\n" + body + "\r\n\r\n"));
+      EXPECT_THAT(client.read(), HasSubstr(method == std::string("GET") ? " 200 " : " 405 "));
+      EXPECT_TRUE(client.is_closed()) << method << " " << body;
+    }
+  }
+}
+
+TEST(WebServer, TellsItsWatchersTheNewsAndTakesNoMoreThanSix) {
+  const auto server = serve({});
+  std::list<Client> watchers;
+  const std::string request = "GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_TRUE(watchers.emplace_back(server->port()).send(request));
+    EXPECT_THAT(watchers.back().read("data: null\n\n"), HasSubstr("text/event-stream"));
+  }
+  EXPECT_THAT(get(server->port(), "/events"), HasSubstr(" 503 "));
+  EXPECT_THAT(get(server->port(), "/"), HasSubstr(" 200 "));
+  // Longer than any piece of it.
+  const std::string news = std::string(100'000, 'x');
+  server->publish(news);
+  for (Client& watcher : watchers) {
+    const std::string told = watcher.read("\n\n");
+    EXPECT_EQ(std::ranges::count(told, 'x'), 100'000);
+    EXPECT_THAT(told, HasSubstr("data: x"));
+  }
+  watchers.pop_front();
+  std::string answer;
+  for (int i = 0; i < 20 && answer.find(" 200 ") == std::string::npos; ++i) {
+    server->publish("{}");
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    answer = get(server->port(), "/events");
+  }
+  EXPECT_THAT(answer, HasSubstr("data: {}\n\n"));
+}
+
+std::ptrdiff_t open_descriptors() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+}
+
+TEST(WebServer, IdleConnectionsTakeFewDescriptorsAndNotThePage) {
+  const auto server = serve({});
+  const std::ptrdiff_t before = open_descriptors();
+  {
+    std::list<Client> idle;
+    for (int i = 0; i < 200; ++i) idle.emplace_back(server->port(), SOCK_NONBLOCK);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_LE(open_descriptors() - before, 200 + 12);
+  }
+  EXPECT_THAT(get(server->port(), "/"), HasSubstr("<p>the page</p>"));
+}
+
+// The most memory that this process ever had.
+std::size_t peak_kib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return std::stoul(line.substr(6));
+  }
+  return 0;
+}
+
+TEST(WebServer, ALineWithoutEndIsNotKept) {
+  const auto server = serve({});
+  const std::string part(1U << 16U, 'x');
+  const std::size_t before = peak_kib();
+  Client client(server->port());
+  int sent = 0;
+  while (sent < 320 && client.send(part)) ++sent;
+  EXPECT_LT(sent, 320);  // 20 MB.
+  EXPECT_LT(peak_kib() - before, 4096U);
+  EXPECT_THAT(get(server->port(), "/"), HasSubstr(" 200 "));
+}
+
+TEST(WebServer, AHeadThatNeverEndsIsClosedHoweverItDribbles) {
+  const auto server = serve({});
+  Client client(server->port());
+  ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
+  const auto begin = std::chrono::steady_clock::now();
+  while (!client.is_closed() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(10)) {
+    static_cast<void>(client.send("a"));
+    static_cast<void>(client.read());
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(7));
+}
+
+TEST(WebServer, EndsAtOnceWhoeverIsConnected) {
+  auto server = serve({});
+  server->publish(std::string(8'000'000, 'x'));  // More than goes out unread.
+  std::list<Client> clients;
+  for (const char* request :
+       {"", "GET / HT", "GET / HTTP/1.1\r\nHost: localhost\r\n", "GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        "GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n", "POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n"}) {
+    ASSERT_TRUE(clients.emplace_back(server->port()).send(request));
+  }
+  auto& watcher = clients.emplace_back(server->port());
+  ASSERT_TRUE(watcher.send("GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  EXPECT_THAT(watcher.read("\n\n"), HasSubstr("data: "));  // From now on there is nothing to be told.
+  const auto begin = std::chrono::steady_clock::now();
+  server.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
+  watcher.read();
+  EXPECT_TRUE(watcher.is_closed());
 }
 
 TEST(WebAddress, IsReadFromPortAddressOrBoth) {
