@@ -56,6 +56,9 @@ struct LidarCalibrationOptions {
   /// solved): for experiments on how soon a calibration is right.
   std::function<void(const std::string& stage, const RigState& state)> on_pass = {};
   bool with_map = true;  ///< Else `add_map` is still to be called: a map is for the eye, and takes its time.
+  /// Whether a place that does not fit the rough poses makes a LiDAR `weak`. Not in experiments whose guesses are far
+  /// off on purpose.
+  bool judges_guesses = true;
 };
 
 struct LidarSolution;

@@ -162,7 +162,8 @@ SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<S
 CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording, int base_lidar,
                                  const std::vector<std::optional<SE3>>& guess, const LidarCalibrationOptions& options,
                                  const LidarSolution& s, const SolutionQuality& quality) {
-  const Findings findings{quality, used_shares(recording, s), place_findings(guess, s, base_lidar)};
+  const auto judged_guess = options.judges_guesses ? guess : std::vector<std::optional<SE3>>(guess.size());
+  const Findings findings{quality, used_shares(recording, s), place_findings(judged_guess, s, base_lidar)};
   CalibrationResult result;
   result.base = rig.base_sensor().name;
   result.method = "targetless";
