@@ -103,8 +103,6 @@ std::vector<std::vector<SE3>> rough_motions(const sim::LightRig& light, const Se
   return out;
 }
 
-std::vector<std::optional<SE3>> optional_of(const std::vector<SE3>& T) { return {T.begin(), T.end()}; }
-
 Expected<void> try_setting(const Setting& setting, const LidarExperimentOptions& options, const RunContext& context,
                            std::vector<ChainRow>& rows) {
   const Expected<sim::Scene> scene = sim::load_scene(setting.scene);
@@ -125,8 +123,8 @@ Expected<void> try_setting(const Setting& setting, const LidarExperimentOptions&
     const std::vector<SE3> guess = spoiled(ground->set, guess_deg, guess_m, random);
     const Expected<Trial> trial = try_ours(ground->set, guess, context);
     if (!trial) return trial.error();
-    ours.add(ground->set.light, optional_of(trial->T_base_sensor));
-    by_icp.add(ground->set.light, optional_of(try_icp(*ground, guess, icp_iterations, true, context).T_base_sensor));
+    ours.add(ground->set.light, trial->T_base_sensor);
+    by_icp.add(ground->set.light, try_icp(*ground, guess, icp_iterations, true, context).T_base_sensor);
 
     SetOptions driven = turned;
     driven.drive_m = turned.scene == "room" ? drive_room_m : drive_m;

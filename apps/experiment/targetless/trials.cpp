@@ -18,7 +18,12 @@ bool is_right(const RigError& error) {
 
 const RigError& Trial::after(std::size_t iteration) const { return errors[std::min(iteration, errors.size() - 1)]; }
 
-bool Trial::is_right(std::size_t iteration) const { return targetless::is_right(after(iteration)); }
+bool Trial::is_right(std::size_t iteration) const {
+  const bool is_end = iteration + 1 >= errors.size();
+  if (is_end && std::find(T_base_sensor.begin(), T_base_sensor.end(), std::nullopt) != T_base_sensor.end())
+    return false;
+  return targetless::is_right(after(iteration));
+}
 
 std::optional<int> Trial::right_from() const {
   std::optional<int> from;
@@ -61,12 +66,12 @@ Expected<Trial> try_ours(const SimulatedSet& set, const std::vector<SE3>& guess,
   options.on_pass = [&](const std::string& stage, const RigState& state) {
     // The base's own poses: no extrinsic moves.
     if (stage != "poses") out.errors.push_back(error_of(state.T_base_sensor, set));
-    out.T_base_sensor = state.T_base_sensor;
   };
   SilentReporter silent;
   const auto result =
       calibrate_lidars(set.light.rig, set.recording, {guess.begin(), guess.end()}, options, {silent, context.stop});
   if (!result) return result.error();
+  for (const SensorResult& sensor : result->sensors) out.T_base_sensor.push_back(sensor.T_base_sensor);
   for (const StageReport& stage : result->stages) out.seconds += stage.name == "verdict" ? 0.0 : stage.wall_s;
   return out;
 }
@@ -84,7 +89,7 @@ Trial try_icp(Ground& ground, const std::vector<SE3>& guess, int iterations, boo
   };
   RigState state = ground.set.start(guess);
   const IcpRun run = run_icp(ground.icp, options, context, state);
-  out.T_base_sensor = state.T_base_sensor;
+  out.T_base_sensor.assign(state.T_base_sensor.begin(), state.T_base_sensor.end());
   out.seconds = run.pose_s + run.match_s + run.solve_s;
   return out;
 }

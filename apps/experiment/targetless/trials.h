@@ -8,10 +8,11 @@ namespace rigcal::targetless {
 /// The extrinsics' errors of one trial after each iteration of one method; the first are those of the guess.
 struct Trial {
   std::vector<RigError> errors;
-  std::vector<SE3> T_base_sensor;  ///< At the end.
-  double seconds = 0.0;            ///< Start to joint solution, the verdict apart.
+  std::vector<std::optional<SE3>> T_base_sensor;  ///< At the end; nothing of a LiDAR that failed.
+  double seconds = 0.0;                           ///< Start to joint solution, the verdict apart.
 
-  /// Whether every LiDAR is within 2 cm and 0.2 degrees after so many iterations (the last: where there are fewer).
+  /// Whether every LiDAR is within 2 cm and 0.2 degrees after so many iterations (the last: where there are fewer), and
+  /// none failed at the end.
   [[nodiscard]] bool is_right(std::size_t iteration) const;
   [[nodiscard]] const RigError& after(std::size_t iteration) const;
   /// The iteration from which on it stays right; nothing where it is not at last.

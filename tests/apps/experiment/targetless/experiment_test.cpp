@@ -113,6 +113,18 @@ TEST(Trial, IsRightFromWhereItStaysSo) {
   EXPECT_EQ(trial.right_from(), std::nullopt);
 }
 
+TEST(Trial, IsNotRightWhereALidarFailed) {
+  Trial trial;
+  for (const double m : {0.2, 0.01, 0.001}) trial.errors.push_back({0.0, m, 0.0, m});
+  trial.T_base_sensor = {SE3{}, SE3{}};
+  EXPECT_EQ(trial.right_from(), 1);
+  // It came near, and has no answer.
+  trial.T_base_sensor.back().reset();
+  EXPECT_TRUE(trial.is_right(1));
+  EXPECT_FALSE(trial.is_right(2));
+  EXPECT_EQ(trial.right_from(), std::nullopt);
+}
+
 TEST(ExperimentFiles, ShowABasin) {
   Experiment experiment;
   for (const double m : {0.5, 1.0}) {
