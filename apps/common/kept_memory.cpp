@@ -33,6 +33,9 @@ void keep_in_jemalloc() {
   }
 }
 
+// All arenas at once (MALLCTL_ARENAS_ALL); how long they keep pages does not matter to it.
+constexpr const char* purge_all = "arena.4096.purge";
+
 }  // namespace
 
 void keep_freed_memory() {
@@ -43,6 +46,16 @@ void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, largest);
   mallopt(M_TRIM_THRESHOLD, largest);
+#endif
+}
+
+void give_back_freed_memory() {
+  if (&mallctl != nullptr) {
+    mallctl(purge_all, nullptr, nullptr, nullptr, 0);
+    return;
+  }
+#ifdef __GLIBC__
+  malloc_trim(0);
 #endif
 }
 

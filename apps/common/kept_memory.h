@@ -8,4 +8,7 @@ namespace rigcal {
 /// jemalloc and the system has them.
 void keep_freed_memory();
 
+/// Gives the system back what is free all the same, so that what a process holds is what it needs.
+void give_back_freed_memory();
+
 }  // namespace rigcal

@@ -1,12 +1,10 @@
 #include "apps/experiment/speed/used_memory.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <algorithm>
 #include <fstream>
 #include <string>
+
+#include "apps/common/kept_memory.h"
 
 namespace rigcal::speed {
 namespace {
@@ -29,9 +27,7 @@ std::optional<double> status_mb(const std::string& name) {
 }  // namespace
 
 MemoryWatch::MemoryWatch() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
+  give_back_freed_memory();
   std::ofstream forget("/proc/self/clear_refs");
   forget << "5";
   forget.close();
