@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <numeric>
 
 namespace rigcal {
 namespace {
@@ -28,6 +29,10 @@ double median(const std::vector<double>& values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
+double mean(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 double last(const std::vector<double>& values) { return values.empty() ? 0.0 : values.back(); }
 
 }  // namespace
@@ -51,12 +56,12 @@ std::string summary_text(const std::string& title, const std::vector<Trial>& tri
   std::array<char, 400> text{};
   std::snprintf(text.data(), text.size(),
                 "== %s: %zu trials: right %d (flagged of them %d), wrong and flagged %d, wrong and NOT flagged %d; "
-                "median %.2f mm %.4f deg, worst %.2f mm %.4f deg; NEES median %.2f worst %.2f; %.2f s\n",
+                "median %.2f mm %.4f deg, worst %.2f mm %.4f deg; NEES mean %.2f worst %.2f; %.2f s\n",
                 title.c_str(), trials.size(), count([](const Trial& t) { return t.is_right(); }),
                 count([](const Trial& t) { return t.is_right() && t.flagged; }),
                 count([](const Trial& t) { return !t.is_right() && t.flagged; }),
                 count([](const Trial& t) { return !t.is_right() && !t.flagged; }), median(mm), median(deg), last(mm),
-                last(deg), median(nees), last(nees), median(seconds));
+                last(deg), mean(nees), last(nees), median(seconds));
   return text.data();
 }
 
