@@ -1,14 +1,18 @@
 // Every rigcal command that the documentation shows is tried: those of the first run to their end, the others as far as
-// the program gets without their inputs, or in two seconds, which is past its command line.
+// the program gets without their inputs, or in two seconds, which is past its command line. Those within a sentence are
+// only read as command lines.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <regex>
 #include <string>
 #include <vector>
 
+#include "apps/commands/command_line.h"
 #include "tests/support/run_program.h"
 #include "tests/support/scratch_folder.h"
 
@@ -42,6 +46,45 @@ std::vector<std::string> commands_of(const fs::path& page) {
   return found;
 }
 
+// Those between backticks outside of blocks, which may go on in the next line. One with a word in capitals (SESSION,
+// DIR, N) or with "..." is a form, no command.
+std::vector<std::string> commands_in_sentences_of(const fs::path& page) {
+  std::ifstream in(page);
+  std::string text;
+  bool block = false;
+  for (std::string line; std::getline(in, line);) {
+    const bool fence = line.rfind("```", 0) == 0;
+    if (fence) block = !block;
+    if (!block && !fence) text += line + " ";
+  }
+  static const std::regex command("`(?:build/release/)?rigcal\\s+([^`]*)`");
+  static const std::regex form("\\b[A-Z]+\\b|\\.\\.\\.");
+  std::vector<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), command), end; at != end; ++at) {
+    const std::string arguments = (*at)[1];
+    if (!std::regex_search(arguments, form)) found.push_back(arguments);
+  }
+  return found;
+}
+
+// What is wrong with a command line; empty: nothing. A sentence may leave out what its command asks for.
+std::string why_not_taken(const std::string& arguments) {
+  ConsoleReporter reporter(std::cerr);
+  CommandContext context{reporter, {}, false, false, {}};
+  GlobalOptions options;
+  CLI::App app;
+  describe_command_line(app, context, options);
+  try {
+    app.parse(arguments);
+  } catch (const CLI::RequiredError&) {
+    // Thrown before what nobody knows is told.
+    return app.remaining_size(true) == 0 ? "" : "there is no '" + app.remaining(true).front() + "'";
+  } catch (const CLI::ParseError& error) {
+    return error.get_exit_code() == 0 ? "" : error.what();
+  }
+  return {};
+}
+
 class DocumentedCommands : public testing::Test {
  protected:
   [[nodiscard]] ProgramRun run(const std::string& arguments, const std::string& before = "") const {
@@ -69,6 +112,32 @@ TEST_F(DocumentedCommands, AreCommandLinesThatTheProgramTakes) {
     }
   }
   EXPECT_GT(tried, 15U);
+}
+
+TEST_F(DocumentedCommands, InSentencesAreCommandLinesToo) {
+  std::vector<fs::path> pages{root / "README.md", root / "CONTRIBUTING.md"};
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / "docs")) {
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  }
+  std::size_t read = 0;
+  for (const fs::path& page : pages) {
+    for (const std::string& arguments : commands_in_sentences_of(page)) {
+      ++read;
+      EXPECT_EQ("", why_not_taken(arguments)) << page << ": rigcal " << arguments;
+    }
+  }
+  EXPECT_GT(read, 30U);
+}
+
+// The test above can find something.
+TEST(WhyNotTaken, TellsWhatTheProgramDoesNotKnow) {
+  EXPECT_EQ("", why_not_taken("experiment bound --rigs 36"));
+  EXPECT_EQ("", why_not_taken("simulate --live"));
+  EXPECT_NE("", why_not_taken("experiment bound --rigs many"));
+  EXPECT_NE("", why_not_taken("experiment bound --basin"));
+  EXPECT_NE("", why_not_taken("experiment limits"));
+  EXPECT_NE("", why_not_taken("simulate --lives"));
+  EXPECT_NE("", why_not_taken("simulated --live"));
 }
 
 TEST_F(DocumentedCommands, OfTheFirstRunDoWhatItSays) {
