@@ -78,6 +78,7 @@ Expected<Experiment> run_parts(const ExperimentOptions& options, const RunContex
   if (is_wanted("programs", options.parts)) {
     ProgramOptions programs = options.programs;
     programs.scale = options.scale;
+    programs.seed = options.seed;
     Expected<std::vector<ProgramRun>> done = time_programs(programs, context);
     if (!done) return done.error();
     out.programs = std::move(*done);

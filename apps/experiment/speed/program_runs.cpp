@@ -163,8 +163,9 @@ Expected<std::vector<ProgramRun>> time_programs(const ProgramOptions& options, c
     return run_program(arguments, scratch->path(), options.threads, context);
   };
   context.reporter.progress("programs", 0.0);
-  const auto simulated = run({"simulate", "courtyard", "--rig", options.rig, "--out", session.string(), "--stops", "20",
-                              "--dwell", dwell, "--images-per-stop", with_images ? "1" : "0"});
+  const auto simulated =
+      run({"simulate", "courtyard", "--rig", options.rig, "--out", session.string(), "--stops", "20", "--dwell", dwell,
+           "--images-per-stop", with_images ? "1" : "0", "--seed", std::to_string(options.seed)});
   if (!simulated) return simulated.error();
   context.reporter.progress("programs", 0.4);
   const auto exported = run({"export", session.string(), "--format", "patches", "--out", patches.string()});

@@ -41,7 +41,8 @@ struct ProgramRun {
 struct ProgramOptions {
   std::string rig;      ///< A rig file with LiDARs and two cameras.
   std::string scratch;  ///< A folder for simulated runs, 2 GB; made and removed again.
-  double scale = 1.0;   ///< Of the numbers of points; below 0.1 there are no images.
+  std::uint64_t seed = 1;
+  double scale = 1.0;  ///< Of the numbers of points; below 0.1 there are no images.
   int threads = 1;
   int runs = 3;  ///< Of each program: pages that a virtual machine's host has not given before take as long as reading.
 };
