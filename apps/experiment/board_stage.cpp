@@ -105,10 +105,10 @@ sim::LightField light_of(const BoardStage& stage, const sim::Scene& scene, const
 }
 
 void look_with_camera(const CameraIntrinsics& intrinsics, int station, const sim::LightField& light,
-                      const ViewNoise& noise, const BoardModel& board, std::uint64_t seed,
+                      const ViewNoise& noise, const BoardModel& board, std::uint64_t seed, std::uint64_t frame,
                       std::vector<BoardSighting>& out) {
   const CameraModel camera(intrinsics);
-  const Image image = sim::expose(light, sensor_with(noise.grey, light), seed, static_cast<std::uint64_t>(station));
+  const Image image = sim::expose(light, sensor_with(noise.grey, light), seed, frame);
   for (ImageBoard& seen : find_image_boards(to_grey(image, 8), board).boards) {
     const auto pose = find_image_pose(seen, board, camera);
     if (pose) out.push_back(image_sighting(station, 0, std::move(seen), *pose, board, camera));
@@ -221,7 +221,8 @@ std::vector<std::vector<BoardSighting>> see_board(const BoardStage& stage, const
       const ViewNoise& noise = noises[i / stations.size()];
       const int station = static_cast<int>(s);
       if (stations[s].camera) {
-        look_with_camera(*stations[s].camera, station, light[s], noise, board, seed + i, found[i]);
+        // Boards have consecutive seeds, so that only frames of their own keep one's noise from being another's.
+        look_with_camera(*stations[s].camera, station, light[s], noise, board, seed + s, i, found[i]);
         continue;
       }
       Random random(seed, i);

@@ -3,6 +3,7 @@
 
 #include "apps/experiment/board_experiment_text.h"
 #include "apps/experiment/board_rivals.h"
+#include "apps/experiment/board_stage.h"
 #include "tests/support/json.h"
 #include "tests/support/schema_check.h"
 
@@ -43,6 +44,22 @@ TEST(DrawBoards, BeatsThePapersClaimsByHalfAlreadyInAFewDraws) {
   const auto pictures = board_experiment_pictures(experiment.rows);
   EXPECT_EQ(pictures.size(), board_experiment_files().size());
   for (const auto& [name, svg] : pictures) EXPECT_THAT(svg, testing::StartsWith("<svg xmlns")) << name;
+}
+
+// Poses have consecutive seeds: the noise of one at one k must not be that of another at the k before.
+TEST(SeeBoard, GivesEveryNoiseOfEveryPoseNumbersOfItsOwn) {
+  Random random(1);
+  const std::vector<BoardStation> stations{published_rig(random)[2]};
+  const SE3 T_rig_board = stations[0].T_rig_sensor * SE3{exp_so3({0.0, 0.0, to_rad(45.0)}), {0.0, 0.0, 2.0}};
+  const std::vector<ViewNoise> twice{published_noise(1), published_noise(1)};
+  std::vector<double> seen;
+  for (const std::uint64_t seed : {1000U, 1001U}) {
+    for (const auto& sightings : see_board(bare_hall(), stations, T_rig_board, published_board(), twice, seed)) {
+      ASSERT_EQ(1U, sightings.size());
+      EXPECT_THAT(seen, testing::Not(testing::Contains(sightings[0].T_sensor_board.t.z())));
+      seen.push_back(sightings[0].T_sensor_board.t.z());
+    }
+  }
 }
 
 TEST(DetectBoards, FindsTheBoardInEveryScene) {
