@@ -194,7 +194,7 @@ Expected<std::vector<CameraSeconds>> measure_cameras(const CameraSetOptions& opt
   const auto begin = SteadyClock::now();
   const PlaneMap map =
       build_plane_map(side.patches, state, side.solution->noise, side.solution->T_grid_G, PlaneMapOptions{});
-  by_ours.planes_s = seconds_since(begin);
+  by_ours.planes_s = side.cells_s + seconds_since(begin);
   by_ours.voxels = map.features.size();
   const auto planed = SteadyClock::now();
   static_cast<void>(find_lidar_edges(map.features, side.patches, state, side.solution->noise, {}));

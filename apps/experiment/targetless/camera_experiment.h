@@ -27,7 +27,7 @@ struct CameraRow {
 /// Table II: what a method needs once for the map, and for one iteration with all images of a camera; 0: it has none.
 struct CameraSeconds {
   std::string method;
-  double planes_s = 0.0;
+  double planes_s = 0.0;  ///< From points on: cells or voxels, and their planes.
   double edges_s = 0.0;
   double match_s = 0.0;
   double solve_s = 0.0;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/base/seconds.h"
 #include "core/voxel/patch_of_points.h"
 #include "simdata/camera/camera_shots.h"
 #include "simdata/camera/image_renderer.h"
@@ -99,8 +100,8 @@ Expected<std::vector<CameraTask>> take_images(const Run& run, int images, const 
   return out;
 }
 
-// What one LiDAR of the run saw, as if it were alone, with rough poses of its own.
-LidarRecording alone(const Run& run, int sensor) {
+// What one LiDAR of the run saw, as if it were alone, with rough poses of its own; and how long its cells took.
+LidarRecording alone(const Run& run, int sensor, double& cells_s) {
   LidarRecording out;
   out.lidar_sensors = {sensor};
   std::vector<Patch> patches;
@@ -109,7 +110,9 @@ LidarRecording alone(const Run& run, int sensor) {
   }
   CellOptions cells;
   cells.keep_thinned = true;
+  const auto begin = SteadyClock::now();
   out.patches = cells_of_patches(patches, cells);
+  cells_s = seconds_since(begin);
   Random random(run.options.seed, odometry_stream + static_cast<std::uint64_t>(sensor));
   const SE3& E = run.light.T_base_sensor[static_cast<std::size_t>(sensor)];
   const SE3 T_first = run.light.T_G_base.front() * E;
@@ -129,7 +132,7 @@ Expected<CameraSide> make_side(const Run& run, int sensor, const std::vector<Cam
   Rig rig = run.light.rig;
   rig.base = sensor;
   out.lidar = rig.sensors[static_cast<std::size_t>(sensor)].name;
-  LidarRecording recording = alone(run, sensor);
+  LidarRecording recording = alone(run, sensor, out.cells_s);
   LidarCalibrationOptions options;
   options.with_map = false;
   SilentReporter silent;

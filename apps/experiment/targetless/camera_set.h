@@ -23,6 +23,7 @@ struct CameraSide {
   std::string lidar;
   bool overlaps = false;  ///< The cameras look where it looks; else away from it.
   std::vector<PatchCells> patches;
+  double cells_s = 0.0;  ///< What it took to make them of the points.
   std::unique_ptr<LidarSolution> solution;
   CameraScene scene;
   std::vector<CameraTask> cameras;  ///< Without a guess; the edges of their images are known.
