@@ -130,6 +130,7 @@ void run_row(int trials, std::uint64_t seed, const RunContext& context, CornerRo
   Errors told;
   for (const Trial& trial : done) {
     if (trial.published) published.add(*trial.published, truth);
+    row.published_failed += trial.published ? 0 : 1;
     if (trial.found) found.add(*trial.found, truth);
     row.failed += trial.found ? 0 : 1;
     told.add(trial.informed, truth);

@@ -22,10 +22,11 @@ struct CornerRow {
   int angle_deg = 90;
   bool shared_noise = false;
   ErrorFigures paper;
-  ErrorFigures published;  ///< The published method, as built here.
-  ErrorFigures found;      ///< What `calibrate --method planes` does.
-  ErrorFigures informed;   ///< An estimator that is told which point lies on which plane.
-  int failed = 0;          ///< Trials without an answer; they are in none of the figures of `found`.
+  ErrorFigures published;    ///< The published method, as built here.
+  ErrorFigures found;        ///< What `calibrate --method planes` does.
+  ErrorFigures informed;     ///< An estimator that is told which point lies on which plane.
+  int published_failed = 0;  ///< Trials without an answer; they are in none of the figures of `published`,
+  int failed = 0;            ///< or of `found`.
 };
 
 /// Corners in which the second LiDAR is turned any way.

@@ -16,8 +16,9 @@ std::string row_text(const CornerRow& row) {
     return fmt::format("{:.5f} ({:.5f}) {:7.2f} ({:6.2f})", f.rotation_rad, f.rotation_stddev_rad,
                        1e3 * f.translation_m, 1e3 * f.translation_stddev_m);
   };
-  return fmt::format("{:>5} {:>5} | {} | {} | {} | {}{}\n", row.configuration, row.angle_deg, both(row.paper),
+  return fmt::format("{:>5} {:>5} | {} | {} | {} | {}{}{}\n", row.configuration, row.angle_deg, both(row.paper),
                      both(row.published), both(row.found), both(row.informed),
+                     row.published_failed > 0 ? fmt::format("  {} failed as published", row.published_failed) : "",
                      row.failed > 0 ? fmt::format("  {} failed", row.failed) : "");
 }
 
@@ -76,6 +77,7 @@ std::string planes_experiment_json(const PlanesExperiment& experiment) {
                              {"as_published", figures_json(row.published)},
                              {"planes", figures_json(row.found)},
                              {"informed", figures_json(row.informed)},
+                             {"published_failed", row.published_failed},
                              {"failed", row.failed}});
   }
   const MountingFigures& m = experiment.mountings;
