@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "apps/experiment/independent_trials.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -211,15 +212,11 @@ Expected<std::vector<CornerRow>> repeat_table(int trials, std::uint64_t seed, co
 
 Expected<MountingFigures> try_mountings(int trials, std::uint64_t seed, const RunContext& context) {
   std::vector<Mounted> done(static_cast<std::size_t>(trials));
-  constexpr std::size_t at_once = 50;
-  for (std::size_t from = 0; from < done.size(); from += at_once) {
-    context.reporter.progress("mountings", static_cast<double>(from) / static_cast<double>(done.size()));
-    parallel_for(std::min(at_once, done.size() - from), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) done[from + k] = try_mounting(seed + from + k);
-    });
-    if (context.cancelled()) return stopped();
-  }
-  context.reporter.progress("mountings", 1.0);
+  const auto all = independent_trials(trials, "mountings", context, [&](int k) -> Expected<void> {
+    done[static_cast<std::size_t>(k)] = try_mounting(seed + static_cast<std::uint64_t>(k));
+    return {};
+  });
+  if (!all) return all.error();
   MountingFigures out;
   out.trials = trials;
   std::vector<double> seconds;

@@ -36,7 +36,7 @@ struct MountingFigures {
   int good = 0;           ///< Called good.
   int wrong_good = 0;     ///< Called good and not right.
   int right_flagged = 0;  ///< Right and not called good.
-  double median_s = 0.0;  ///< Time of one calibration, on one thread.
+  double median_s = 0.0;  ///< Time of one calibration, while as many are tried as there are threads.
   double worst_s = 0.0;
 };
 

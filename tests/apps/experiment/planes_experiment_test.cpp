@@ -24,5 +24,25 @@ TEST(PlanesExperiment, TellsWhichTrialsHaveNoAnswer) {
   EXPECT_EQ(json["table"][1]["failed"], 2);
 }
 
+TEST(TryMountings, FindsThemAndTellsHowLongOneTook) {
+  SilentReporter silent;
+  const auto figures = try_mountings(4, 1, {silent});
+  ASSERT_TRUE(figures) << figures.error().message();
+  EXPECT_EQ(figures->trials, 4);
+  EXPECT_EQ(figures->right, 4);
+  EXPECT_EQ(figures->good, 4);
+  EXPECT_GT(figures->median_s, 0.0);
+  EXPECT_GE(figures->worst_s, figures->median_s);
+}
+
+TEST(TryMountings, EndsWhenTold) {
+  SilentReporter silent;
+  std::stop_source stop;
+  stop.request_stop();
+  const auto figures = try_mountings(4, 1, {silent, stop.get_token()});
+  ASSERT_FALSE(figures);
+  EXPECT_EQ(figures.error().kind, ErrorKind::cancelled);
+}
+
 }  // namespace
 }  // namespace rigcal
