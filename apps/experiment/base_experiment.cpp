@@ -57,10 +57,7 @@ Expected<Extrinsics> calibrated(const SeenFrom& seen, const RunContext& context)
 
 void compare(const Extrinsics& first, const Extrinsics& other, BaseRow& row) {
   for (std::size_t a = 0; a < first.size(); ++a) {
-    if (!first[a].T_base_sensor || !other[a].T_base_sensor) {
-      ++row.failed;
-      continue;
-    }
+    if (!first[a].T_base_sensor || !other[a].T_base_sensor) continue;
     for (std::size_t b = 0; b < first.size(); ++b) {
       if (!first[b].T_base_sensor || !other[b].T_base_sensor) continue;
       const SE3 of_first = first[a].T_base_sensor->inverse() * *first[b].T_base_sensor;
@@ -92,15 +89,16 @@ Expected<void> try_rig(const BaseExperimentOptions& options, std::uint64_t seed,
   const LidarRecording recording = light_recording(*light, options.with_gyro);
   row.stops = static_cast<int>(recording.stops.size());
   row.lidars = static_cast<int>(light->rig.sensors.size());
-  std::optional<Extrinsics> first;
+  std::vector<Extrinsics> all;
   for (std::size_t base = 0; base < light->rig.sensors.size(); ++base) {
     Expected<Extrinsics> found = calibrated(SeenFrom(light->rig, recording, options.with_guess, base), context);
     if (!found) return found.error();
-    if (first) {
-      compare(*first, *found, row);
-    } else {
-      first = std::move(*found);
-    }
+    all.push_back(std::move(*found));
+    compare(all.front(), all.back(), row);
+  }
+  for (std::size_t i = 0; i < light->rig.sensors.size(); ++i) {
+    const auto lacks_it = [&](const Extrinsics& found) { return !found[i].T_base_sensor; };
+    row.failed += std::any_of(all.begin(), all.end(), lacks_it) ? 1 : 0;
   }
   return {};
 }

@@ -45,6 +45,18 @@ TEST(TryBases, AlsoWithNothingKnown) {
   EXPECT_LT(rows->front().worst_deg, 1e-5);
 }
 
+TEST(TryBases, CountsALidarThatFailsOnce) {
+  BaseExperimentOptions options;
+  options.rigs = 1;
+  options.seed = 3;
+  options.points = 100;
+  SilentReporter silent;
+  const auto rows = try_bases(options, {silent});
+  ASSERT_TRUE(rows) << rows.error().message();
+  EXPECT_GT(rows->front().failed, 0);
+  EXPECT_LE(rows->front().failed, rows->front().lidars) << base_experiment_text(*rows);
+}
+
 TEST(TryBases, EndsWhenTold) {
   SilentReporter silent;
   std::stop_source stop;
