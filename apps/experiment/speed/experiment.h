@@ -15,7 +15,7 @@ namespace rigcal::speed {
 /// A calibration of many scans by one LiDAR, as large as one that another program was measured with.
 struct ManyScans {
   StageTable table;
-  double map_s = 0.0;  ///< Points to planes: cells, map, merged planes.
+  double map_s = 0.0;  ///< Points to planes: cells and map.
   double map_cpu_s = 0.0;
   double iteration_s = 0.0;  ///< Factors, solution and the cost of the step.
   double iteration_cpu_s = 0.0;
@@ -31,7 +31,7 @@ struct Experiment {
   std::vector<GrowthRow> growth;
 };
 
-/// What was aimed at, and what a program that is known takes for as much.
+/// What was aimed at, and what published programs take for as much.
 struct Goal {
   std::string what;
   double measured = 0.0;

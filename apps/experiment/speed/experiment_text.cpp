@@ -8,7 +8,8 @@ namespace rigcal::speed {
 namespace {
 
 std::string goals_text(const std::vector<Goal>& goals) {
-  std::string text = "Goals                                                   measured       goal   known program\n";
+  std::string text =
+      "Goals                                                   measured       goal   published program\n";
   for (const Goal& goal : goals) {
     text += fmt::format("  {:<52}  {:8.3f}   {:8.2f}        {:8.2f} {:<2}  {}\n", goal.what, goal.measured, goal.goal,
                         goal.known, goal.unit, goal.measured <= goal.goal ? "met" : "missed");
