@@ -123,7 +123,10 @@ sim::LightRig opened(const sim::Scene& before, const sim::Scene& after, sim::Lig
 // By little, so that it stays within the gates of the wall behind it, and by much.
 TEST(RobustScenes, AGateThatOpensBetweenStopsBendsNothing) {
   for (const double angle_deg : {1.0, 20.0}) {
-    calibrate(opened(hall(4.0, 3.5, 0.0), hall(4.0, 3.5, angle_deg), usual(), 6)).expect_right_or_flagged(0.005);
+    SCOPED_TRACE(angle_deg);
+    const Calibrated seen = calibrate(opened(hall(4.0, 3.5, 0.0), hall(4.0, 3.5, angle_deg), usual(), 6));
+    seen.expect_all_good();
+    seen.expect_right_or_flagged(0.005);
   }
 }
 
@@ -168,7 +171,10 @@ TEST(RobustScenes, AStopThatTheRigWasBumpedInDoesNotBendTheRest) {
   for (const double bump_deg : {0.4, 2.0}) {
     sim::LightRigOptions options = usual();
     options.turntable.bumps = {{5, 1.0, to_rad(bump_deg)}};
-    calibrate(light_in(*sim::load_scene("room"), options)).expect_right_or_flagged(0.005);
+    SCOPED_TRACE(bump_deg);
+    const Calibrated seen = calibrate(light_in(*sim::load_scene("room"), options));
+    seen.expect_all_good();
+    seen.expect_right_or_flagged(0.005);
   }
 }
 

@@ -126,17 +126,15 @@ double farthest_off(const std::vector<SE3>& poses, const std::vector<SE3>& truth
 
 // A base that looks anywhere sees one wall and the ceiling from some stops, and slides along both.
 TEST(FindStart, PlacesTheStopsOfADriveByWhatAllLidarsSaw) {
-  for (const std::uint64_t seed : {3, 4}) {
-    ThrownRig rig = driven("room", seed, 1.2);
-    rig.give_gyro();
-    std::vector<Matrix3d> R;
-    for (const SE3& T : rig.truth.T_G_base) R.push_back(T.R);
-    EXPECT_GT(farthest_off(poses_of_drive(rig.patches_of(0), R), rig.truth.T_G_base), 0.5) << seed;
-    SilentReporter reporter;
-    const auto start = find_start(rig.input, rig.surfels, RunContext{reporter});
-    ASSERT_TRUE(start);
-    EXPECT_LT(farthest_off(start->state.T_G_base, rig.truth.T_G_base), 0.1) << seed;
-  }
+  ThrownRig rig = driven("room", 3, 1.2);
+  rig.give_gyro();
+  std::vector<Matrix3d> R;
+  for (const SE3& T : rig.truth.T_G_base) R.push_back(T.R);
+  EXPECT_GT(farthest_off(poses_of_drive(rig.patches_of(0), R), rig.truth.T_G_base), 0.5);
+  SilentReporter reporter;
+  const auto start = find_start(rig.input, rig.surfels, RunContext{reporter});
+  ASSERT_TRUE(start);
+  EXPECT_LT(farthest_off(start->state.T_G_base, rig.truth.T_G_base), 0.1);
 }
 
 }  // namespace
