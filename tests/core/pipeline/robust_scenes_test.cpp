@@ -81,24 +81,6 @@ TEST(RobustScenes, GlassAndMirrorsShowWhatIsNotThere) {
   seen.expect_right_or_flagged(0.01);
 }
 
-TEST(RobustScenes, AUnitWhoseRangesAreFiveCentimetresTooLongIsNamed) {
-  sim::LightRig light = light_in(*sim::load_scene("courtyard"));
-  for (Patch& patch : light.patches) {
-    if (patch.sensor != 2) continue;
-    for (Point& p : patch.points) {
-      const float longer = 1.0F + 0.05F / std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-      p.x *= longer;
-      p.y *= longer;
-      p.z *= longer;
-    }
-  }
-  const Calibrated seen = calibrate(light);
-  seen.expect_right_or_flagged(0.01);
-  EXPECT_THAT(seen.warnings, Contains(HasSubstr("mid100_middle by")));
-  ASSERT_TRUE(seen.result.sensors[2].range_offset);
-  EXPECT_NEAR(seen.result.sensors[2].range_offset->value_m, 0.05, 0.01);
-}
-
 // A hall without anything in it but a door before its end, hinged at y = 1 and turned open by `angle_deg`.
 sim::Scene hall(double width, double height, double angle_deg) {
   std::string objects = walls_of_room(16.0, 10.0, 4.0);
