@@ -94,7 +94,7 @@ TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
 
 TEST_F(Calibrate, FindsThemWithoutAGuess) {
   // Of turns of 18 degrees: in those of 36 the MID-40 does not see the same from two neighbouring stops.
-  simulate_courtyard(rig_yaml, hurried_run(20, 0.9), scratch / "small_turns");
+  ASSERT_EQ(rigcal("simulate courtyard --rig rig.yaml --out small_turns --patches --stops 20 --points 8000").code, 0);
   const ProgramRun run = rigcal("calibrate small_turns --out unguessed --initial none");
   EXPECT_EQ(run.code, 0) << run.err << run.out;
   expect_near("unguessed/extrinsics.yaml", "small_turns/ground_truth.yaml", 5.0, 0.05);

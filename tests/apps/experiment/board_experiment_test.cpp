@@ -10,7 +10,7 @@
 namespace rigcal {
 namespace {
 
-// One set of poses at the noise of the paper, ten draws of each pair: what the command does, only less of it.
+// One set of poses at the noise of the paper, four draws of each pair: what the command does, only less of it.
 TEST(DrawBoards, BeatsThePapersClaimsByHalfAlreadyInAFewDraws) {
   BoardExperiment experiment;
   SilentReporter silent;
