@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "apps/experiment/targetless/experiment.h"
 #include "apps/experiment/targetless/fixed_voxels.h"
 #include "apps/experiment/targetless/mutual_information.h"
@@ -36,7 +38,7 @@ void expect_schema(const Experiment& experiment) {
   for (const auto& [name, text] : experiment_files(experiment)) EXPECT_FALSE(text.empty()) << name;
 }
 
-TEST(TryCameras, FindsCamerasThatLookWithTheLidarAndAwayFromIt) {
+TEST(TryCameras, FindsCamerasThatLookWithTheLidarAndTriesThoseThatLookAway) {
   SilentReporter silent;
   Experiment experiment;
   const auto done = try_cameras(1, enough(), {silent});
@@ -44,6 +46,7 @@ TEST(TryCameras, FindsCamerasThatLookWithTheLidarAndAwayFromIt) {
   experiment.cameras = *done;
   const std::string text = experiment_text(experiment);
   ASSERT_EQ(done->rows.size(), 12U) << text;
+  EXPECT_EQ(std::count_if(done->rows.begin(), done->rows.end(), [](const CameraRow& row) { return row.overlaps; }), 6);
   for (const CameraRow& row : done->rows) {
     EXPECT_EQ(row.trials, row.pair == "LiDAR to camera" ? 2 : 1) << text;
     if (row.method == "rigcal" && row.overlaps) {
