@@ -103,13 +103,13 @@ endfunction()
 
 # rigcal_add_test(core_voxel SOURCES voxel_map_test.cpp DEPS core_voxel [LABELS slow])
 # One GoogleTest program a room; every test case becomes a CTest test of its own, or with WHOLE the program is one: for
-# cases that share something that takes long to make. LOCK names what no two tests may use at a time. PROGRAM: they run
-# rigcal itself, by the path RIGCAL_PROGRAM.
+# cases that share something that takes long to make. LOCK names what no two tests may use at a time. COST: those of more
+# begin earlier, as CTest has it. PROGRAM: they run rigcal itself, by the path RIGCAL_PROGRAM.
 function(rigcal_add_test name)
   if(NOT RIGCAL_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "WHOLE;PROGRAM" "TIMEOUT;LOCK" "SOURCES;DEPS;PRIVATE_DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "WHOLE;PROGRAM" "TIMEOUT;LOCK;COST" "SOURCES;DEPS;PRIVATE_DEPS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -129,6 +129,9 @@ function(rigcal_add_test name)
   endif()
   if(ARG_LOCK)
     list(APPEND properties RESOURCE_LOCK "${ARG_LOCK}")
+  endif()
+  if(ARG_COST)
+    list(APPEND properties COST ${ARG_COST})
   endif()
   if(ARG_WHOLE)
     add_test(NAME ${name} COMMAND ${name}_test)
