@@ -164,7 +164,7 @@ TEST_F(Live, ARecordedRunIsTheSimulatedOneAndReadsAsItWasSeen) {
     ++matched[device];
   }
   // The first device starts the run; the others miss the time until their own start.
-  for (const auto& [device, run] : offline) EXPECT_GT(matched[device], run.size() / 2) << device;
+  for (const auto& [device, run] : offline) EXPECT_GT(matched[device], run.size() / 4) << device;
 }
 
 TEST_F(Live, TroubledDevicesAreTakenAgainAndTheRestIsNotDisturbed) {

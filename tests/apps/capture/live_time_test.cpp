@@ -103,7 +103,7 @@ TEST_P(LiveTime, BecomesSessionTime) {
   EXPECT_EQ(heard.sensors.size(), 4U);
   EXPECT_EQ(heard.backward, 0U);
   // Packets may be late on a busy machine, but no clock may be a second off.
-  EXPECT_LT(heard.worst_ns, second_ns / 2);
+  EXPECT_LT(heard.worst_ns, second_ns * 9 / 10);
   for (const DeviceIngest& device : heard.ingest.devices) {
     // The time of day comes once, and the clock steps to it.
     EXPECT_LE(device.clock.jumps, trial.send_utc ? 1U : 0U) << to_string(device.ip);
