@@ -1,6 +1,5 @@
 #include "core/camera/camera_start.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,7 +62,7 @@ class Sweep {
   [[nodiscard]] std::vector<Start> run(const RigTurn& turn, const CameraAxis& seen) const {
     const Vector3d& axis_base = turn.axis_base;
     const Vector3d& foot = turn.foot_base;
-    const Matrix3d R_0 = Eigen::Quaterniond::FromTwoVectors(seen.axis_camera, axis_base).toRotationMatrix();
+    const Matrix3d R_0 = turn_onto(seen.axis_camera, axis_base);
     std::vector<Start> out;
     for (int sector = 0; sector < sectors; ++sector) {
       const double middle = (sector + 0.5) * steps_a_sector * step_rad;

@@ -97,8 +97,7 @@ std::vector<SE3> places_on_plane(const SeenPlane& a, const SeenPlane& b, const S
   constexpr double turn_rad = to_rad(4.0);
   constexpr int turns = 8;
   constexpr double shift_m = 0.7;
-  const Matrix3d level =
-      Eigen::Quaterniond::FromTwoVectors(guess.R * b.plane.normal, a.plane.normal).toRotationMatrix() * guess.R;
+  const Matrix3d level = turn_onto(guess.R * b.plane.normal, a.plane.normal) * guess.R;
   const Vector3d along = a.plane.normal.unitOrthogonal();
   const Vector3d across = a.plane.normal.cross(along);
   std::vector<SE3> out;

@@ -24,6 +24,9 @@ constexpr double pi = 3.14159265358979323846;
 [[nodiscard]] Matrix3d left_jacobian_so3(const Vector3d& phi);
 /// The rotation nearest to M in the Frobenius norm.
 [[nodiscard]] Matrix3d nearest_rotation(const Matrix3d& M);
+/// The smallest rotation that turns the direction of `from` to that of `to`; where they are opposite, one of the half
+/// turns.
+[[nodiscard]] Matrix3d turn_onto(const Vector3d& from, const Vector3d& to);
 /// From a quaternion [x, y, z, w] of any length but zero, and back (unit, w >= 0).
 [[nodiscard]] Matrix3d rotation_from_xyzw(const Eigen::Vector4d& xyzw);
 [[nodiscard]] Eigen::Vector4d xyzw_from_rotation(const Matrix3d& R);

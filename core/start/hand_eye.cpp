@@ -70,8 +70,7 @@ std::vector<Pair> pairs_of(const std::vector<PatchSurfels>& patches, const std::
 Matrix3d rotation(std::size_t i) {
   const Vector3d direction = spiral_direction(i / twists, directions);
   const double twist = 2.0 * pi * static_cast<double>(i % twists) / static_cast<double>(twists);
-  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction).toRotationMatrix() *
-         exp_so3(twist * Vector3d::UnitZ());
+  return turn_onto(Vector3d::UnitZ(), direction) * exp_so3(twist * Vector3d::UnitZ());
 }
 
 // Rotations for which stops agree best when the sensor is taken to stand in the base.

@@ -1,7 +1,6 @@
 #include "apps/experiment/targetless/motion_based.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -82,7 +81,7 @@ class Motions {
     Vector3d b = Vector3d::Zero();
     for (std::size_t i = 0; i < A_.size(); ++i) b += log_so3(A_[i].R).dot(a) * log_so3(B_[i].R);
     if (b.norm() < 1e-9) return {SE3{}};
-    const Matrix3d aligned = Eigen::Quaterniond::FromTwoVectors(b, a).toRotationMatrix();
+    const Matrix3d aligned = turn_onto(b, a);
     std::vector<SE3> out;
     for (int k = 0; k < yaw_starts; ++k) out.push_back({exp_so3(2.0 * pi * k / yaw_starts * a) * aligned, {0, 0, 0}});
     return out;

@@ -37,6 +37,20 @@ TEST(SO3, LeftJacobianAgreesWithDifferences) {
   }
 }
 
+TEST(SO3, TurnOntoTakesTheShortestWay) {
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Vector3d from(random.normal(), random.normal(), random.normal());
+    const Vector3d to(random.normal(), random.normal(), random.normal());
+    const Matrix3d R = turn_onto(from, to);
+    EXPECT_LT((R * from.normalized() - to.normalized()).norm(), 1e-12);
+    EXPECT_NEAR(log_so3(R).dot(from), 0.0, 1e-9) << "a turn about the direction itself besides";
+  }
+  const Vector3d from(1.0, 2.0, 3.0);
+  EXPECT_LT((turn_onto(from, from) - Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_LT((turn_onto(from, -from) * from + from).norm(), 1e-7);
+}
+
 TEST(SE3, LogUndoesExpAndInverseUndoesProduct) {
   Random random(3);
   for (int i = 0; i < 50; ++i) {
