@@ -2,7 +2,7 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,6 +10,7 @@
 #include "core/base/median.h"
 #include "core/board/board_costs.h"
 #include "core/board/board_jackknife.h"
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -170,11 +171,10 @@ class Adjuster {
     // Unknowns in their own units before the condition is judged.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    const Eigen::MatrixXd open =
-        eigen.eigenvectors().leftCols((eigen.eigenvalues().array() < least_information).count());
-    const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(least_information).cwiseInverse();
-    Eigen::MatrixXd covariance = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+    const SymmetricEigenX eigen = symmetric_eigen_x(scaled);
+    const Eigen::MatrixXd open = eigen.vectors.leftCols((eigen.values.array() < least_information).count());
+    const Eigen::VectorXd inverse = eigen.values.cwiseMax(least_information).cwiseInverse();
+    Eigen::MatrixXd covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
     covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
       if (const auto k = at.find(sensors_[s].x); k != at.end()) {

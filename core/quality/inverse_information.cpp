@@ -1,7 +1,8 @@
 #include "core/quality/inverse_information.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 namespace {
@@ -19,9 +20,9 @@ Eigen::MatrixXd inverse_information(const Eigen::MatrixXd& H) {
     const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
     return scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
-  const Eigen::MatrixXd inverse = solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
+  const SymmetricEigenX eigen = symmetric_eigen_x(scaled);
+  const Eigen::VectorXd values = eigen.values.cwiseMax(1e-12).cwiseInverse();
+  const Eigen::MatrixXd inverse = eigen.vectors * values.asDiagonal() * eigen.vectors.transpose();
   return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 

@@ -1,7 +1,6 @@
 #include "apps/experiment/bound/surface_bound.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "core/geometry/symmetric_eigen.h"
@@ -98,8 +97,9 @@ std::vector<std::optional<Matrix6d>> SurfaceBound::covariances() const {
   }
   std::vector<std::optional<Matrix6d>> out(T_base_sensor_.size());
   out[static_cast<std::size_t>(base_)] = Matrix6d::Zero();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A, Eigen::EigenvaluesOnly);
-  if (size == 0 || eigen.eigenvalues()[0] <= least_information * eigen.eigenvalues()[size - 1]) return out;
+  if (size == 0) return out;
+  const Eigen::VectorXd ascending = symmetric_eigenvalues(A);
+  if (ascending[0] <= least_information * ascending[size - 1]) return out;
   const Eigen::LDLT<Eigen::MatrixXd> factored(A);
   for (int i = 0; i < lidars; ++i) {
     const int at = lidar_index(i);
