@@ -1,8 +1,7 @@
 #include "core/board/closed_form.h"
 
-#include <Eigen/Dense>
-
 #include "core/geometry/symmetric_eigen.h"
+#include "core/geometry/symmetric_solve.h"
 
 namespace rigcal {
 namespace {
@@ -64,7 +63,7 @@ std::optional<Vector3d> translation_by_planes(std::span<const BoardPair> pairs, 
       y += pair.a.normal * (pair.a.distance - pair.a.normal.dot(R_a_b * corner));
     }
   }
-  return Vector3d(A.ldlt().solve(y));
+  return solve_symmetric3(A, y);
 }
 
 std::optional<ClosedForm> closed_form(std::span<const BoardPair> pairs) {

@@ -9,6 +9,9 @@ namespace rigcal {
 /// A^-1 b of a symmetric A that has an inverse, by LDLT. NaN in, NaN out.
 [[nodiscard]] Vector6d solve_symmetric6(const Matrix6d& A, const Vector6d& b);
 
+/// A^-1 of such an A, by LDLT.
+[[nodiscard]] Matrix6d inverse_symmetric6(const Matrix6d& A);
+
 /// A^-1 by LU; not finite where there is none.
 [[nodiscard]] Matrix6d inverse6(const Matrix6d& A);
 

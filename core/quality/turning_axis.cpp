@@ -1,9 +1,9 @@
 #include "core/quality/turning_axis.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "core/geometry/symmetric_eigen.h"
+#include "core/geometry/symmetric_solve.h"
 
 namespace rigcal {
 namespace {
@@ -36,7 +36,7 @@ std::optional<TurningAxis> find_turning_axis(const std::vector<SE3>& T_G_base, c
   axis.direction = symmetric_eigen(directions).vectors.col(2);
   if (axis.direction.dot(about) < 0.0) axis.direction = -axis.direction;
   A += std::max(1.0, A.trace()) * axis.direction * axis.direction.transpose();
-  axis.point = A.ldlt().solve(b);
+  axis.point = solve_symmetric3(A, b);
   axis.point -= axis.direction.dot(axis.point) * axis.direction;
   return axis;
 }

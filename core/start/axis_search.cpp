@@ -1,6 +1,5 @@
 #include "core/start/axis_search.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
 #include "core/geometry/spiral_direction.h"
+#include "core/geometry/symmetric_solve.h"
 #include "core/start/multiview.h"
 #include "core/start/own_view.h"
 
@@ -140,7 +140,7 @@ class TurnSolver {
     H.diagonal().head<3>().array() += damping * H.diagonal().head<3>().mean() + 1e-6;
     H.diagonal().segment<3>(3).array() += damping * H.diagonal().segment<3>(3).mean() + 1e-6;
     H(6, 6) += 1e12;
-    const Eigen::VectorXd dx = -H.ldlt().solve(g);
+    const Eigen::VectorXd dx = -solve_symmetric_x(H, g);
     if (!dx.allFinite()) return;
     axis = (exp_so3(dx.head<3>()) * axis).normalized();
     foot += dx.segment<3>(3);
@@ -294,7 +294,7 @@ std::optional<TurnOfPoses> turn_of_poses(const std::vector<SE3>& T_G_base, const
   }
   H += (1e-3 * H.trace() + 1e-9) * out.turn.axis * out.turn.axis.transpose();
   H.diagonal().array() += 1e-9;
-  out.turn.foot = H.ldlt().solve(g);
+  out.turn.foot = solve_symmetric3(H, g);
   out.turn.foot -= out.turn.foot.dot(out.turn.axis) * out.turn.axis;
   double square = 0.0;
   const Vector3d side = out.turn.foot + 0.5 * out.turn.axis.unitOrthogonal();

@@ -1,6 +1,5 @@
 #include "core/start/drive.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/symmetric_solve.h"
 #include "core/start/own_view.h"
 #include "core/start/surfel_index.h"
 
@@ -88,7 +88,7 @@ Place refined_place(const SurfelIndex& map, const Turned& seen, Place place) {
     }
     // What nothing holds stays where it is.
     H.diagonal().array() += 1e-3;
-    place.t -= H.ldlt().solve(g);
+    place.t -= solve_symmetric3(H, g);
   }
   place.score = score_at(map, seen, place.t, same_surface_cosine, same_surface_m);
   return place;

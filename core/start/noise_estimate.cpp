@@ -1,6 +1,5 @@
 #include "core/start/noise_estimate.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <numbers>
 
 #include "core/base/median.h"
+#include "core/geometry/symmetric_solve.h"
 
 namespace rigcal {
 namespace {
@@ -145,7 +145,7 @@ Shares fit(const std::vector<Bin>& bins, double growth) {
       A(k, k) = 1.0;
       b[k] = 0.0;
     }
-    shares.x = A.ldlt().solve(b);
+    shares.x = solve_symmetric3(A, b);
     int worst = 0;
     if (shares.x.minCoeff(&worst) >= 0.0) break;
     used[static_cast<std::size_t>(worst)] = false;

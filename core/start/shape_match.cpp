@@ -1,6 +1,5 @@
 #include "core/start/shape_match.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -85,7 +84,7 @@ Matrix6d sandwich(const ShapeScene& scene, const SE3& X) {
   Matrix6d G = Matrix6d::Zero();
   for (const auto& [key, g] : blocks) G += g * g.transpose();
   H.diagonal() += 1e-9 * H.diagonal() + Vector6d::Constant(1e-9);
-  const Matrix6d inverse = H.ldlt().solve(Matrix6d::Identity());
+  const Matrix6d inverse = inverse_symmetric6(H);
   Matrix6d covariance = inverse * G * inverse.transpose();
   covariance.diagonal().head<3>().array() += floor_rad * floor_rad;
   covariance.diagonal().tail<3>().array() += floor_m * floor_m;

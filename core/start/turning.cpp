@@ -1,9 +1,9 @@
 #include "core/start/turning.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdlib>
 
+#include "core/geometry/symmetric_solve.h"
 #include "core/start/surfel_index.h"
 
 namespace rigcal {
@@ -41,7 +41,7 @@ Vector3d foot_step(const std::vector<PatchSurfels>& patches, const std::vector<M
     }
   }
   H.diagonal().array() += 1e-3 * H.trace() + 1e-9;
-  return f - H.ldlt().solve(g);
+  return f - solve_symmetric3(H, g);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ TEST(Matrix6, SolutionAndInverseUndoTheMatrix) {
     const Matrix6d A = random_information(random);
     const Vector6d x = Vector6d::LinSpaced(-1.0, 4.0);
     EXPECT_LT((solve_symmetric6(A, A * x) - x).norm(), 1e-9);
+    EXPECT_LT((inverse_symmetric6(A) * A - Matrix6d::Identity()).norm(), 1e-9);
     EXPECT_LT((inverse6(A) * A - Matrix6d::Identity()).norm(), 1e-9);
   }
 }
