@@ -1,6 +1,5 @@
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -28,35 +27,11 @@ int finish(CommandContext& context, ExitCode code) {
   return static_cast<int>(code);
 }
 
-// CLI11 only says that a subcommand is missing, also where there is one that it does not know.
-std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
-  if (app.get_subcommands().empty()) {
-    for (const std::string& word : app.remaining()) {
-      if (word.empty() || word[0] != '-') return "there is no command '" + word + "'; see rigcal --help";
-    }
-    return std::string(error.what()) + "; see rigcal --help";
-  }
-  return std::string(error.what()) + "; see rigcal " + app.get_subcommands().front()->get_name() + " --help";
-}
-
 int run_program(int argc, char** argv, ConsoleReporter& reporter) {
   const StopSignal stop_signal;
   CommandContext context{reporter, stop_signal.token(), false, false, {}};
   GlobalOptions options;
-
-  CLI::App app;
-  describe_command_line(app, context, options);
-
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {  // --help and --version
-      app.exit(error);
-      return finish(context, ExitCode::good);
-    }
-    reporter.error(usage_error(app, error));
-    return static_cast<int>(ExitCode::usage);
-  }
+  if (const auto end = parse_command_line(argc, argv, context, options)) return finish(context, *end);
 
   reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, log_levels().at(options.level),
                       is_journal(std::getenv("JOURNAL_STREAM"), STDERR_FILENO)});

@@ -56,6 +56,17 @@ void let_rigs_be_named(CLI::App& app) {
   }
 }
 
+// CLI11 only says that a subcommand is missing, also where there is one that it does not know.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  if (app.get_subcommands().empty()) {
+    for (const std::string& word : app.remaining()) {
+      if (word.empty() || word[0] != '-') return "there is no command '" + word + "'; see rigcal --help";
+    }
+    return std::string(error.what()) + "; see rigcal --help";
+  }
+  return std::string(error.what()) + "; see rigcal " + app.get_subcommands().front()->get_name() + " --help";
+}
+
 }  // namespace
 
 const std::map<std::string, LogLevel>& log_levels() {
@@ -76,6 +87,26 @@ void describe_command_line(CLI::App& app, CommandContext& context, GlobalOptions
   add_commands(app, context);
   let_rigs_be_named(app);
   point_to_common_options(app);
+}
+
+std::vector<const CLI::App*> commands_of(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::optional<ExitCode> parse_command_line(int argc, char** argv, CommandContext& context, GlobalOptions& options) {
+  CLI::App app;
+  describe_command_line(app, context, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help and --version
+      app.exit(error);
+      return ExitCode::good;
+    }
+    context.reporter.error(usage_error(app, error));
+    return ExitCode::usage;
+  }
+  return std::nullopt;
 }
 
 }  // namespace rigcal

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/commands/command.h"
 
@@ -19,5 +21,13 @@ struct GlobalOptions {
 /// Declares the whole command line: what `rigcal` parses, and what its man pages and completions are made from. `app`
 /// is fresh; all that is passed must outlive it.
 void describe_command_line(CLI::App& app, CommandContext& context, GlobalOptions& options);
+
+/// The commands of what was so declared, in the order in which --help lists them.
+[[nodiscard]] std::vector<const CLI::App*> commands_of(const CLI::App& app);
+
+/// Takes what stands on the command line into `context` and `options`. With an exit code that is all there is to do:
+/// help was asked for, or what was given is wrong, and that has been said.
+[[nodiscard]] std::optional<ExitCode> parse_command_line(int argc, char** argv, CommandContext& context,
+                                                         GlobalOptions& options);
 
 }  // namespace rigcal

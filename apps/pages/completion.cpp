@@ -5,12 +5,10 @@
 #include <sstream>
 #include <vector>
 
+#include "apps/commands/command_line.h"
+
 namespace rigcal {
 namespace {
-
-std::vector<const CLI::App*> commands_of(const CLI::App& program) {
-  return program.get_subcommands([](const CLI::App*) { return true; });
-}
 
 std::vector<const CLI::Option*> named_options(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_positional(); });

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     rigcal::describe_command_line(app, context, options);
     const std::filesystem::path folder = argv[1];
     save(folder / "man/man1/rigcal.1", rigcal::man_page(app, nullptr));
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    for (const CLI::App* command : rigcal::commands_of(app)) {
       save(folder / "man/man1" / ("rigcal-" + command->get_name() + ".1"), rigcal::man_page(app, command));
     }
     save(folder / "bash-completion/completions/rigcal", rigcal::bash_completion(app));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/commands/command_line.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -23,10 +24,6 @@ std::string escaped(const std::string& text) {
     line_start = c == '\n';
   }
   return out;
-}
-
-std::vector<const CLI::App*> commands_of(const CLI::App& program) {
-  return program.get_subcommands([](const CLI::App*) { return true; });
 }
 
 /// "\-\-quiet, \-q", then what it takes.
