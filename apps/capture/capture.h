@@ -25,8 +25,8 @@ struct CaptureOptions {
 /// in; looks out for them, turns a table that turns itself, tells `show` twice a second how they do, and writes into
 /// session.json what happened. Trouble of a sensor or of the network ends nothing, nor do images of a camera that
 /// cannot be written: the status of the camera says so. Errors: the session exists already; no LiDAR in the rig; no
-/// interface, a port that is taken; a table that cannot be had; the disk (the session is closed then, and holds what
-/// was written).
+/// interface, a port that is taken; no room on the disk (no session is made then); a table that cannot be had; the disk
+/// (the session is closed then, and holds what was written).
 [[nodiscard]] Expected<CaptureSummary> capture(const Rig& rig, const livox::DriverOptions& driver,
                                                const CaptureOptions& options, const RunContext& context,
                                                const std::function<void(const CaptureStatus&)>& show);

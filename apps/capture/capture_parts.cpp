@@ -13,7 +13,8 @@ namespace {
 // Of a service that is started again and again nothing would be left but empty sessions, and LiDARs that start and
 // stop.
 Expected<void> check_room(const std::string& session) {
-  std::string folder = std::filesystem::path(session).parent_path().string();
+  // The name may end with a slash.
+  std::string folder = std::filesystem::path(session + "/").parent_path().parent_path().string();
   if (folder.empty()) folder = ".";
   const auto free = free_bytes(folder);
   if (!free || *free >= DiskForecast::kReserveBytes) return {};

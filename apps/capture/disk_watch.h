@@ -12,7 +12,8 @@ namespace rigcal {
 struct DiskRoom {
   std::uint64_t free_bytes = 0;
   double bytes_per_s = 0.0;            ///< As the session grew lately.
-  std::optional<double> seconds_left;  ///< Until the recording would be ended; nothing where that never comes.
+  std::optional<double> seconds_left;  ///< Until the recording would be ended; nothing where nothing
+                                       ///< grows, or --keep makes room for all that does.
 };
 
 /// What a session holds on the disk now.

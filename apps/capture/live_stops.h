@@ -63,8 +63,8 @@ class LiveStops {
 
   /// Waits until the recording has ended and is read to its end; gives what `read_stops` gives for the session (for all
   /// that was recorded, where only the newest packets are kept), and the sink has got the same. Where only the end
-  /// shows how it has to be read, it is read once more, into the same sink, after its `restart`. To be called once.
-  /// Errors: as of `read_stops`.
+  /// shows how it has to be read, it is read once more, from what is kept then, into the same sink, after its
+  /// `restart`. To be called once. Errors: as of `read_stops`.
   [[nodiscard]] Expected<StopReading> finish(const RunContext& context);
 
  private:

@@ -195,8 +195,8 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
       capture(*rig, driver, command.capture, {screen, context.run_context().stop}, show);
   service.stopping();
   std::optional<LiveResult> result;
+  if (summary) screen.show(summary->status);  // With what happened last, and the last estimates.
   if (summary && calibration) {
-    screen.show(summary->status);  // With the last estimates.
     screen.show_progress();
     result = calibrate_in_the_end(command, *summary, *calibration, page.get(), screen);
     if (result) result->estimates = calibration->estimates().estimates;

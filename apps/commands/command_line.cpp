@@ -36,15 +36,19 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_doctor_command(app, context);
 }
 
+std::vector<CLI::App*> all_commands(CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
 /// The help of a command lists its own options only.
 void point_to_common_options(CLI::App& app) {
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+  for (CLI::App* command : all_commands(app))
     command->footer("--threads, --json, --quiet and --log-level: see rigcal --help\n\n" + command->get_footer());
 }
 
 /// Wherever a rig file is asked for, the name of one that comes with the program does too.
 void let_rigs_be_named(CLI::App& app) {
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (CLI::App* command : all_commands(app)) {
     CLI::Option* rig = command->get_option_no_throw("--rig");
     if (rig == nullptr) continue;
     rig->transform(CLI::Validator(

@@ -33,6 +33,7 @@ Expected<std::vector<FrameRecord>> copy_files(const ImageFolder& listed, const s
   std::vector<FrameRecord> frames;
   for (std::size_t k = 0; k < listed.images.size(); ++k) {
     if (context.cancelled()) return cancelled_error("stopped", listed.images[k].path);
+    context.reporter.progress("copying images", static_cast<double>(k) / static_cast<double>(listed.images.size()));
     FrameRecord frame = frame_of(listed.images[k], stops.empty() ? listed.images[k].stop : stops[k]);
     if (const Expected<void> copied = copy_file(listed.images[k].path, (to / frame.file).string()); !copied) {
       if (copied.error().kind != ErrorKind::input) return copied.error();
@@ -73,11 +74,13 @@ Expected<std::uint64_t> copy_images(const std::string& from, ImageNumbers number
   return count;
 }
 
-void warn_of_missing_images(const Rig& rig, const std::string& session, Reporter& reporter) {
+void warn_of_missing_images(const Rig& rig, const std::string& session, const std::string& given, Reporter& reporter) {
   const std::vector<std::string> places = image_places({session, {}, {}});
   for (const Sensor& camera : rig.sensors) {
     if (!camera.is_lidar() && image_folder_of(camera, places).empty())
-      reporter.warn(nothing_written(camera, "the recording has no images of it; give them by --images DIR"));
+      reporter.warn(nothing_written(camera, given.empty()
+                                                ? "the recording has none that can be used; give them by --images DIR"
+                                                : given + " has no folder of it with images"));
   }
 }
 

@@ -23,7 +23,8 @@ enum class ImageNumbers { stamps, stops };
                                                   const std::vector<Stop>& stops, const Rig& rig,
                                                   const std::string& session, const RunContext& context);
 
-/// Warns of the cameras of which a session that was made has no images.
-void warn_of_missing_images(const Rig& rig, const std::string& session, Reporter& reporter);
+/// Warns of the cameras of which a session that was made has no images. `given`: where they were to be, if the user
+/// said so.
+void warn_of_missing_images(const Rig& rig, const std::string& session, const std::string& given, Reporter& reporter);
 
 }  // namespace rigcal

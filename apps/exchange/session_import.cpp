@@ -229,7 +229,7 @@ Expected<ImportSummary> import_session(const RecordingPaths& from, const std::st
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;
-  warn_of_missing_images(task.rig, task.folder, context.reporter);
+  warn_of_missing_images(task.rig, task.folder, task.images, context.reporter);
   if (const Expected<void> synced = staged->sync(); !synced) return synced.error();
   if (const Expected<void> done = staged->commit(); !done) return done.error();
   return summary;

@@ -357,7 +357,7 @@ class Calibration {
     change_base(solving_, base_, solution_);
     begin_at_first_stop(solution_);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_, quality);
-    forget_offsets_of_misplaced(result);
+    forget_offsets_of_misplaced(result, solution_);
     return result;
   }
 

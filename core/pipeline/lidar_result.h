@@ -12,7 +12,7 @@ struct LidarSolution {
   Start start;
   RigState state;
   ParameterLayout layout;  ///< As it was solved: the LiDAR that is fixed may be another than the base.
-  AdjustOptions adjust;    ///< Likewise.
+  AdjustOptions adjust;    ///< Likewise; poses of its priors in the world of that.
   RefineSummary refined;
   std::vector<char> use;  ///< Patches that took part.
   std::vector<NoiseModel> noise;

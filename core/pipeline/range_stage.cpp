@@ -50,12 +50,15 @@ void shorten_ranges(const LidarRecording& recording, const RangeOffsets& offsets
   solution.state = solution.layout.moved(solution.state, offsets.shift * offsets.step_m);
 }
 
-void forget_offsets_of_misplaced(CalibrationResult& result) {
+void forget_offsets_of_misplaced(CalibrationResult& result, LidarSolution& solution) {
   const auto is_lost = [&](const SensorResult& s) { return s.name == result.base || s.status == Status::failed; };
   const bool is_base_alone = result.sensors.size() > 1 && std::ranges::all_of(result.sensors, is_lost);
   for (SensorResult& sensor : result.sensors) {
     if (sensor.status == Status::failed || is_base_alone) sensor.range_offset.reset();
   }
+  if (!is_base_alone) return;
+  solution.range_offset_m.clear();
+  solution.corrected.clear();
 }
 
 std::string range_offset_words(const CalibrationResult& result) {

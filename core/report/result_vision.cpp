@@ -22,7 +22,9 @@ double third_radial(const CameraIntrinsics& camera) {
 
 std::string kalibr_camera(const PlacedSensor& sensor, std::vector<std::string>& warnings) {
   if (sensor.intrinsics == nullptr) {
-    warnings.push_back(sensor.name + " has no intrinsics in the rig file, and Kalibr reads no camera without them");
+    warnings.push_back(
+        sensor.name +
+        " is known without intrinsics, and Kalibr reads no camera without them: give --rig RIG with them");
     return {};
   }
   const CameraIntrinsics& camera = *sensor.intrinsics;
@@ -31,7 +33,8 @@ std::string kalibr_camera(const PlacedSensor& sensor, std::vector<std::string>& 
                        " is lost");
   }
   if (sensor.topic.empty())
-    warnings.push_back(sensor.name + " has no topic in the rig file, and Kalibr's own tools want its rostopic");
+    warnings.push_back(sensor.name +
+                       " is known without a topic, and Kalibr's own tools want its rostopic: give --rig RIG with it");
   const std::size_t kept = std::min<std::size_t>(camera.distortion.size(), 4);
   const Eigen::Vector4d pinhole(camera.fx, camera.fy, camera.cx, camera.cy);
   return "  camera_model: pinhole\n  intrinsics: " + list_text(pinhole) +

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 
 #include "apps/experiment/parts.h"
 #include "apps/experiment/speed/stopwatch.h"
@@ -45,6 +44,7 @@ Expected<ManyScans> time_scans(const ExperimentOptions& options, const RunContex
   ParameterLayout layout(set_options.stops, 1);
   for (int j = 1; j < set_options.stops; ++j) layout.free_stop(j);
   AdjustOptions adjustment;
+  adjustment.form = pass.form;
   adjustment.max_iterations = scans_iterations;
   adjustment.rotation_tolerance_rad = 0.0;
   adjustment.translation_tolerance_m = 0.0;

@@ -101,8 +101,8 @@ void time_steps(const SpeedSet& set, const std::vector<PatchCells>& cells, Stage
   const Took merge_took = middle_of(repetitions, [&] { merged = merge_coplanar(map.features, merge); });
   std::move(merged.begin(), merged.end(), std::back_inserter(map.features));
   NormalEquations sum;
-  const Took factors_took = middle_of(
-      repetitions, [&] { sum = build_normal_equations(map.features, set.truth, layout, HessianForm::gauss_newton); });
+  const Took factors_took =
+      middle_of(repetitions, [&] { sum = build_normal_equations(map.features, set.truth, layout, pass.form); });
   Eigen::VectorXd step;
   const Took solve_took = middle_of(repetitions, [&] {
     Eigen::MatrixXd damped = sum.H;

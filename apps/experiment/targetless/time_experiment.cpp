@@ -76,6 +76,7 @@ StageSeconds one_pass(const SimulatedSet& set, const std::string& stage, RigStat
   const std::vector<NoiseModel> noise(state.T_base_sensor.size());
   const ParameterLayout layout = layout_of(stage, state, base);
   AdjustOptions adjustment;
+  adjustment.form = pass.form;
   adjustment.max_iterations = pass.iterations;
   StageSeconds out;
   const auto begin = SteadyClock::now();

@@ -140,7 +140,9 @@ TEST_F(ExportResult, KnowsTheCamerasOfAResultFolder) {
     return std::pair{parse_json(run.out)["sensors"].get<std::vector<std::string>>(), run.err};
   };
   EXPECT_EQ(sensors("seen --format mlcc --out a").first, std::vector<std::string>{"mid40"});
-  EXPECT_EQ(sensors("seen --format kalibr --out b").first, std::vector<std::string>{"left"});
+  const auto [cameras, wanted] = sensors("seen --format kalibr --out b");
+  EXPECT_EQ(cameras, std::vector<std::string>{"left"});
+  EXPECT_THAT(wanted, HasSubstr("left is known without intrinsics"));
   EXPECT_EQ(sensors("seen --format colmap --out c").first, std::vector<std::string>{"left"});
   // Its extrinsics alone do not tell.
   const auto [both, warned] = sensors("seen/extrinsics.yaml --format mlcc --out d");

@@ -197,7 +197,7 @@ std::ptrdiff_t open_descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
 }
 
-TEST(WebServer, IdleConnectionsTakeFewDescriptorsAndNotThePage) {
+TEST(WebServer, IdleConnectionsTakeFewDescriptorsAndThePageComesBack) {
   const auto server = serve({});
   const std::ptrdiff_t before = open_descriptors();
   {

@@ -18,11 +18,28 @@ SensorResult lidar(const char* name, Status status, double offset_m) {
   return out;
 }
 
-CalibrationResult result_of(std::vector<SensorResult> sensors) {
+// With a cloud whose ranges were corrected.
+LidarSolution solution() {
+  return {.start = {},
+          .state = {},
+          .layout = ParameterLayout(1, 3),
+          .adjust = {},
+          .refined = {},
+          .use = {},
+          .noise = {},
+          .T_grid_G = {},
+          .range_offset_m = {0.01, 0.02, 0.03},
+          .corrected = std::vector<PatchCells>(1),
+          .frozen = {}};
+}
+
+CalibrationResult result_of(std::vector<SensorResult> sensors, LidarSolution solved = solution()) {
   CalibrationResult result;
   result.base = "base";
   result.sensors = std::move(sensors);
-  forget_offsets_of_misplaced(result);
+  forget_offsets_of_misplaced(result, solved);
+  EXPECT_EQ(solved.corrected.empty(), range_offset_words(result).empty());
+  EXPECT_EQ(solved.range_offset_m.empty(), range_offset_words(result).empty());
   return result;
 }
 

@@ -202,6 +202,37 @@ void expect_the_same_for_another_base(const LightRecording& run) {
   }
 }
 
+// Where a plane and the grid are, seen from a stop, does not depend on which stop the world begins at.
+TEST(BeginAtFirstStop, MovesAllThatIsToldInTheWorld) {
+  const SE3 T_G_second{exp_so3(Vector3d(0.1, -0.2, 0.7)), Vector3d(0.4, 0.1, -0.3)};
+  LidarSolution solution{.start = {},
+                         .state = {},
+                         .layout = ParameterLayout(2, 1),
+                         .adjust = {},
+                         .refined = {},
+                         .use = {},
+                         .noise = {},
+                         .T_grid_G = {exp_so3(Vector3d(0.0, 0.3, 0.2)), Vector3d(1.0, 2.0, 3.0)},
+                         .range_offset_m = {},
+                         .corrected = {},
+                         .frozen = {}};
+  solution.start.stop_known = {0, 1};
+  solution.state.T_G_base = {SE3{}, T_G_second};
+  solution.start.state.T_G_base = solution.state.T_G_base;
+  PlaneFeature plane;
+  plane.center_G = Vector3d(5.0, -1.0, 0.5);
+  plane.normal_G = Vector3d(0.6, 0.0, 0.8);
+  solution.refined.map.features = {plane};
+  const SE3 T_grid_second = solution.T_grid_G * T_G_second;
+  begin_at_first_stop(solution);
+  EXPECT_EQ(solution.state.T_G_base[1].R, Matrix3d::Identity());
+  EXPECT_EQ(solution.state.T_G_base[1].t, Vector3d::Zero());
+  const PlaneFeature& moved = solution.refined.map.features[0];
+  EXPECT_LT((moved.center_G - T_G_second.inverse() * plane.center_G).norm(), 1e-12);
+  EXPECT_LT((moved.normal_G - T_G_second.R.transpose() * plane.normal_G).norm(), 1e-12);
+  EXPECT_LT((solution.T_grid_G.matrix() - T_grid_second.matrix()).norm(), 1e-12);
+}
+
 LightRecording courtyard() {
   sim::LightRigOptions options;
   options.seed = 7;

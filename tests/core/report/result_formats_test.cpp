@@ -179,7 +179,7 @@ TEST_F(ResultFormats, KalibrSaysWhatItCannotHold) {
   rig.sensors[3].camera->topic.clear();
   rig.sensors[4].camera->intrinsics.reset();
   const ExportedResult out = write(ResultFormat::kalibr);
-  EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-left has no topic in the rig file")));
+  EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-left is known without a topic")));
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("no k3")));
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-right has no intrinsics")));
 }

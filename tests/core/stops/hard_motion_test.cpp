@@ -30,7 +30,10 @@ std::array<Found, 2> find(const PointRun& run) {
   const std::vector<ImuSample> imu = run.imu();
   std::size_t next = 0;
   run.play([&](const PointBatch& batch) {
-    for (; next < imu.size() && imu[next].stamp_ns <= batch.stamp_ns; ++next) by_gyro.add_imu(imu[next]);
+    for (; next < imu.size() && imu[next].stamp_ns <= batch.stamp_ns; ++next) {
+      by_gyro.add_imu(imu[next]);
+      by_points.add_imu(imu[next]);
+    }
     by_gyro.add_points(batch);
     by_points.add_points(batch);
   });
