@@ -43,7 +43,7 @@ std::vector<CLI::App*> all_commands(CLI::App& app) {
 /// The help of a command lists its own options only.
 void point_to_common_options(CLI::App& app) {
   for (CLI::App* command : all_commands(app))
-    command->footer("--threads, --json, --quiet and --log-level: see rigcal --help\n\n" + command->get_footer());
+    command->footer(global_option_names + std::string(": see rigcal --help\n\n") + command->get_footer());
 }
 
 /// Wherever a rig file is asked for, the name of one that comes with the program does too.

@@ -9,6 +9,9 @@
 
 namespace rigcal {
 
+/// Options of every command, as a sentence names them.
+inline constexpr const char* global_option_names = "--threads, --json, --quiet and --log-level";
+
 /// Options of every command.
 struct GlobalOptions {
   std::string level = "info";

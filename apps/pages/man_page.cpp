@@ -93,7 +93,7 @@ std::string man_page(const CLI::App& program, const CLI::App* command) {
   } else {
     out << "\\fB" << escaped(command->get_name()) << "\\fR " << synopsis(*command) << "\n";
     append_options(out, *command, "OPTIONS");
-    out << ".PP\nThe options that every command has are in\n.BR rigcal (1).\n";
+    out << ".PP\nThe options that every command has, " << escaped(global_option_names) << ", are in\n.BR rigcal (1).\n";
   }
   append_exit_codes(out);
   const std::string footer = app.get_footer();
