@@ -181,7 +181,7 @@ TEST_F(ResultFormats, KalibrSaysWhatItCannotHold) {
   const ExportedResult out = write(ResultFormat::kalibr);
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-left is known without a topic")));
   EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("no k3")));
-  EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-right has no intrinsics")));
+  EXPECT_THAT(out.warnings, testing::Contains(HasSubstr("camera-right is known without intrinsics")));
 }
 
 TEST_F(ResultFormats, KalibrsLayoutHoldsLidarsWhereNoCameraIsKnown) {
