@@ -52,7 +52,14 @@ struct Lever {
     out << Rt * (v.head<3>() - t.cross(v.tail<3>())), Rt * v.tail<3>();
     return out;
   }
-  [[nodiscard]] Matrix6d adjoint() const { return SE3{Rt.transpose(), t}.adjoint(); }
+};
+
+// What the gradient adds to the Hessian by second derivatives of (phi, tau) with respect to two perturbations, as left
+// twists: blocks of turn by turn, turn by shift and shift by turn.
+struct Bend {
+  Matrix3d turns = Matrix3d::Zero();
+  Matrix3d turn_shift = Matrix3d::Zero();
+  Matrix3d shift_turn = Matrix3d::Zero();
 };
 
 // What each observation adds by itself, so much smaller than the whole matrix that each chunk of planes can have its
@@ -127,32 +134,36 @@ class FeatureSum {
     const Lever of_stop{G.R.transpose(), G.t - derivatives_.centroid};
     const SE3 T = G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)];
     const Lever of_lidar{T.R.transpose(), T.t - derivatives_.centroid};
-    Matrix6d own = d.D;
-    Matrix6d cross = d.D;
-    if (form_ == HessianForm::exact) add_curvature(d.g, own, cross);
-    const auto seen = [&](const Lever& row, const Matrix6d& D, const Lever& column) -> Matrix6d {
-      if (form_ == HessianForm::exact) return row.adjoint().transpose() * D * column.adjoint();
-      return thin_product(row, d, column);
-    };
+    const Bend own = own_bend(d.g);
     if (ig >= 0) {
       project(d, of_stop, ig, sum);
-      sum.diagonal[static_cast<std::size_t>(ig / 6)] += seen(of_stop, own, of_stop);
+      sum.diagonal[static_cast<std::size_t>(ig / 6)] += seen(of_stop, d, of_stop, own);
     }
     if (ie >= 0) {
       project(d, of_lidar, ie, sum);
-      sum.diagonal[static_cast<std::size_t>(ie / 6)] += seen(of_lidar, own, of_lidar);
+      sum.diagonal[static_cast<std::size_t>(ie / 6)] += seen(of_lidar, d, of_lidar, own);
     }
     // LiDAR blocks stand behind the stops, so this is the lower triangle.
-    if (ig >= 0 && ie >= 0) sum.cross[place(o)] += seen(of_lidar, cross.transpose(), of_stop);
+    if (ig >= 0 && ie >= 0) sum.cross[place(o)] += seen(of_lidar, d, of_stop, cross_bend(d.g));
   }
 
   [[nodiscard]] std::size_t place(const PlaneObservation& o) const {
     return static_cast<std::size_t>(o.stop * layout_.lidars() + o.lidar);
   }
 
-  // Ad_row^T D Ad_column of the Gauss-Newton D, which holds nothing along the plane: with b = 2 v x u, k = 2 N
+  // With a, c the two perturbations as left twists, (phi, tau) = (phi_a + phi_c + 1/2 phi_a x phi_c,
+  // rho_a + rho_c + phi_a x rho_c + 1/2 phi_a x rho_a + 1/2 phi_c x rho_c) to second order. Of one with itself:
+  static Bend own_bend(const Vector6d& g) {
+    const Matrix3d half = 0.5 * skew(g.tail<3>());
+    return {Matrix3d::Zero(), -half, half};
+  }
+  // Rows: c (the LiDAR), columns: a (the stop).
+  static Bend cross_bend(const Vector6d& g) { return {0.5 * skew(g.head<3>()), Matrix3d::Zero(), skew(g.tail<3>())}; }
+
+  // Ad_row^T D Ad_column. But for the bend D holds nothing along the plane: with b = 2 v x u, k = 2 N
   // D = [A, b u^T; u b^T, k u u^T], and t x u is all that a lever's length does.
-  [[nodiscard]] Matrix6d thin_product(const Lever& row, const ObservationDerivatives& d, const Lever& column) const {
+  [[nodiscard]] Matrix6d seen(const Lever& row, const ObservationDerivatives& d, const Lever& column,
+                              const Bend& bend) const {
     const Vector3d& u = derivatives_.normal;
     const Vector3d b = 2.0 * d.beta.head<3>();
     const double k = 2.0 * d.beta.tail<3>().dot(u);
@@ -160,26 +171,18 @@ class FeatureSum {
     const Vector3d column_tu = column.t.cross(u);
     const Vector3d row_u = row.Rt * u;
     const Vector3d column_u = column.Rt * u;
-    const Matrix3d turns =
-        d.D.topLeftCorner<3, 3>() - b * column_tu.transpose() - row_tu * (b - k * column_tu).transpose();
+    Matrix3d turns = d.D.topLeftCorner<3, 3>() - b * column_tu.transpose() - row_tu * (b - k * column_tu).transpose();
     Matrix6d out;
-    out.topLeftCorner<3, 3>() = row.Rt * turns * column.Rt.transpose();
     out.topRightCorner<3, 3>() = row.Rt * (b - k * row_tu) * column_u.transpose();
     out.bottomLeftCorner<3, 3>() = row_u * (column.Rt * (b - k * column_tu)).transpose();
     out.bottomRightCorner<3, 3>() = k * row_u * column_u.transpose();
+    if (form_ == HessianForm::exact) {
+      turns += bend.turns + bend.turn_shift * skew(column.t) - skew(row.t) * bend.shift_turn;
+      out.topRightCorner<3, 3>() += row.Rt * bend.turn_shift * column.Rt.transpose();
+      out.bottomLeftCorner<3, 3>() += row.Rt * bend.shift_turn * column.Rt.transpose();
+    }
+    out.topLeftCorner<3, 3>() = row.Rt * turns * column.Rt.transpose();
     return out;
-  }
-
-  // With a, c the two perturbations as left twists, (phi, tau) = (phi_a + phi_c + 1/2 phi_a x phi_c,
-  // rho_a + rho_c + phi_a x rho_c + 1/2 phi_a x rho_a + 1/2 phi_c x rho_c) to second order.
-  static void add_curvature(const Vector6d& g, Matrix6d& own, Matrix6d& cross) {
-    const Matrix3d gphi = skew(g.head<3>());
-    const Matrix3d gtau = skew(g.tail<3>());
-    own.topRightCorner<3, 3>() -= 0.5 * gtau;
-    own.bottomLeftCorner<3, 3>() += 0.5 * gtau;
-    // Rows: a (the stop), columns: c (the LiDAR).
-    cross.topLeftCorner<3, 3>() -= 0.5 * gphi;
-    cross.topRightCorner<3, 3>() -= gtau;
   }
 
   const ParameterLayout& layout_;
