@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fstream>
+
 #include "core/io/output_file.h"
 #include "tests/core/io/dump_bytes.h"
 
