@@ -15,9 +15,9 @@ struct ListedImage {
   std::string path;
   std::int64_t number = 0;  ///< Middle of the exposure, session time, ns; or the stop's number.
   std::optional<double> exposure_us;
-  std::optional<int> stop;  ///< What frames.csv remarks.
-  std::optional<std::int64_t> trigger;
-  std::optional<std::int64_t> device_stamp;
+  std::optional<int> stop;                   ///< What frames.csv remarks.
+  std::optional<std::int64_t> trigger;       ///< As of `FrameRecord`,
+  std::optional<std::int64_t> device_stamp;  ///< both.
 };
 
 struct ImageFolder {

@@ -134,17 +134,16 @@ class FeatureSum {
     const Lever of_stop{G.R.transpose(), G.t - derivatives_.centroid};
     const SE3 T = G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)];
     const Lever of_lidar{T.R.transpose(), T.t - derivatives_.centroid};
-    const Bend own = own_bend(d.g);
     if (ig >= 0) {
       project(d, of_stop, ig, sum);
-      sum.diagonal[static_cast<std::size_t>(ig / 6)] += seen(of_stop, d, of_stop, own);
+      sum.diagonal[static_cast<std::size_t>(ig / 6)] += seen(of_stop, d, of_stop, own_bend);
     }
     if (ie >= 0) {
       project(d, of_lidar, ie, sum);
-      sum.diagonal[static_cast<std::size_t>(ie / 6)] += seen(of_lidar, d, of_lidar, own);
+      sum.diagonal[static_cast<std::size_t>(ie / 6)] += seen(of_lidar, d, of_lidar, own_bend);
     }
     // LiDAR blocks stand behind the stops, so this is the lower triangle.
-    if (ig >= 0 && ie >= 0) sum.cross[place(o)] += seen(of_lidar, d, of_stop, cross_bend(d.g));
+    if (ig >= 0 && ie >= 0) sum.cross[place(o)] += seen(of_lidar, d, of_stop, cross_bend);
   }
 
   [[nodiscard]] std::size_t place(const PlaneObservation& o) const {
@@ -160,10 +159,10 @@ class FeatureSum {
   // Rows: c (the LiDAR), columns: a (the stop).
   static Bend cross_bend(const Vector6d& g) { return {0.5 * skew(g.head<3>()), Matrix3d::Zero(), skew(g.tail<3>())}; }
 
-  // Ad_row^T D Ad_column. But for the bend D holds nothing along the plane: with b = 2 v x u, k = 2 N
-  // D = [A, b u^T; u b^T, k u u^T], and t x u is all that a lever's length does.
+  // Ad_row^T D Ad_column, with the bend where the Hessian is exact. But for that D holds nothing along the plane: with
+  // b = 2 v x u, k = 2 N D = [A, b u^T; u b^T, k u u^T], and t x u is all that a lever's length does.
   [[nodiscard]] Matrix6d seen(const Lever& row, const ObservationDerivatives& d, const Lever& column,
-                              const Bend& bend) const {
+                              Bend (*bend_of)(const Vector6d&)) const {
     const Vector3d& u = derivatives_.normal;
     const Vector3d b = 2.0 * d.beta.head<3>();
     const double k = 2.0 * d.beta.tail<3>().dot(u);
@@ -171,12 +170,13 @@ class FeatureSum {
     const Vector3d column_tu = column.t.cross(u);
     const Vector3d row_u = row.Rt * u;
     const Vector3d column_u = column.Rt * u;
-    Matrix3d turns = d.D.topLeftCorner<3, 3>() - b * column_tu.transpose() - row_tu * (b - k * column_tu).transpose();
+    Matrix3d turns = d.A - b * column_tu.transpose() - row_tu * (b - k * column_tu).transpose();
     Matrix6d out;
     out.topRightCorner<3, 3>() = row.Rt * (b - k * row_tu) * column_u.transpose();
     out.bottomLeftCorner<3, 3>() = row_u * (column.Rt * (b - k * column_tu)).transpose();
     out.bottomRightCorner<3, 3>() = k * row_u * column_u.transpose();
     if (form_ == HessianForm::exact) {
+      const Bend bend = bend_of(d.g);
       turns += bend.turns + bend.turn_shift * skew(column.t) - skew(row.t) * bend.shift_turn;
       out.topRightCorner<3, 3>() += row.Rt * bend.turn_shift * column.Rt.transpose();
       out.bottomLeftCorner<3, 3>() += row.Rt * bend.shift_turn * column.Rt.transpose();

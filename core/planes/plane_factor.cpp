@@ -89,16 +89,13 @@ void plane_derivatives(const PlaneFeature& feature, const RigState& state, Hessi
     o.beta << vxu, c.N * u;
     o.eta1 << (P * u1).cross(u), v.dot(u1) * u;
     o.eta2 << (P * u2).cross(u), v.dot(u2) * u;
-    o.D.topLeftCorner<3, 3>() = 2.0 * (ux * P * ux.transpose());
-    o.D.topRightCorner<3, 3>() = 2.0 * vxu * u.transpose();
-    o.D.bottomLeftCorner<3, 3>() = o.D.topRightCorner<3, 3>().transpose();
-    o.D.bottomRightCorner<3, 3>() = 2.0 * c.N * u * u.transpose();
+    o.A = 2.0 * (ux * P * ux.transpose());
     if (exact) {
       o.eta1.head<3>() += s.cross(u1);
       o.eta1.tail<3>() += vu * u1;
       o.eta2.head<3>() += s.cross(u2);
       o.eta2.tail<3>() += vu * u2;
-      o.D.topLeftCorner<3, 3>() += u * s.transpose() + s * u.transpose() - 2.0 * u.dot(s) * Matrix3d::Identity();
+      o.A += u * s.transpose() + s * u.transpose() - 2.0 * u.dot(s) * Matrix3d::Identity();
     }
   }
 }

@@ -17,7 +17,7 @@ enum class HessianForm { exact, gauss_newton };
 /// the least eigenvalue of their covariance, N the sum of their weights. All vectors are [phi; tau].
 struct ObservationDerivatives {
   Vector6d g;     ///< Gradient.
-  Matrix6d D;     ///< Own block of the Hessian.
+  Matrix3d A;     ///< Own block of the Hessian by turns; with shifts it is 2 beta_turn u^T, by these alone 2 N u u^T.
   Vector6d beta;  ///< Coupling by the plane's offset: - (2/N) beta_a beta_b^T.
   Vector6d eta1;  ///< Coupling by its tilt: c1 eta1_a eta1_b^T + c2 eta2_a eta2_b^T.
   Vector6d eta2;

@@ -57,14 +57,21 @@ CaptureStatus with_bytes(std::uint64_t bytes) {
   return status;
 }
 
-TEST(CaptureScreen, ATerminalThatTakesNothingHoldsNobodyUp) {
+/// A screen that waits for its terminal with the first status.
+class CaptureScreenTest : public testing::Test {
+ protected:
+  CaptureScreenTest() {
+    terminal.is_shut = true;
+    screen.show(with_bytes(1));
+    while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
   Terminal terminal;
-  terminal.is_shut = true;
-  CaptureScreen screen(
-      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
-      [&](const std::string& line) { terminal.tell(line); });
-  screen.show(with_bytes(1));
-  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  CaptureScreen screen{terminal, [this](const CaptureStatus& status) { terminal.draw(status); },
+                       [this](const std::string& line) { terminal.tell(line); }};
+};
+
+TEST_F(CaptureScreenTest, ATerminalThatTakesNothingHoldsNobodyUp) {
   for (std::uint64_t bytes = 2; bytes < 100; ++bytes) screen.show(with_bytes(bytes));
   screen.progress("stage", 0.5);
   screen.warn("the disk fills");
@@ -76,14 +83,7 @@ TEST(CaptureScreen, ATerminalThatTakesNothingHoldsNobodyUp) {
   EXPECT_THAT(terminal.said, ElementsAre("1", "warning: the disk fills", "a remark", "told: a line", "99"));
 }
 
-TEST(CaptureScreen, ShowsProgressOnceNoStatusDoes) {
-  Terminal terminal;
-  terminal.is_shut = true;
-  CaptureScreen screen(
-      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
-      [&](const std::string& line) { terminal.tell(line); });
-  screen.show(with_bytes(1));
-  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+TEST_F(CaptureScreenTest, ShowsProgressOnceNoStatusDoes) {
   screen.progress("capture", 0.5);
   screen.show(with_bytes(2));
   screen.show_progress();
@@ -94,14 +94,7 @@ TEST(CaptureScreen, ShowsProgressOnceNoStatusDoes) {
   EXPECT_THAT(terminal.said, ElementsAre("1", "2", "at joint"));
 }
 
-TEST(CaptureScreen, KeepsABoundedNumberOfSentencesAndSaysHowManyItLeftOut) {
-  Terminal terminal;
-  terminal.is_shut = true;
-  CaptureScreen screen(
-      terminal, [&](const CaptureStatus& status) { terminal.draw(status); },
-      [&](const std::string& line) { terminal.tell(line); });
-  screen.show(with_bytes(1));
-  while (terminal.waiting == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+TEST_F(CaptureScreenTest, KeepsABoundedNumberOfSentencesAndSaysHowManyItLeftOut) {
   for (int i = 0; i < 1000; ++i) screen.debug("sentence " + std::to_string(i));
   terminal.is_shut = false;
   screen.finish();

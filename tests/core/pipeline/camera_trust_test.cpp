@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/quality/verdict_text.h"
+#include "tests/core/pipeline/empty_solution.h"
 
 namespace rigcal {
 namespace {
@@ -30,7 +31,7 @@ struct GivenRun {
   void judge() { rest_on_given_stops(views, recording, solution, camera, verdict); }
 
   LidarRecording recording;
-  LidarSolution solution{{}, {}, ParameterLayout(5, 1), {}, {}, {}, {}, 0.0, {}, {}, {}, {}};
+  LidarSolution solution = empty_solution(5, 1);
   std::vector<CameraView> views;
   PoseEstimate camera;
   Verdict verdict;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/core/pipeline/empty_solution.h"
+
 namespace rigcal {
 namespace {
 
@@ -19,17 +21,7 @@ class PlaceFindingsTest : public testing::Test {
   }
   [[nodiscard]] std::vector<PlaceFindings> find() const { return place_findings(guess_, solution_, 0); }
 
-  LidarSolution solution_{.start = {},
-                          .state = {},
-                          .layout = ParameterLayout(1, 4),
-                          .adjust = {},
-                          .refined = {},
-                          .use = {},
-                          .noise = {},
-                          .T_grid_G = {},
-                          .range_offset_m = {},
-                          .corrected = {},
-                          .frozen = {}};
+  LidarSolution solution_ = empty_solution(1, 4);
   std::vector<std::optional<SE3>> guess_;
 };
 

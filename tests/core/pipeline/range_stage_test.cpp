@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/core/pipeline/empty_solution.h"
+
 namespace rigcal {
 namespace {
 
@@ -20,17 +22,10 @@ SensorResult lidar(const char* name, Status status, double offset_m) {
 
 // With a cloud whose ranges were corrected.
 LidarSolution solution() {
-  return {.start = {},
-          .state = {},
-          .layout = ParameterLayout(1, 3),
-          .adjust = {},
-          .refined = {},
-          .use = {},
-          .noise = {},
-          .T_grid_G = {},
-          .range_offset_m = {0.01, 0.02, 0.03},
-          .corrected = std::vector<PatchCells>(1),
-          .frozen = {}};
+  LidarSolution solved = empty_solution(1, 3);
+  solved.range_offset_m = {0.01, 0.02, 0.03};
+  solved.corrected.resize(1);
+  return solved;
 }
 
 CalibrationResult result_of(std::vector<SensorResult> sensors, LidarSolution solved = solution()) {
