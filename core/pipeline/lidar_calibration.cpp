@@ -45,7 +45,7 @@ class Calibration {
         options_(options),
         context_(context),
         solving_guess_(guess),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -54,7 +54,7 @@ class Calibration {
     if (const auto done = find_rough(); !done) return done.error();
     choose_patches();
     if (const auto done = solve(); !done) return done.error();
-    if (const auto done = take_out_range_offsets(); !done) return done.error();
+    if (const auto done = take_out_range_errors(); !done) return done.error();
     if (const auto done = even_out(); !done) return done.error();
     return conclude();
   }
@@ -314,15 +314,16 @@ class Calibration {
     return turned || apart;
   }
 
-  // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it.
-  Expected<void> take_out_range_offsets() {
+  // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it; those of dark surfaces
+  // do it by a part of that.
+  Expected<void> take_out_range_errors() {
     if (options_.last_stage != LastStage::joint) return {};
     const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
     for (int round = 0; round < most_range_rounds; ++round) {
-      const std::optional<RangeOffsets> offsets = offsets_that_stand_out(solution_);
-      if (!offsets) break;
+      const std::optional<RangeFinding> finding = errors_that_stand_out(solution_);
+      if (!finding) break;
       trust_.distrust_noise();
-      shorten_ranges(recording_, *offsets, solution_);
+      shorten_ranges(recording_, *finding, solution_);
       const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,
                                   std::vector<RefinePass>(passes.begin() + 1, passes.end()));
       if (!done) return done;
@@ -357,7 +358,7 @@ class Calibration {
     change_base(solving_, base_, solution_);
     begin_at_first_stop(solution_);
     CalibrationResult result = judge_solution(rig_, recording_, base_, guess_, options_, solution_, quality);
-    forget_offsets_of_misplaced(result, solution_);
+    forget_ranges_of_misplaced(result, solution_);
     return result;
   }
 
@@ -365,7 +366,7 @@ class Calibration {
     clock_.begin("verdict");
     context_.reporter.progress("verdict", -1.0);
     CalibrationResult result = judge();
-    if (const std::string words = range_offset_words(result); !words.empty()) context_.reporter.warn(words);
+    if (const std::string words = range_words(result); !words.empty()) context_.reporter.warn(words);
     result.stages = clock_.take();
     if (options_.with_map) add_map(rig_, recording_, guess_, options_, solution_, result);
     return result;

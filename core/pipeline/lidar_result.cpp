@@ -150,8 +150,8 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 }  // namespace
 
 SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
-  const SolvedPlanes solved{s.refined.map.features,   s.state, s.layout, s.adjust, usual_range_offset_m,
-                            !s.range_offset_m.empty()};
+  const SolvedPlanes solved{s.refined.map.features, s.state,        s.layout,   s.adjust,
+                            usual_range_errors,     s.range_errors, s.range_law};
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i)
     start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
@@ -186,9 +186,12 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
       mark_unfinished(options.last_stage, one);
     }
     const auto i = static_cast<std::size_t>(lidar);
-    const std::vector<double>& range_sigma_m = quality.covariances.range_sigma_m;
-    if (i < s.range_offset_m.size() && i < range_sigma_m.size()) {
-      one.range_offset = RangeOffset{s.range_offset_m[i], range_sigma_m[i]};
+    const std::vector<RangeError>& range_sigma_m = quality.covariances.range_sigma_m;
+    if (i < s.range_errors.size() && i < range_sigma_m.size()) {
+      one.range_offset = RangeOffset{s.range_errors[i].white_m, range_sigma_m[i].white_m};
+      if (covers(s.range_law, RangeLaw::by_darkness)) {
+        one.dark_offset = RangeOffset{s.range_errors[i].black_m, range_sigma_m[i].black_m};
+      }
     }
     result.status = std::max(result.status, one.status);
     result.sensors.push_back(std::move(one));

@@ -329,8 +329,13 @@ class Merger {
 
   static RayMoments rays_of(const std::vector<Part>& parts, const PlaneObservation& sum) {
     RayMoments out;
-    for (const auto& [o, rays, scale] : parts) out.mean += scale * o->weight * o->N * rays->mean;
+    for (const auto& [o, rays, scale] : parts) {
+      const double w = scale * o->weight * o->N;
+      out.mean += w * rays->mean;
+      out.darkness += w * rays->darkness;
+    }
     out.mean /= sum.N;
+    out.darkness /= sum.N;
     for (const auto& [o, rays, scale] : parts) {
       const double w = scale * o->weight;
       const Vector3d d = rays->mean - out.mean;

@@ -11,7 +11,6 @@
 #include "core/geometry/chi_square.h"
 #include "core/geometry/matrix6.h"
 #include "core/geometry/symmetric_eigen.h"
-#include "core/planes/range_offsets.h"
 #include "core/quality/inverse_information.h"
 
 namespace rigcal {
@@ -219,20 +218,32 @@ void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held
   }
 }
 
-// What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view. Where nothing
-// was taken out: as likely as it is that there is something, and then by what it seems to be.
-void widen_by_range_offsets(const SolvedPlanes& solved, const AdjustOptions& held, double factor, FullCovariances& full,
-                            LidarCovariances& out) {
-  const RangeOffsets offsets =
-      find_range_offsets(solved.features, solved.state, solved.layout, held, {}, solved.range_offset_m);
-  if (!offsets.known) return;
-  Eigen::MatrixXd of_offsets = factor * offsets.covariance;
-  if (!solved.ranges_corrected) {
-    of_offsets += offsets.step_m * offsets.step_m.transpose();
-    of_offsets *= offsets.likely;
+// What the ranges may be off by, as far as the planes do not tell it, moves every LiDAR along its view. Each law that
+// allows for what was taken out counts as likely as it is, and then by what it would change.
+void widen_by_range_errors(const SolvedPlanes& solved, const AdjustOptions& held, double factor, FullCovariances& full,
+                           LidarCovariances& out) {
+  const RangeErrors errors =
+      find_range_errors(solved.features, solved.state, solved.layout, held, solved.taken_out, *solved.ranges);
+  if (!errors.known) return;
+  const Eigen::Index parameters = errors.shift.cols();
+  RangeFit mixed;
+  mixed.covariance = Eigen::MatrixXd::Zero(parameters, parameters);
+  for (std::size_t k = 0; k < errors.fits.size(); ++k) {
+    const auto law = static_cast<RangeLaw>(k);
+    if (!covers(law, solved.law)) continue;
+    const RangeFit& fit = errors.fit(law);
+    const double likely = fit.likely / errors.likely_covering(solved.law);
+    mixed.covariance += likely * factor * fit.covariance;
+    // Under the law that it was solved by, what is left of a step is no finding.
+    if (law != solved.law) mixed.covariance += likely * fit.step_m * fit.step_m.transpose();
   }
-  for (Eigen::Index i = 0; i < of_offsets.rows(); ++i) out.range_sigma_m.push_back(std::sqrt(of_offsets(i, i)));
-  const Eigen::MatrixXd wider = offsets.shift * of_offsets * offsets.shift.transpose();
+  const bool is_of_white = covers(solved.law, RangeLaw::by_darkness);
+  for (int i = 0; i < solved.layout.lidars(); ++i) {
+    const double darkness = is_of_white ? 0.0 : errors.darkness[static_cast<std::size_t>(i)];
+    const Eigen::Index black = parameters / 2 + i;
+    out.range_sigma_m.push_back({std::sqrt(mixed.variance_at(i, darkness)), std::sqrt(mixed.covariance(black, black))});
+  }
+  const Eigen::MatrixXd wider = errors.shift * mixed.covariance * errors.shift.transpose();
   full.with_priors += wider;
   full.data_only += wider;
 }
@@ -268,7 +279,7 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int
   add_priors(solved.layout, held, solved.state, sum);
   full.with_priors = factor * inverse_information(sum.H);
   out.observable = observable_lidars(sum.H, full.with_priors, solved.layout, base);
-  if (solved.range_offset_m > 0.0) widen_by_range_offsets(solved, held, 0.5 * factor, full, out);
+  if (solved.ranges) widen_by_range_errors(solved, held, 0.5 * factor, full, out);
   widen_open_directions(solved, held, full, out);
   out.with_priors = blocks_of(full.with_priors, solved, base);
   out.data_only = blocks_of(full.data_only, solved, base);

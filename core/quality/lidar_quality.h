@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/planes/adjust.h"
+#include "core/planes/range_errors.h"
 #include "core/quality/result.h"
 
 namespace rigcal {
@@ -20,13 +21,15 @@ struct SolvedPlanes {
   const std::vector<PlaneFeature>& features;
   const RigState& state;
   const ParameterLayout& layout;
-  const AdjustOptions& adjust;    ///< With its priors.
-  double range_offset_m = 0.0;    ///< By how much LiDARs may measure too far or too short, 1 sigma; 0: they do not.
-  bool ranges_corrected = false;  ///< What they were off by was found and taken out.
+  const AdjustOptions& adjust;       ///< With its priors.
+  std::optional<RangePrior> ranges = {};  ///< By how much LiDARs may measure too far or too short; none: they do not.
+  /// What was found and taken out of the ranges of each LiDAR, and under which law; empty: nothing.
+  std::vector<RangeError> taken_out = {};
+  RangeLaw law = RangeLaw::none;
 };
 
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.
-constexpr double usual_range_offset_m = 0.015;
+constexpr RangePrior usual_range_errors{0.015, 0.010, 0.001};
 
 /// How sure the planes are of each LiDAR: marginal covariances of the extrinsics, stops marginalised.
 struct LidarCovariances {
@@ -36,14 +39,16 @@ struct LidarCovariances {
   double chi2 = 0.0;                  ///< Mean square of the observations' offsets over their expected variance.
   std::vector<Matrix6d> with_priors;  ///< One for each LiDAR; zero for the base.
   std::vector<Matrix6d> data_only;    ///< By planes and matches alone: where it is much larger, a prior decided.
-  std::vector<double> range_sigma_m;  ///< Of each LiDAR's range offset; empty where they were not asked for.
+  /// Of what each LiDAR's ranges are off by: with a law that goes by darkness on white and on black surfaces, else in
+  /// the mean of what it sees. Empty where they were not asked for.
+  std::vector<RangeError> range_sigma_m;
   /// The direction of each LiDAR's place (its own frame, unit) that no plane faces and its match holds; zero: none.
   std::vector<Vector3d> only_matched;
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
 /// capped by the floor of the map), times chi2 where that is above one, and what the LiDARs' ranges may be off by as
-/// far as the planes do not tell it (core/planes/range_offsets.h). A direction of a place or turn that no plane
+/// far as the planes do not tell it (core/planes/range_errors.h). A direction of a place or turn that no plane
 /// faces is as wide as what else holds it, at most 2 m and 1 rad. All of it is of the poses as they were solved,
 /// against the LiDAR that is fixed; told are those against `base` (nothing: the same), by the adjoints.
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base = std::nullopt);

@@ -18,7 +18,7 @@ enum class Status { good, weak, failed };
 
 [[nodiscard]] const char* to_string(Status status);
 
-/// By how much a LiDAR measures every range too far, as the planes show it; its points are as far from the truth.
+/// By how much a LiDAR measures ranges too far, as the planes show it; its points are as far from the truth.
 struct RangeOffset {
   double value_m = 0.0;
   double sigma_m = 0.0;
@@ -34,8 +34,11 @@ struct SensorResult {
   Matrix6d covariance = Matrix6d::Zero();
   std::optional<SE3> guess_T_base_sensor = std::nullopt;  ///< Where it was thought to be before.
   HoldOutFigures hold_out = {};
-  std::optional<RangeOffset> range_offset = std::nullopt;  ///< Where one stood out: the transform is that without it.
-  std::vector<WeakDirection> weak_directions = {};         ///< Places, then turns, the worst first; empty when good.
+  /// Where one stood out: the transform is that without it. Of all ranges; where there is a dark one, of white
+  /// surfaces,
+  std::optional<RangeOffset> range_offset = std::nullopt;
+  std::optional<RangeOffset> dark_offset = std::nullopt;  ///< and of black ones by this more (Cell::darkness).
+  std::vector<WeakDirection> weak_directions = {};        ///< Places, then turns, the worst first; empty when good.
 };
 
 /// An image that took part.

@@ -44,6 +44,9 @@ Json sensor_json(const SensorResult& sensor) {
     json["range_offset"] = {{"mm", 1e3 * sensor.range_offset->value_m},
                             {"sigma_mm", 1e3 * sensor.range_offset->sigma_m}};
   }
+  if (sensor.dark_offset) {
+    json["dark_offset"] = {{"mm", 1e3 * sensor.dark_offset->value_m}, {"sigma_mm", 1e3 * sensor.dark_offset->sigma_m}};
+  }
   return json;
 }
 

@@ -19,12 +19,22 @@ struct Cell {
   UpperTriangle scatter = UpperTriangle::Zero();
   /// Where a surface goes on beyond a border across the rays, points are sorted there by the noise of their ranges.
   /// Of the covariance of noise and place on the surface so much is left (1: all, as is said of all cubes),
-  double noise_share = 1.0;
+  float noise_share = 1.0F;
   /// and the mean is moved away from the sensor, along the ray, by this (1/m) times the variance of ranges (m^2).
-  double noise_shift_per_m = 0.0;
+  float noise_shift_per_m = 0.0F;
+  /// Mean of its points (darkness_of): ranges of dark surfaces may be off by more than those of bright ones. Of a
+  /// piece; cubes do not know theirs.
+  float darkness = 0.0F;
 
   [[nodiscard]] Matrix3d scatter_matrix() const { return full(scatter); }
+  friend bool operator==(const Cell&, const Cell&) = default;
 };
+
+/// How far a reflectivity is from white: 1 where nothing comes back, 0 from 100 (of 255) on, which is white on Livox'
+/// scale and brighter than white above it.
+[[nodiscard]] constexpr float darkness_of(std::uint8_t reflectivity) {
+  return reflectivity < 100 ? static_cast<float>(100 - reflectivity) / 100.0F : 0.0F;
+}
 
 /// All cells of what one LiDAR saw in one stop, by two ways to divide it: each point is once in either.
 struct PatchCells {

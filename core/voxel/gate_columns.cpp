@@ -18,7 +18,7 @@ void GateColumns::make(std::span<const WorldCell> cells, const GateContext& cont
   cells_.clear();
   for (const std::uint64_t each : order_) {
     const WorldCell& cell = cells[each & 0xFFFFFFFFU];
-    cells_.push_back({cell.N, cell.mean, cell.scatter, cell.noise_share, cell.noise_shift_per_m, true});
+    cells_.push_back({cell.N, cell.mean, cell.scatter, cell.noise_share, cell.noise_shift_per_m, cell.darkness, true});
   }
   columns_.clear();
   patches_.clear();

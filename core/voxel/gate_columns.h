@@ -15,8 +15,9 @@ struct GateCell {
   double N;
   Vector3d mean;
   UpperTriangle scatter;
-  double noise_share;  ///< These two as in Cell.
-  double noise_shift_per_m;
+  float noise_share;  ///< These three as in Cell.
+  float noise_shift_per_m;
+  float darkness;
   bool kept;
 };
 

@@ -22,6 +22,7 @@ struct RayMoments {
   Vector3d mean = Vector3d::Zero();     ///< Of d.
   Matrix3d cross = Matrix3d::Zero();    ///< sum (p - mean of p)(d - mean)^T, the noise's own share taken out.
   Matrix3d scatter = Matrix3d::Zero();  ///< sum (d - mean)(d - mean)^T
+  double darkness = 0.0;                ///< Mean of the points' (Cell::darkness).
 };
 
 /// One plane of the map and everybody who saw it.

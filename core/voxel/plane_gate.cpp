@@ -238,10 +238,13 @@ class Gate {
   RayMoments rays_of(const PatchColumns& patch, const NoiseModel& noise, double N, const Vector3d& mean) const {
     const Vector3d& sensor = patch.T_G_sensor.t;
     Vector3d direction = Vector3d::Zero();
-    columns_.for_each_kept(patch,
-                           [&](const GateCell& cell) { direction += cell.N * (cell.mean - sensor).normalized(); });
-    direction /= N;
     RayMoments rays;
+    columns_.for_each_kept(patch, [&](const GateCell& cell) {
+      direction += cell.N * (cell.mean - sensor).normalized();
+      rays.darkness += cell.N * cell.darkness;
+    });
+    direction /= N;
+    rays.darkness /= N;
     UpperTriangle scatter = UpperTriangle::Zero();
     columns_.for_each_kept(patch, [&](const GateCell& cell) {
       const Vector3d p = cell.mean - sensor;

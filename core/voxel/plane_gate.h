@@ -16,8 +16,9 @@ struct WorldCell {
   double N;
   Vector3d mean;  ///< World frame G.
   Eigen::Matrix<double, 6, 1> scatter;
-  double noise_share;  ///< These two as in Cell.
-  double noise_shift_per_m;
+  float noise_share;  ///< These three as in Cell.
+  float noise_shift_per_m;
+  float darkness;
 };
 
 /// All that fitting needs to know besides the cells of one voxel.

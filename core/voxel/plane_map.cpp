@@ -93,7 +93,7 @@ void to_world(const std::vector<PatchCells>& patches, const std::vector<SE3>& T_
     const Cell& cell = cells_of(patches[handle.patch], options)[handle.cell];
     const SE3& T = T_G_sensor[handle.patch];
     out.push_back({handle.key, handle.patch, handle.cell, cell.N, T * cell.mean, turned(T.R, cell), cell.noise_share,
-                   cell.noise_shift_per_m});
+                   cell.noise_shift_per_m, cell.darkness});
   }
 }
 

@@ -18,14 +18,25 @@ void shorten(Cell& cell, double offset_m) {
   cell.mean -= offset_m * d;
 }
 
+double darkness_in_the_mean(const std::vector<Cell>& pieces) {
+  double sum = 0.0;
+  double N = 0.0;
+  for (const Cell& piece : pieces) {
+    sum += piece.N * piece.darkness;
+    N += piece.N;
+  }
+  return N > 0.0 ? sum / N : 0.0;
+}
+
 }  // namespace
 
-void shorten_ranges(PatchCells& patch, double offset_m) {
-  for (Cell& cell : patch.cells) shorten(cell, offset_m);
-  for (Cell& piece : patch.pieces) shorten(piece, offset_m);
+void shorten_ranges(PatchCells& patch, const RangeError& error) {
+  const double of_cubes_m = error.at(darkness_in_the_mean(patch.pieces));
+  for (Cell& cell : patch.cells) shorten(cell, of_cubes_m);
+  for (Cell& piece : patch.pieces) shorten(piece, error.at(piece.darkness));
   for (Point& p : patch.thinned) {
     const Vector3d at(p.x, p.y, p.z);
-    const Vector3d moved = at - offset_m / std::max(nearest_m, at.norm()) * at;
+    const Vector3d moved = at - error.at(darkness_of(p.reflectivity)) / std::max(nearest_m, at.norm()) * at;
     p.x = static_cast<float>(moved.x());
     p.y = static_cast<float>(moved.y());
     p.z = static_cast<float>(moved.z());

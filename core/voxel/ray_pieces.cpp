@@ -24,11 +24,12 @@ void for_each_bit(std::uint32_t bits, const F& f) {
   for (; bits != 0; bits &= bits - 1) f(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
-// Points of some parts, and those at the borders.
+// Points of some parts, those at the borders, and their darkness.
 struct Total {
   CellSums sums;
   double at_near = 0.0;
   double at_far = 0.0;
+  double dark = 0.0;
 };
 
 Total total_of(const CellParts& parts, std::uint32_t which) {
@@ -37,6 +38,7 @@ Total total_of(const CellParts& parts, std::uint32_t which) {
   for_each_bit(which, [&](std::size_t k) {
     all.at_near += parts.at_near[k];
     all.at_far += parts.at_far[k];
+    all.dark += parts.dark[k];
   });
   return all;
 }
@@ -103,6 +105,7 @@ void join(const CellParts& behind, const Vector3d& off, CellParts& near) {
     CellSums moved = behind.sums[k];
     moved.move(off.x(), off.y(), off.z());
     near.of(k) += moved;
+    near.dark[k] += behind.dark[k];
   });
   near.at_far = behind.at_far;
 }
@@ -164,9 +167,11 @@ void PieceMaker::append_pieces() {
     const double per_m = 1.0 / (border_share * size_m * n);
     const double at_near = std::min(near_share * part.at_near, n) * per_m;
     const double at_far = std::min(far_share * part.at_far, n) * per_m;
-    piece.noise_share = 1.0 - at_near * (depth - near_m) - at_far * (far_m - depth);
+    piece.noise_share = static_cast<float>(1.0 - at_near * (depth - near_m) - at_far * (far_m - depth));
     // To each metre along the ray it is less.
-    piece.noise_shift_per_m = (at_near - at_far) * (ahead.x() + depth) / std::max(1e-3, piece.mean.norm());
+    piece.noise_shift_per_m =
+        static_cast<float>((at_near - at_far) * (ahead.x() + depth) / std::max(1e-3, piece.mean.norm()));
+    piece.darkness = static_cast<float>(part.dark / n);
   };
   const Total all = total_of(parts, all_parts);
   if (is_flat(all.sums, parts, all_parts)) {
@@ -180,7 +185,7 @@ void PieceMaker::append_pieces() {
       append(quarter);
     } else {
       for_each_bit(parts.hit & four, [&](std::size_t k) {
-        append({parts.sums[k], parts.at_near[k], parts.at_far[k]});
+        append({parts.sums[k], parts.at_near[k], parts.at_far[k], parts.dark[k]});
       });
     }
   }

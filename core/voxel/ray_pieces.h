@@ -18,11 +18,13 @@ struct CellParts {
   /// depth. Where nothing is hit they may be those of the cell on the other side.
   std::array<double, cell_sixteenths> at_near;
   std::array<double, cell_sixteenths> at_far;
+  std::array<double, cell_sixteenths> dark;  ///< Sum of the points' darkness, likewise.
 
   void clear() {
     hit = 0;
     at_near.fill(0.0);
     at_far.fill(0.0);
+    dark.fill(0.0);
   }
   /// That of a part, which counts as hit from now on.
   CellSums& of(std::size_t part) {

@@ -28,7 +28,8 @@ void RayTable::add(const PointBlock& block) {
   for (std::size_t i = 0; i < block.count; ++i) {
     order_.push_back({placed_.key[i], static_cast<std::uint32_t>(waiting_.size())});
     waiting_.push_back({static_cast<float>(placed_.depth[i]), static_cast<float>(placed_.left[i]),
-                        static_cast<float>(placed_.up[i]), placed_.sixteenth[i]});
+                        static_cast<float>(placed_.up[i]), static_cast<std::uint8_t>(placed_.sixteenth[i]),
+                        block.point[i]->reflectivity});
   }
 }
 
@@ -52,6 +53,7 @@ void RayTable::for_each_cell(const Next& next, const Take& take) {
       parts.of(from.sixteenth) = from.sums;
       parts.at_near[from.sixteenth] = from.at_near;
       parts.at_far[from.sixteenth] = from.at_far;
+      parts.dark[from.sixteenth] = from.dark;
     }
     for (; i < order_.size() && order_[i].key == key; ++i) {
       if (i + soon < order_.size()) __builtin_prefetch(&waiting_[order_[i + soon].number]);
@@ -60,6 +62,7 @@ void RayTable::for_each_cell(const Next& next, const Take& take) {
       parts.of(point.sixteenth).add(ahead, point.left - middle.y(), point.up - middle.z());
       parts.at_near[point.sixteenth] += ahead < -border ? 1.0 : 0.0;
       parts.at_far[point.sixteenth] += ahead > border ? 1.0 : 0.0;
+      parts.dark[point.sixteenth] += darkness_of(point.reflectivity);
     }
     take(key);
   }
@@ -77,7 +80,7 @@ void RayTable::keep_sums() {
   for_each_cell(next, [&](std::uint64_t key) {
     for (std::uint32_t bits = parts.hit; bits != 0; bits &= bits - 1) {
       const auto k = static_cast<std::uint32_t>(std::countr_zero(bits));
-      all.push_back({key, k, parts.at_near[k], parts.at_far[k], parts.sums[k]});
+      all.push_back({key, k, parts.at_near[k], parts.at_far[k], parts.dark[k], parts.sums[k]});
     }
   });
   kept_ = std::move(all);

@@ -29,7 +29,8 @@ class RayTable {
     float depth = 0.0F;
     float left = 0.0F;
     float up = 0.0F;
-    std::uint32_t sixteenth = 0;
+    std::uint8_t sixteenth = 0;
+    std::uint8_t reflectivity = 0;
   };
   static_assert(sizeof(WaitingPoint) == 16);
 
@@ -45,6 +46,7 @@ class RayTable {
     std::uint32_t sixteenth = 0;
     double at_near = 0.0;
     double at_far = 0.0;
+    double dark = 0.0;
     CellSums sums;
   };
 

@@ -10,7 +10,7 @@ struct LidarNoise {
   double range_sigma_per_m = 0.25e-3;  ///< growing with range,
   double range_sigma_max = 0.04;       ///< up to this; at grazing incidence 1.3 times as much (the echo gets longer).
   double range_bias = 0.0;             ///< Of this unit: its ranges are so much too long,
-  double dark_bias = 0.0;              ///< and on a black target by this more, less on brighter ones (see `bias_at`).
+  double dark_bias = 0.0;              ///< and on a black target by this more, less where more comes back (see `bias_at`).
   double angle_sigma_rad = 0.0;        ///< Of the reported direction, in each of two directions across the ray.
   double min_range = 1.0;              ///< Nearer surfaces give no return.
   double max_range = 450.0;
@@ -27,8 +27,8 @@ struct LidarNoise {
   [[nodiscard]] static LidarNoise none();
 
   [[nodiscard]] double range_sigma_at(double range, double cos_incidence) const;
-  /// range_bias + dark_bias (1 - reflectivity / 100), the reflectivity at most 100: a weak echo crosses the threshold
-  /// late.
+  /// range_bias + dark_bias (1 - reflectivity / 100), the reflectivity at most 100 and as the sensor sees it (a surface
+  /// that the beam meets aslant is darker): a weak echo crosses the threshold late.
   [[nodiscard]] double bias_at(double reflectivity) const;
 };
 

@@ -42,7 +42,7 @@ bool ShotMeter::is_lost(const Surface& surface, Random& random) const {
   return random.uniform() < noise_.lost_share + 1.0 / (1.0 + strength * strength);
 }
 
-// Whether a shot comes back, and with what bias, goes by the material's mean: a pattern must not move the points.
+// Whether a shot comes back goes by the material's mean: a pattern must not thin the points out.
 double ShotMeter::pattern_at(const Material& material, const Hit& hit, const Vector3d& from, const Vector3d& ray,
                              double way, const RayCaster::People& people) const {
   if (material.texture == Texture::plain) return 1.0;
@@ -136,12 +136,11 @@ void ShotMeter::add_pane(double range, Random& random, Found& found) const {
 }
 
 void ShotMeter::finish(Echo& echo, const Surface& surface, Random& random) const {
-  const double range = surface.range + noise_.bias_at(surface.reflectivity);
-  echo.range = std::max(range + noise_.range_sigma_at(surface.range, surface.cos_incidence) * random.normal(), 1e-3);
   // Sensors compensate range, and incidence not at all; surfaces here are between matt and shiny.
-  const double seen = surface.reflectivity * surface.pattern * surface.strength * (0.4 + 0.6 * surface.cos_incidence) +
-                      1.5 * random.normal();
-  echo.reflectivity = static_cast<std::uint8_t>(std::clamp(std::round(seen), 1.0, 255.0));
+  const double seen = surface.reflectivity * surface.pattern * surface.strength * (0.4 + 0.6 * surface.cos_incidence);
+  const double range = surface.range + noise_.bias_at(seen);
+  echo.range = std::max(range + noise_.range_sigma_at(surface.range, surface.cos_incidence) * random.normal(), 1e-3);
+  echo.reflectivity = static_cast<std::uint8_t>(std::clamp(std::round(seen + 1.5 * random.normal()), 1.0, 255.0));
 }
 
 Shot ShotMeter::measure(const SE3& T_scene_sensor, const Vector3d& direction, const RayCaster::People& people,

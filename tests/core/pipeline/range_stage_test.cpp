@@ -23,7 +23,7 @@ SensorResult lidar(const char* name, Status status, double offset_m) {
 // With a cloud whose ranges were corrected.
 LidarSolution solution() {
   LidarSolution solved = empty_solution(1, 3);
-  solved.range_offset_m = {0.01, 0.02, 0.03};
+  solved.range_errors = {{0.01, 0.0}, {0.02, 0.0}, {0.03, 0.0}};
   solved.corrected.resize(1);
   return solved;
 }
@@ -32,9 +32,9 @@ CalibrationResult result_of(std::vector<SensorResult> sensors, LidarSolution sol
   CalibrationResult result;
   result.base = "base";
   result.sensors = std::move(sensors);
-  forget_offsets_of_misplaced(result, solved);
-  EXPECT_EQ(solved.corrected.empty(), range_offset_words(result).empty());
-  EXPECT_EQ(solved.range_offset_m.empty(), range_offset_words(result).empty());
+  forget_ranges_of_misplaced(result, solved);
+  EXPECT_EQ(solved.corrected.empty(), range_words(result).empty());
+  EXPECT_EQ(solved.range_errors.empty(), range_words(result).empty());
   return result;
 }
 
@@ -44,18 +44,30 @@ TEST(RangeOffsets, AreToldOfLidarsThatWerePlaced) {
   EXPECT_TRUE(result.sensors[0].range_offset);
   EXPECT_TRUE(result.sensors[1].range_offset);
   EXPECT_FALSE(result.sensors[2].range_offset);
-  EXPECT_THAT(range_offset_words(result),
+  EXPECT_THAT(range_words(result),
               AllOf(HasSubstr("base by 1.4 mm (too long), left by 49.0 mm (too short);"), Not(HasSubstr("right"))));
 }
 
 TEST(RangeOffsets, AreNotToldOfABaseBesideWhichNobodyWasPlaced) {
   const CalibrationResult result = result_of({lidar("base", Status::good, 0.02), lidar("left", Status::failed, 0.03)});
   EXPECT_FALSE(result.sensors[0].range_offset);
-  EXPECT_EQ(range_offset_words(result), "");
+  EXPECT_EQ(range_words(result), "");
+}
+
+TEST(RangeOffsets, OfDarkSurfacesAreToldBesideThoseOfAll) {
+  SensorResult left = lidar("left", Status::good, -0.004);
+  left.dark_offset = RangeOffset{0.012, 0.001};
+  SensorResult right = lidar("right", Status::failed, 0.0);
+  right.dark_offset = RangeOffset{0.012, 0.001};
+  const CalibrationResult result = result_of({lidar("base", Status::good, 0.001), left, right});
+  EXPECT_FALSE(result.sensors[2].dark_offset);
+  EXPECT_THAT(range_words(result), HasSubstr("reflectivity were corrected for the calibration: base by 1.0 mm (too "
+                                             "long), left by 4.0 mm (too short) on white and 8.0 mm (too long) on "
+                                             "black;"));
 }
 
 TEST(RangeOffsets, AreToldOfALidarThatIsAlone) {
-  EXPECT_THAT(range_offset_words(result_of({lidar("base", Status::good, 0.03)})), HasSubstr("base by 30.0 mm"));
+  EXPECT_THAT(range_words(result_of({lidar("base", Status::good, 0.03)})), HasSubstr("base by 30.0 mm"));
 }
 
 }  // namespace

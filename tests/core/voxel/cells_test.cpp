@@ -38,9 +38,9 @@ std::vector<std::vector<Vector3d>> sorted_by_hand(const std::vector<Point>& poin
 void expect_same_bits(const PatchCells& a, const PatchCells& b) {
   EXPECT_EQ(a.points, b.points);
   ASSERT_EQ(a.cells.size(), b.cells.size());
-  EXPECT_EQ(0, std::memcmp(a.cells.data(), b.cells.data(), a.cells.size() * sizeof(Cell)));
+  EXPECT_TRUE(a.cells == b.cells);
   ASSERT_EQ(a.pieces.size(), b.pieces.size());
-  EXPECT_EQ(0, std::memcmp(a.pieces.data(), b.pieces.data(), a.pieces.size() * sizeof(Cell)));
+  EXPECT_TRUE(a.pieces == b.pieces);
   ASSERT_EQ(a.thinned.size(), b.thinned.size());
   EXPECT_EQ(0, std::memcmp(a.thinned.data(), b.thinned.data(), a.thinned.size() * sizeof(Point)));
 }

@@ -45,6 +45,7 @@ class NaivePlaneMap {
     w.scatter << S(0, 0), S(0, 1), S(0, 2), S(1, 1), S(1, 2), S(2, 2);
     w.noise_share = cell.noise_share;
     w.noise_shift_per_m = cell.noise_shift_per_m;
+    w.darkness = cell.darkness;
     return w;
   }
 

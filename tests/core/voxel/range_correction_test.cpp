@@ -24,7 +24,7 @@ TEST(RangeCorrection, OfCellsIsThatOfTheirPoints) {
   options.keep_thinned = true;
   PatchCells corrected = cells_of(lengthened, 0, 0, options);
   const std::vector<Point> thinned = corrected.thinned;
-  shorten_ranges(corrected, too_long_m);
+  shorten_ranges(corrected, {too_long_m, 0.0});
   Vector3d sum = Vector3d::Zero();
   Matrix3d scatter = Matrix3d::Zero();
   for (const Cell& cell : corrected.cells) {
@@ -49,6 +49,36 @@ TEST(RangeCorrection, OfCellsIsThatOfTheirPoints) {
     const Eigen::Vector3f after(corrected.thinned[i].x, corrected.thinned[i].y, corrected.thinned[i].z);
     EXPECT_NEAR(before.norm() - after.norm(), too_long_m, 1e-5);
     EXPECT_LT(before.normalized().cross(after.normalized()).norm(), 1e-6);
+  }
+}
+
+// Dark points stand farther off the sensor than bright ones, in every piece by as much as its own.
+TEST(RangeCorrection, GoesByTheDarknessOfEachPiece) {
+  constexpr RangeError error{0.01, 0.02};
+  Random random(2);
+  std::vector<Point> points = see(make_room(), SE3{}, View{300.0, pi, NoiseModel{0.01, 0.0, 0.0005}}, random);
+  for (Point& p : points) p.reflectivity = p.y < 0.0F ? 0 : (p.z < 0.0F ? 40 : 180);
+  CellOptions options;
+  options.keep_thinned = true;
+  const PatchCells before = cells_of(points, 0, 0, options);
+  PatchCells after = before;
+  shorten_ranges(after, error);
+  const auto darkness_at = [](const Vector3d& p) { return p.y() < 0.0 ? 1.0 : (p.z() < 0.0 ? 0.6 : 0.0); };
+  double mean = 0.0;
+  for (std::size_t i = 0; i < before.pieces.size(); ++i) {
+    const Cell& piece = before.pieces[i];
+    mean += piece.N * piece.darkness / static_cast<double>(points.size());
+    EXPECT_NEAR(piece.darkness, darkness_at(piece.mean), 1e-6);
+    EXPECT_NEAR(piece.mean.norm() - after.pieces[i].mean.norm(), error.at(darkness_at(piece.mean)), 1e-9);
+  }
+  for (std::size_t i = 0; i < before.cells.size(); ++i) {
+    EXPECT_NEAR(before.cells[i].mean.norm() - after.cells[i].mean.norm(), error.at(mean), 1e-9);
+  }
+  for (std::size_t i = 0; i < before.thinned.size(); ++i) {
+    const Point& p = before.thinned[i];
+    const Eigen::Vector3f at(p.x, p.y, p.z);
+    const Eigen::Vector3f moved(after.thinned[i].x, after.thinned[i].y, after.thinned[i].z);
+    EXPECT_NEAR(at.norm() - moved.norm(), error.at(darkness_at(at.cast<double>())), 1e-5);
   }
 }
 

@@ -1,0 +1,192 @@
+#include "core/planes/range_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/planes/refine.h"
+#include "core/voxel/range_correction.h"
+#include "tests/support/make_cells.h"
+
+namespace rigcal {
+namespace {
+
+constexpr RangePrior prior{0.015, 0.010};
+
+// A room seen by two LiDARs from eight stops of a full turn, each with its own error of the ranges. Its walls have
+// stripes of a metre, dark and bright.
+struct BiasedRoom {
+  RigState truth = turning_rig(8, Vector3d(0.25, 0.1, 0.0));
+  std::vector<PatchCells> patches;
+  std::vector<NoiseModel> noise{2, NoiseModel{0.01, 0.0, 0.0005}};
+  ParameterLayout layout{8, 2};
+  SE3 T_grid_G{exp_so3(Vector3d(0.3, 0.2, 0.5)), Vector3d(0.5, 0.7, 0.9)};
+
+  BiasedRoom(std::uint64_t seed, const std::vector<RangeError>& too_long) {
+    Random random(seed);
+    for (int stop = 0; stop < 8; ++stop) {
+      for (int lidar = 0; lidar < 2; ++lidar) {
+        const SE3 T_G_sensor = truth.T_G_sensor(stop, lidar);
+        std::vector<Point> points = see(make_room(), T_G_sensor, View{200.0, to_rad(40.0), noise[0]}, random);
+        for (Point& p : points) {
+          const Vector3d at(p.x, p.y, p.z);
+          const Vector3d world = T_G_sensor * at;
+          p.reflectivity = std::sin(pi * (world.x() + 0.4)) * std::sin(pi * (world.y() + 0.4)) < 0.0 ? 10 : 60;
+          const double error_m = too_long[static_cast<std::size_t>(lidar)].at(p.reflectivity == 10 ? 0.9 : 0.4);
+          const Vector3d wrong = at + error_m * at.normalized();
+          p.x = static_cast<float>(wrong.x());
+          p.y = static_cast<float>(wrong.y());
+          p.z = static_cast<float>(wrong.z());
+        }
+        patches.push_back(cells_of(points, lidar, stop));
+      }
+    }
+    for (int j = 1; j < 8; ++j) layout.free_stop(j);
+    layout.free_lidar(1);
+  }
+
+  RefineSummary solve(RigState& state) const {
+    SilentReporter reporter;
+    return *refine({patches, noise, T_grid_G, {}, {}}, layout, standard_passes(3), RunContext{reporter}, state);
+  }
+};
+
+// Takes them out in three rounds as calibrations do, the likeliest law each time. Adds up the squares of what the first
+// round found over its sigma.
+RangeLaw take_out(const std::vector<RangeError>& too_long, std::uint64_t seed, double& squares) {
+  BiasedRoom room(seed, too_long);
+  RigState state = room.truth;
+  RangeLaw law = RangeLaw::none;
+  std::vector<RangeError> taken_out(2);
+  for (int round = 0; round < 3; ++round) {
+    const RefineSummary solved = room.solve(state);
+    const RangeErrors found = find_range_errors(solved.map.features, state, room.layout, {}, taken_out, prior);
+    EXPECT_TRUE(found.known);
+    for (const RangeLaw each : {RangeLaw::constant, RangeLaw::by_darkness}) {
+      if (found.fit(each).likely > found.fit(law).likely) law = each;
+    }
+    const RangeFit& fit = found.fit(law);
+    if (round == 0) {
+      // Without them the second LiDAR is some millimetres off.
+      EXPECT_GT((state.T_base_sensor[1].t - room.truth.T_base_sensor[1].t).norm(), 0.004);
+    }
+    for (int i = 0; i < 2; ++i) {
+      taken_out[static_cast<std::size_t>(i)] += fit.step_of(i);
+      if (round > 0) continue;
+      const double sigma = std::sqrt(fit.covariance(i, i));
+      EXPECT_LT(sigma, 0.003);
+      squares += std::pow((fit.step_m[i] - too_long[static_cast<std::size_t>(i)].white_m) / sigma, 2);
+      if (law != RangeLaw::by_darkness) continue;
+      const double of_black = std::sqrt(fit.covariance(2 + i, 2 + i));
+      EXPECT_LT(of_black, 0.002);
+      squares += std::pow((fit.step_m[2 + i] - too_long[static_cast<std::size_t>(i)].black_m) / of_black, 2);
+    }
+    for (PatchCells& patch : room.patches) shorten_ranges(patch, fit.step_of(patch.lidar));
+    state = room.layout.moved(state, found.shift * fit.step_m);
+  }
+  EXPECT_LT((state.T_base_sensor[1].t - room.truth.T_base_sensor[1].t).norm(), 0.002);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(taken_out[i].at(0.65), too_long[i].at(0.65), 0.003);
+    if (law == RangeLaw::by_darkness) {
+      EXPECT_NEAR(taken_out[i].black_m, too_long[i].black_m, 0.002);
+    }
+  }
+  return law;
+}
+
+TEST(RangeErrors, AreToldFromWrongPlacesWithinTheirSigma) {
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    EXPECT_EQ(take_out({{0.006, 0.0}, {-0.009, 0.0}}, seed, squares), RangeLaw::constant);
+  }
+  // Ten squares of unit variance; the first step leaves a little, as planes were gated at the wrong place.
+  EXPECT_LT(squares / 10.0, 4.0);
+}
+
+TEST(RangeErrors, OfDarkSurfacesAreToldFromThoseOfAll) {
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    EXPECT_EQ(take_out({{0.004, 0.010}, {-0.012, 0.006}}, seed, squares), RangeLaw::by_darkness);
+  }
+  EXPECT_LT(squares / 20.0, 4.0);
+}
+
+TEST(RangeErrors, AreNoneWhereThereAreNone) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const BiasedRoom room(seed, {{}, {}});
+    RigState state = room.truth;
+    const RefineSummary solved = room.solve(state);
+    const RangeErrors found = find_range_errors(solved.map.features, state, room.layout, {}, {}, prior);
+    ASSERT_TRUE(found.known);
+    EXPECT_GT(found.fit(RangeLaw::none).likely, 0.7) << seed;
+  }
+}
+
+TEST(RangeErrors, ComeWithTheGradientAndTheCurvatureOfTheCost) {
+  const BiasedRoom room(3, {{}, {}});
+  RigState state = room.truth;
+  const RefineSummary solved = room.solve(state);
+  const RangeEquations equations = build_range_equations(solved.map.features, state, room.layout);
+  constexpr double step = 2e-4;
+  // Clusters as they are with other ranges: p - b d - c s d, by their moments.
+  const auto moved_cost = [&](double b, double c) {
+    std::vector<PlaneFeature> features = solved.map.features;
+    for (PlaneFeature& feature : features) {
+      for (std::size_t k = 0; k < feature.observations.size(); ++k) {
+        PlaneObservation& o = feature.observations[k];
+        const RayMoments& rays = feature.rays[k];
+        if (o.lidar != 1) continue;
+        o.mean -= b * rays.ray.mean + c * rays.dark.mean;
+        o.scatter += b * b * rays.ray.scatter + c * c * rays.dark.scatter + 2.0 * b * c * rays.mixed;
+        const Matrix3d cross = b * rays.ray.cross + c * rays.dark.cross;
+        o.scatter -= cross + cross.transpose();
+      }
+    }
+    return total_cost(features, state);
+  };
+  const double middle = moved_cost(0.0, 0.0);
+  const auto expect_slope_and_curvature = [&](double b, double c, const Eigen::Vector4d& direction) {
+    const double low = moved_cost(-step * b, -step * c);
+    const double high = moved_cost(step * b, step * c);
+    const double g = direction.dot(equations.g);
+    EXPECT_NEAR((high - low) / (2.0 * step), g, 1e-3 * std::abs(g) + 1e-6 * middle);
+    // The Gauss-Newton form leaves out what noise adds to the curvature.
+    const double H = direction.dot(equations.H * direction);
+    EXPECT_NEAR((high - 2.0 * middle + low) / (step * step) / H, 1.0, 0.05);
+  };
+  expect_slope_and_curvature(1.0, 0.0, Eigen::Vector4d(0.0, 1.0, 0.0, 0.0));
+  expect_slope_and_curvature(0.0, 1.0, Eigen::Vector4d(0.0, 0.0, 0.0, 1.0));
+  expect_slope_and_curvature(1.0, -1.0, Eigen::Vector4d(0.0, 1.0, 0.0, -1.0));
+}
+
+TEST(RangeErrors, AreAsWideAsUsualWhereNothingTellsThem) {
+  BiasedRoom room(4, {{}, {}});
+  RigState state = room.truth;
+  RefineSummary solved = room.solve(state);
+  // One grey wall that both meet head on: a longer range and a place farther back are one and the same.
+  PlaneFeature wall = solved.map.features.front();
+  for (RayMoments& rays : wall.rays) {
+    rays.darkness = 0.5;
+    rays.ray.cross.setZero();
+    rays.ray.scatter.setZero();
+    rays.dark = rays.ray;
+    rays.dark.mean *= 0.5;
+    rays.mixed.setZero();
+  }
+  AdjustOptions options;
+  options.stop_priors.assign(8, isotropic_prior(SE3{}, 1.0, 1.0));
+  for (std::size_t j = 0; j < 8; ++j) options.stop_priors[j]->T = state.T_G_base[j];
+  options.lidar_priors.assign(2, isotropic_prior(state.T_base_sensor[1], 1.0, 1.0));
+  const RangeErrors found = find_range_errors({wall}, state, room.layout, options, {}, prior);
+  ASSERT_TRUE(found.known);
+  const RangeFit& constant = found.fit(RangeLaw::constant);
+  EXPECT_NEAR(std::sqrt(constant.covariance(1, 1)), prior.mean_m, 0.1 * prior.mean_m);
+  const RangeFit& dark = found.fit(RangeLaw::by_darkness);
+  EXPECT_NEAR(std::sqrt(dark.covariance(3, 3)), prior.black_m, 0.1 * prior.black_m);
+  for (const RangeFit& fit : found.fits) EXPECT_NEAR(fit.likely, 1.0 / 3.0, 0.1);
+  solved.map.features.front().rays.clear();
+  EXPECT_FALSE(find_range_errors(solved.map.features, state, room.layout, {}, {}, prior).known);
+}
+
+}  // namespace
+}  // namespace rigcal
