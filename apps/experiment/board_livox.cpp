@@ -28,7 +28,7 @@ struct LivoxRig {
   std::vector<BoardStation> stations;  ///< The LiDAR, the camera.
   sim::LidarNoise noise;
   sim::BoardLook look;
-  double dark_farther_m = 0.0;  ///< Truth.
+  double dark_farther_m = 0.0;  ///< Truth, head on.
 };
 
 LivoxRig draw_rig(const Unit& unit, Random& random) {
