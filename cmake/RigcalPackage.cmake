@@ -45,16 +45,24 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_RIGCAL_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/udev/postinst;${CMAKE_SOURCE_DIR}/udev/postrm")
 set(CPACK_DEBIAN_RIGCAL_PACKAGE_NAME rigcal)
-set(CPACK_DEBIAN_RIGCAL_PACKAGE_SHLIBDEPS ON)
+# Without it CPack leaves the list of libraries empty, and says so in a line that nobody reads.
+find_program(RIGCAL_DPKG_SHLIBDEPS dpkg-shlibdeps)
+if(RIGCAL_DPKG_SHLIBDEPS)
+  set(CPACK_DEBIAN_RIGCAL_PACKAGE_SHLIBDEPS ON)
+elseif(EXISTS /etc/debian_version)
+  message(WARNING "there is no dpkg-shlibdeps (package dpkg-dev): a .deb made of this build would not name its libraries")
+endif()
 set(CPACK_COMPONENT_RIGCAL_DESCRIPTION
 "From one recording of a rig on a turntable, without targets and without a
 trajectory, rigcal finds where its LiDARs sit, and says for each of them
 whether the answer can be trusted.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME rigcal-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libaravis-dev, libeigen3-dev, libtbb-dev, libyaml-cpp-dev, liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libgpiod-dev, "
-  "libjpeg-dev, libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, libopencv-imgproc-dev, libpng-dev, "
+string(CONCAT CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libaravis-dev, libcli11-dev, libeigen3-dev, libfmt-dev, libtbb-dev, libyaml-cpp-dev, "
+  "liblz4-dev, liblzf-dev, libbz2-dev, libceres-dev, libgpiod-dev, "
+  "libjpeg-dev, libmicrohttpd-dev, libopencv-calib3d-dev, libopencv-core-dev, libopencv-features2d-dev, "
+  "libopencv-imgproc-dev, libpng-dev, "
   "libssl-dev, nlohmann-json3-dev, pkg-config, zlib1g-dev")
 if(RIGCAL_OPENCV_ARUCO_LIBRARY MATCHES "opencv_aruco")
   string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", libopencv-contrib-dev")

@@ -130,7 +130,10 @@ class WebView::Painter {
 
   // One camera at a time, so that nobody waits long for the text.
   void paint_new(const CaptureStatus& status, const LiveView* view) {
-    for (const CaptureCamera& camera : status.cameras) {
+    for (std::size_t k = 0; k < status.cameras.size(); ++k) {
+      // Behind the last one: a camera that always has a new image must not keep the others from being painted.
+      const std::size_t at = (next_camera_ + k) % status.cameras.size();
+      const CaptureCamera& camera = status.cameras[at];
       const auto key = std::pair{camera.written, view};
       if (camera.written == 0 || painted_[camera.sensor] == key) continue;
       painted_[camera.sensor] = key;
@@ -145,6 +148,7 @@ class WebView::Painter {
         if (view != nullptr && stop_of(*view, image.number)) chosen = &image;
       }
       auto jpeg = paint(rig_.sensors[static_cast<std::size_t>(sensor)], *chosen, view);
+      next_camera_ = at + 1;
       const std::lock_guard lock(mutex_);
       if (jpeg && !has_result_) server_->publish_picture(camera.sensor, std::move(*jpeg));
       return;
@@ -156,6 +160,7 @@ class WebView::Painter {
   std::string session_;
   const LiveCalibration* calibration_;
   std::map<std::string, std::pair<std::uint64_t, const LiveView*>> painted_;
+  std::size_t next_camera_ = 0;  // to be painted
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<CaptureStatus> next_;

@@ -24,7 +24,10 @@ class GrblProtocol final : public TableProtocol {
   void turn_by(double degrees, double now_s) override;
   void receive(std::string_view bytes, double now_s) override;
   void tick(double now_s) override;
-  void close() override { say("!"); }  // feed hold
+  /// A feed hold, of a table that moves: one that rests would be held, too, and take no move until somebody lets it go.
+  void close() override {
+    if (is_moving_) say("!");
+  }
 
  private:
   void take_line(const std::string& line);

@@ -63,6 +63,11 @@ std::optional<double> Table::angle_deg() const {
   return angle_deg_;
 }
 
+double Table::angle_by_table() const {
+  const double angle = angle_deg().value_or(0.0);
+  return options_.is_reversed ? -angle : angle;
+}
+
 void Table::tell(const std::vector<TableNews>& news) {
   const std::int64_t stamp_ns = clock_.from_monotonic(monotonic_now_ns());
   const std::lock_guard lock(mutex_);
@@ -111,7 +116,7 @@ void Table::run() {
     }
     protocol_->open(now_s());
     if (const auto talked = talk(*port_); !talked && !is_stopped_)
-      tell({{TableNews::Kind::failed, angle_deg().value_or(0.0), talked.error().message()}});
+      tell({{TableNews::Kind::failed, angle_by_table(), talked.error().message()}});
     port_.reset();
   }
   heartbeat_.rest();

@@ -61,6 +61,7 @@ class Table {
   void run();
   Expected<void> talk(SerialPort& port);
   void tell(const std::vector<TableNews>& news);
+  [[nodiscard]] double angle_by_table() const;  ///< As it counts itself; 0 where it is not known.
 
   TableOptions options_;
   net::SessionClock clock_;

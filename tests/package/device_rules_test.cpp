@@ -102,6 +102,12 @@ TEST(DeviceRules, LetTheServiceFindTheProgramWhereverItIsInstalled) {
               testing::Contains(testing::StartsWith("ExecStart=rigcal capture ")));
 }
 
+// Its user is made for it, and cannot be added to groups by hand: trigger lines, serial turntables, V4L2 cameras.
+TEST(DeviceRules, LetTheServiceUseEveryKindOfDevice) {
+  EXPECT_THAT(lines_of(folder / "rigcal-capture@.service"),
+              testing::Contains("SupplementaryGroups=plugdev dialout video"));
+}
+
 TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
   const fs::path scratch = scratch_folder("rules");
   const ProgramRun run =

@@ -44,6 +44,17 @@ TEST_F(Grbl, WaitsForTheBoardToStart) {
   EXPECT_EQ(early.take_news().at(0).angle_deg, 4.5);
 }
 
+// One that rests would be held as well, and take no move of the next run.
+TEST_F(Grbl, HoldsOnlyATableThatMoves) {
+  table.close();
+  EXPECT_THAT(table.take_output(), IsEmpty());
+  hear("<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n");
+  table.turn_by(18.0, 3.0);
+  static_cast<void>(table.take_output());
+  table.close();
+  EXPECT_EQ(table.take_output(), "!");
+}
+
 TEST_F(Grbl, ArrivesOnceItIsIdleAfterItTookTheMove) {
   hear("<Idle|MPos:36.000,0.000,0.000|FS:0,0>\r\n");
   table.turn_by(18.0, 3.0);

@@ -96,6 +96,19 @@ TEST_P(TableOnALine, ATableThatIsGoneIsSaid) {
   EXPECT_THAT(failed->text, HasSubstr("serial port is gone"));
 }
 
+TEST_P(TableOnALine, OneThatIsReversedAndGoneKeepsItsAngle) {
+  table.reset();
+  TableOptions reversed = options_of(*other_end, GetParam());
+  reversed.is_reversed = true;
+  auto started = Table::start(reversed, net::read_clocks());
+  ASSERT_TRUE(started.has_value());
+  (*started)->turn_by(10.0);
+  ASSERT_TRUE(await(**started, Kind::arrived).has_value());
+  other_end.reset();
+  ASSERT_TRUE(await(**started, Kind::failed).has_value());
+  EXPECT_NEAR(*(*started)->angle_deg(), 10.0, 1e-3);
+}
+
 INSTANTIATE_TEST_SUITE_P(Protocols, TableOnALine, testing::Values(ProtocolKind::grbl, ProtocolKind::ascii),
                          [](const auto& named) { return named.param == ProtocolKind::grbl ? "Grbl" : "Ascii"; });
 

@@ -37,8 +37,14 @@ TEST(SimulatedRig, DrawsABiasOfItsOwnForEachUnitAndLeavesTheRestOfTheRunAlone) {
   EXPECT_NEAR(0.01, std::sqrt(squares / units), 5.0 * 0.01 / std::sqrt(800.0));
 }
 
-// Ranges of the MID-40s in an empty field, on its flat ground.
-double mean_range_change(const UnitErrorOptions& errors, std::uint64_t seed, double& rms_height) {
+struct Ground {
+  double range_change_m = 0.0;  // in the mean
+  double darkness = 0.0;        // of it, as the sensor sees it
+  double rms_height_m = 0.0;
+};
+
+// What a MID-40 measures in an empty field, of its flat ground.
+Ground ground_of(const UnitErrorOptions& errors, std::uint64_t seed) {
   Scene scene;
   scene.materials = {{"grass", 50.0}};
   scene.has_ground = true;
@@ -55,41 +61,44 @@ double mean_range_change(const UnitErrorOptions& errors, std::uint64_t seed, dou
                                             seed, options.unit_errors);
   const Patch& patch = light->patches[1];
   const SE3 T_scene_sensor = simulated->motion.T_scene_G() * light->T_base_sensor[1];
-  double change = 0.0;
-  double heights = 0.0;
+  Ground sum;
   std::size_t count = 0;
   for (const Point& point : patch.points) {
     const Vector3d p(point.x, point.y, point.z);
     const Vector3d ray = T_scene_sensor.R * p.normalized();
     const double range = -T_scene_sensor.t.z() / ray.z();  // of the ground in the direction that the sensor says
     if (!(range > 0.0 && range < 10.0)) continue;
-    change += p.norm() - range;
+    sum.range_change_m += p.norm() - range;
+    sum.darkness += 1.0 - point.reflectivity / 100.0;
     const double height = (T_scene_sensor * p).z();
-    heights += height * height;
+    sum.rms_height_m += height * height;
     ++count;
   }
   EXPECT_GT(count, 300U);
-  rms_height = std::sqrt(heights / static_cast<double>(count));
-  return change / static_cast<double>(count);
+  const auto n = static_cast<double>(count);
+  return {sum.range_change_m / n, sum.darkness / n, std::sqrt(sum.rms_height_m / n)};
 }
 
 TEST(SimulatedRig, MeasuresWithTheBiasOfTheUnitAndWithItsWobble) {
   UnitErrorOptions errors;
   errors.range_bias_sigma_m = 0.05;
   errors.dark_bias_m = 0.08;
-  double height = 0.0;
   const double bias = rig_of(3, errors).lidars[1].noise.range_bias;
-  const double plain = mean_range_change({}, 3, height);
-  const double plain_height = height;
-  // The same rays with other noise of 18 mm, 300 of them at least; half reflectivity: half of the dark bias.
-  EXPECT_NEAR(bias + 0.04, mean_range_change(errors, 3, height) - plain, 5.0 * 0.018 * std::sqrt(2.0 / 300.0));
+  const Ground plain = ground_of({}, 3);
+  const Ground biased = ground_of(errors, 3);
+  // Half reflectivity, and darker where it is met aslant: more than half of the dark bias.
+  EXPECT_GT(biased.darkness, 0.55);
+  EXPECT_LT(biased.darkness, 0.8);
+  // The same rays with other noise of 18 mm, 300 of them at least.
+  EXPECT_NEAR(bias + 0.08 * biased.darkness, biased.range_change_m - plain.range_change_m,
+              5.0 * 0.018 * std::sqrt(2.0 / 300.0));
 
   UnitErrorOptions wobbling;
   wobbling.wobble_rad = to_rad(0.3);
-  mean_range_change(wobbling, 3, height);
+  const Ground wobbly = ground_of(wobbling, 3);
   // 0.3 degrees at up to 10 m are 52 mm across the ray, in one of two directions at a time: 20 mm and more in height.
-  EXPECT_GT(height, plain_height + 0.01);
-  EXPECT_LT(height, 0.06);
+  EXPECT_GT(wobbly.rms_height_m, plain.rms_height_m + 0.01);
+  EXPECT_LT(wobbly.rms_height_m, 0.06);
 }
 
 }  // namespace
