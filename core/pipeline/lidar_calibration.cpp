@@ -314,8 +314,8 @@ class Calibration {
     return turned || apart;
   }
 
-  // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it; those of dark surfaces
-  // do it by a part of that.
+  // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it; those of dark
+  // surfaces do it by a part of that.
   Expected<void> take_out_range_errors() {
     if (options_.last_stage != LastStage::joint) return {};
     const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
