@@ -21,7 +21,7 @@ struct SolvedPlanes {
   const std::vector<PlaneFeature>& features;
   const RigState& state;
   const ParameterLayout& layout;
-  const AdjustOptions& adjust;       ///< With its priors.
+  const AdjustOptions& adjust;            ///< With its priors.
   std::optional<RangePrior> ranges = {};  ///< By how much LiDARs may measure too far or too short; none: they do not.
   /// What was found and taken out of the ranges of each LiDAR, and under which law; empty: nothing.
   std::vector<RangeError> taken_out = {};

@@ -10,9 +10,9 @@ struct LidarNoise {
   double range_sigma_per_m = 0.25e-3;  ///< growing with range,
   double range_sigma_max = 0.04;       ///< up to this; at grazing incidence 1.3 times as much (the echo gets longer).
   double range_bias = 0.0;             ///< Of this unit: its ranges are so much too long,
-  double dark_bias = 0.0;              ///< and on a black target by this more, less where more comes back (see `bias_at`).
-  double angle_sigma_rad = 0.0;        ///< Of the reported direction, in each of two directions across the ray.
-  double min_range = 1.0;              ///< Nearer surfaces give no return.
+  double dark_bias = 0.0;        ///< and on a black target by this more, less where more comes back (see `bias_at`).
+  double angle_sigma_rad = 0.0;  ///< Of the reported direction, in each of two directions across the ray.
+  double min_range = 1.0;        ///< Nearer surfaces give no return.
   double max_range = 450.0;
   double range_at_10_percent = 190.0;  ///< Where half of the shots at a 10 % target return (data sheet).
   double lost_share = 0.002;           ///< Shots lost for no visible reason.
