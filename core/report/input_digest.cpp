@@ -75,7 +75,7 @@ bool add_files(const fs::path& folder, const fs::path& seen_from, std::vector<fs
   return !error;
 }
 
-// As `find -L . -type f | sort | xargs sha256sum | sha256sum` in it gives it, names beginning with "./".
+// As `find -L . -type f -print0 | sort -z | xargs -0 sha256sum | sha256sum` in it gives it, names beginning with "./".
 std::optional<InputDigest> digest_tree(const fs::path& folder, std::uint64_t whole_bytes, const std::stop_token& stop) {
   const std::optional<std::vector<std::string>> names = files_below(folder);
   if (!names) return std::nullopt;

@@ -145,7 +145,9 @@ std::string inputs(const CalibrationResult& result) {
   if (rows.empty()) return {};
   std::string remark;
   if (folders)
-    remark += "Of a folder: <code>find -L . -type f | LC_ALL=C sort | xargs sha256sum | sha256sum</code> in it. ";
+    remark +=
+        "Of a folder: <code>find -L . -type f -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum</code> in "
+        "it. ";
   if (in_part) remark += "In part: of the size, a newline, the first and the last 16 MiB of files larger than 1 GiB.";
   return "<h3>Inputs</h3>" + table({"file", "files", "MB", "SHA-256"}, rows, remark);
 }

@@ -36,7 +36,8 @@ TEST_F(InputDigests, AreThoseThatSha256sumGives) {
   EXPECT_EQ(found[0].path, (root / "session/patches/").string());
   EXPECT_EQ(found[0].files, 2U);
   EXPECT_EQ(found[0].bytes, 3'000'005U);
-  EXPECT_EQ(found[0].sha256, said("cd patches && find . -type f | LC_ALL=C sort | xargs sha256sum | sha256sum"));
+  EXPECT_EQ(found[0].sha256,
+            said("cd patches && find -L . -type f -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum"));
   EXPECT_EQ(found[1].path, (root / "session/rig.yaml").string());
   EXPECT_EQ(found[1].sha256, said("sha256sum rig.yaml"));
   EXPECT_FALSE(found[1].in_part);
