@@ -45,7 +45,7 @@ class Calibration {
         options_(options),
         context_(context),
         solving_guess_(guess),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 

@@ -150,8 +150,7 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 }  // namespace
 
 SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
-  const SolvedPlanes solved{s.refined.map.features, s.state,        s.layout,   s.adjust,
-                            usual_range_errors,     s.range_errors, s.range_law};
+  const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust, usual_range_errors, s.ranges};
   std::vector<SE3> start_extrinsics(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i)
     start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
@@ -187,10 +186,10 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
     }
     const auto i = static_cast<std::size_t>(lidar);
     const std::vector<RangeError>& range_sigma_m = quality.covariances.range_sigma_m;
-    if (i < s.range_errors.size() && i < range_sigma_m.size()) {
-      one.range_offset = RangeOffset{s.range_errors[i].white_m, range_sigma_m[i].white_m};
-      if (covers(s.range_law, RangeLaw::by_darkness)) {
-        one.dark_offset = RangeOffset{s.range_errors[i].black_m, range_sigma_m[i].black_m};
+    if (i < s.ranges.errors.size() && i < range_sigma_m.size()) {
+      one.range_offset = RangeOffset{s.ranges.errors[i].white_m, range_sigma_m[i].white_m};
+      if (covers(s.ranges.law, RangeLaw::by_darkness)) {
+        one.dark_offset = RangeOffset{s.ranges.errors[i].black_m, range_sigma_m[i].black_m};
       }
     }
     result.status = std::max(result.status, one.status);

@@ -18,9 +18,7 @@ struct LidarSolution {
   std::vector<NoiseModel> noise;
   double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
   SE3 T_grid_G;
-  /// What ranges are off by, where that was found and taken out: the law, and the error of each LiDAR (empty: none).
-  RangeLaw range_law = RangeLaw::none;
-  std::vector<RangeError> range_errors;
+  RangeCorrection ranges;
   std::vector<PatchCells> corrected;  ///< The recording's patches without these errors.
   /// Along which direction of its own frame each LiDAR stays where shapes laid it; zero: none. Empty: not of any.
   std::vector<Vector3d> frozen;

@@ -35,8 +35,7 @@ double most_sigmas(const RangeErrors& errors, RangeLaw law) {
 RangeLaw law_beyond_doubt(const RangeErrors& errors, RangeLaw taken_out) {
   if (errors.fit(taken_out).likely > (1.0 - beyond_doubt) * errors.likely_covering(taken_out)) return taken_out;
   RangeLaw best = taken_out;
-  for (std::size_t k = 0; k < errors.fits.size(); ++k) {
-    const auto law = static_cast<RangeLaw>(k);
+  for (const RangeLaw law : all_range_laws) {
     if (covers(law, taken_out) && errors.fit(law).likely > errors.fit(best).likely) best = law;
   }
   return best;
@@ -53,10 +52,10 @@ std::string error_words(double error_m) {
 std::optional<RangeFinding> errors_that_stand_out(const LidarSolution& solution) {
   RangeFinding finding;
   finding.errors = find_range_errors(solution.refined.map.features, solution.state, solution.layout, solution.adjust,
-                                     solution.range_errors, usual_range_errors);
+                                     solution.ranges.errors, usual_range_errors);
   if (!finding.errors.known) return std::nullopt;
-  finding.law = law_beyond_doubt(finding.errors, solution.range_law);
-  if (finding.law == solution.range_law &&
+  finding.law = law_beyond_doubt(finding.errors, solution.ranges.law);
+  if (finding.law == solution.ranges.law &&
       (finding.law == RangeLaw::none || most_sigmas(finding.errors, finding.law) <= settled)) {
     return std::nullopt;
   }
@@ -66,10 +65,10 @@ std::optional<RangeFinding> errors_that_stand_out(const LidarSolution& solution)
 void shorten_ranges(const LidarRecording& recording, const RangeFinding& finding, LidarSolution& solution) {
   const RangeFit& fit = finding.errors.fit(finding.law);
   if (solution.corrected.empty()) solution.corrected = recording.patches;
-  solution.range_law = finding.law;
-  solution.range_errors.resize(recording.lidar_sensors.size());
-  for (std::size_t i = 0; i < solution.range_errors.size(); ++i) {
-    solution.range_errors[i] += fit.step_of(static_cast<int>(i));
+  solution.ranges.law = finding.law;
+  solution.ranges.errors.resize(recording.lidar_sensors.size());
+  for (std::size_t i = 0; i < solution.ranges.errors.size(); ++i) {
+    solution.ranges.errors[i] += fit.step_of(static_cast<int>(i));
   }
   parallel_for(solution.corrected.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -88,8 +87,7 @@ void forget_ranges_of_misplaced(CalibrationResult& result, LidarSolution& soluti
     sensor.dark_offset.reset();
   }
   if (!is_base_alone) return;
-  solution.range_law = RangeLaw::none;
-  solution.range_errors.clear();
+  solution.ranges = {};
   solution.corrected.clear();
 }
 

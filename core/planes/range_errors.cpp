@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t grain = 128;
 
-constexpr std::array<RangeLaw, 4> all_laws{RangeLaw::none, RangeLaw::constant, RangeLaw::by_darkness, RangeLaw::both};
-
 // What a wrong noise law does to all offsets alike, and to each on its own.
 constexpr double common_error_m = 0.002;
 constexpr double own_error_m = 0.0005;
@@ -47,7 +45,7 @@ OffsetDerivatives derivatives_of(const PlaneObservation& o, const RayMoments& ra
   return out;
 }
 
-double darkness_of(const PlaneFeature& feature) {
+double mean_darkness(const PlaneFeature& feature) {
   double sum = 0.0;
   double weight = 0.0;
   for (std::size_t k = 0; k < feature.observations.size(); ++k) {
@@ -72,19 +70,19 @@ class ErrorSum {
     plane_derivatives(feature, state_, HessianForm::gauss_newton, plane_);
     poses_.clear();
     by_lidar_.assign(state_.T_base_sensor.size(), {});
-    // All points of the plane move as those of a constant error do, the black parameter's by this as much.
-    const Eigen::Vector2d scale(1.0, darkness_of(feature));
+    // All points of the plane move as those of a constant error do, for the black parameter by this as much.
+    scale_ = {1.0, mean_darkness(feature)};
     for (std::size_t a = 0; a < feature.observations.size(); ++a) {
-      add_observation(feature.observations[a], plane_.observations[a], feature.rays[a], scale, sum);
+      add_observation(feature.observations[a], plane_.observations[a], feature.rays[a], sum);
     }
     const std::array<double, 3> factor{plane_.c0, plane_.c1, plane_.c2};
     for (int i = 0; i < layout_.lidars(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const double scaled = factor[k] * by_lidar_[static_cast<std::size_t>(i)][k];
         if (scaled == 0.0) continue;
-        for (const PoseCoupling& p : poses_) add_cross(p.index, i, scaled * p.coupling[k], scale, sum);
+        for (const PoseCoupling& p : poses_) add_cross(p.index, i, scaled * p.coupling[k], sum);
         for (int j = 0; j < layout_.lidars(); ++j) {
-          add_square(j, i, scaled * by_lidar_[static_cast<std::size_t>(j)][k], scale, sum);
+          add_square(j, i, scaled * by_lidar_[static_cast<std::size_t>(j)][k], sum);
         }
       }
     }
@@ -92,43 +90,44 @@ class ErrorSum {
 
  private:
   void add_observation(const PlaneObservation& o, const ObservationDerivatives& d, const RayMoments& rays,
-                       const Eigen::Vector2d& scale, RangeEquations& sum) {
+                       RangeEquations& sum) {
     const OffsetDerivatives b = derivatives_of(o, rays, state_, plane_);
     const auto i = static_cast<std::size_t>(o.lidar);
-    sum.g[o.lidar] += scale[0] * b.g;
-    sum.g[layout_.lidars() + o.lidar] += scale[1] * b.g;
-    add_square(o.lidar, o.lidar, b.D, scale, sum);
+    sum.g[o.lidar] += scale_[0] * b.g;
+    sum.g[layout_.lidars() + o.lidar] += scale_[1] * b.g;
+    add_square(o.lidar, o.lidar, b.D, sum);
     for (std::size_t k = 0; k < 3; ++k) by_lidar_[i][k] += b.coupling[k];
     sum.weight[o.lidar] += o.weight * o.N;
     sum.darkness[o.lidar] += o.weight * o.N * rays.darkness;
     SE3 G = state_.T_G_base[static_cast<std::size_t>(o.stop)];
     G.t -= plane_.centroid;
-    project(layout_.stop_index(o.stop), G.adjoint(), d, b, o.lidar, scale, sum);
-    project(layout_.lidar_index(o.lidar), (G * state_.T_base_sensor[i]).adjoint(), d, b, o.lidar, scale, sum);
+    project(layout_.stop_index(o.stop), G.adjoint(), d, b, o.lidar, sum);
+    project(layout_.lidar_index(o.lidar), (G * state_.T_base_sensor[i]).adjoint(), d, b, o.lidar, sum);
   }
 
   void project(int index, const Matrix6d& J, const ObservationDerivatives& d, const OffsetDerivatives& b, int lidar,
-               const Eigen::Vector2d& scale, RangeEquations& sum) {
+               RangeEquations& sum) {
     if (index < 0) return;
-    add_cross(index, lidar, J.transpose() * b.D_pose, scale, sum);
+    add_cross(index, lidar, J.transpose() * b.D_pose, sum);
     poses_.push_back({index, {J.transpose() * d.beta, J.transpose() * d.eta1, J.transpose() * d.eta2}});
   }
 
-  void add_cross(int index, int lidar, const Vector6d& value, const Eigen::Vector2d& scale, RangeEquations& sum) const {
-    sum.H_cross.block<6, 1>(index, lidar) += scale[0] * value;
-    sum.H_cross.block<6, 1>(index, layout_.lidars() + lidar) += scale[1] * value;
+  void add_cross(int index, int lidar, const Vector6d& value, RangeEquations& sum) const {
+    sum.H_cross.block<6, 1>(index, lidar) += scale_[0] * value;
+    sum.H_cross.block<6, 1>(index, layout_.lidars() + lidar) += scale_[1] * value;
   }
 
-  void add_square(int i, int j, double value, const Eigen::Vector2d& scale, RangeEquations& sum) const {
+  void add_square(int i, int j, double value, RangeEquations& sum) const {
     const int L = layout_.lidars();
     for (int a = 0; a < 2; ++a) {
-      for (int b = 0; b < 2; ++b) sum.H(a * L + i, b * L + j) += scale[a] * scale[b] * value;
+      for (int b = 0; b < 2; ++b) sum.H(a * L + i, b * L + j) += scale_[a] * scale_[b] * value;
     }
   }
 
   const RigState& state_;
   const ParameterLayout& layout_;
   PlaneDerivatives plane_;
+  Eigen::Vector2d scale_ = Eigen::Vector2d::UnitX();  // of the parameters white and black on this plane
   std::vector<PoseCoupling> poses_;
   std::vector<std::array<double, 3>> by_lidar_;
 };
@@ -199,6 +198,33 @@ std::optional<RangeFit> fit_of(RangeLaw law, const ReducedEquations& data, const
   return fit;
 }
 
+// Fits and likelihoods of all laws. False where the equations have no solution.
+bool weigh_laws(const ReducedEquations& data, const Eigen::VectorXd& taken_out, const RangePrior& prior,
+                RangeErrors& out) {
+  // What the data alone say; where they say nothing a thousandth of what the prior says keeps it finite.
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(data.H.rows(), data.H.cols());
+  const Eigen::MatrixXd usual = prior_covariance(out.darkness, prior, RangeLaw::both);
+  const Eigen::LLT<Eigen::MatrixXd> alone(data.H + 0.001 * 2.0 * usual.llt().solve(one));
+  if (alone.info() != Eigen::Success) return false;
+  const Eigen::VectorXd estimate = taken_out - alone.solve(data.g);
+  Eigen::MatrixXd noise = 2.0 * alone.solve(one);
+  add_law_error(noise);
+  std::array<double, all_range_laws.size()> logs{};
+  for (const RangeLaw law : all_range_laws) {
+    const auto k = static_cast<std::size_t>(law);
+    const Eigen::MatrixXd of_law = prior_covariance(out.darkness, prior, law);
+    std::optional<RangeFit> fit = fit_of(law, data, taken_out, of_law);
+    if (!fit) return false;
+    out.fits[k] = std::move(*fit);
+    logs[k] = log_likelihood(estimate, noise + of_law);
+  }
+  const double most = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double each : logs) sum += std::exp(each - most);
+  for (std::size_t k = 0; k < logs.size(); ++k) out.fits[k].likely = std::exp(logs[k] - most) / sum;
+  return true;
+}
+
 }  // namespace
 
 RangeError RangeFit::step_of(int lidar) const { return {step_m[lidar], step_m[step_m.size() / 2 + lidar]}; }
@@ -211,7 +237,7 @@ double RangeFit::variance_at(int lidar, double darkness) const {
 
 double RangeErrors::likely_covering(RangeLaw law) const {
   double sum = 0.0;
-  for (const RangeLaw each : all_laws) sum += covers(each, law) ? fit(each).likely : 0.0;
+  for (const RangeLaw each : all_range_laws) sum += covers(each, law) ? fit(each).likely : 0.0;
   return sum;
 }
 
@@ -259,28 +285,7 @@ RangeErrors find_range_errors(const std::vector<PlaneFeature>& features, const R
   out.shift = -llt.solve(equations.H_cross);
   const ReducedEquations data{equations.H + equations.H_cross.transpose() * out.shift,
                               equations.g + out.shift.transpose() * poses.g};
-  // What the data alone say; where they say nothing a little of the prior keeps it finite.
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(2 * L, 2 * L);
-  const Eigen::MatrixXd usual = prior_covariance(out.darkness, prior, RangeLaw::both);
-  const Eigen::LLT<Eigen::MatrixXd> alone(data.H + 0.002 * usual.llt().solve(one));
-  if (alone.info() != Eigen::Success) return out;
-  const Eigen::VectorXd estimate = already - alone.solve(data.g);
-  Eigen::MatrixXd noise = 2.0 * alone.solve(one);
-  add_law_error(noise);
-  std::array<double, all_laws.size()> logs{};
-  for (const RangeLaw law : all_laws) {
-    const auto k = static_cast<std::size_t>(law);
-    const Eigen::MatrixXd of_law = prior_covariance(out.darkness, prior, law);
-    std::optional<RangeFit> fit = fit_of(law, data, already, of_law);
-    if (!fit) return out;
-    out.fits[k] = std::move(*fit);
-    logs[k] = log_likelihood(estimate, noise + of_law);
-  }
-  const double most = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double each : logs) sum += std::exp(each - most);
-  for (std::size_t k = 0; k < logs.size(); ++k) out.fits[k].likely = std::exp(logs[k] - most) / sum;
-  out.known = true;
+  out.known = weigh_laws(data, already, prior, out);
   return out;
 }
 

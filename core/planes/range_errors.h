@@ -12,10 +12,19 @@ namespace rigcal {
 /// more the darker a surface is (with white as it should be), or both.
 enum class RangeLaw : unsigned { none = 0, constant = 1, by_darkness = 2, both = 3 };
 
+inline constexpr std::array<RangeLaw, 4> all_range_laws{RangeLaw::none, RangeLaw::constant, RangeLaw::by_darkness,
+                                                        RangeLaw::both};
+
 /// Whether `law` allows for all that `other` does.
 [[nodiscard]] constexpr bool covers(RangeLaw law, RangeLaw other) {
   return (static_cast<unsigned>(law) & static_cast<unsigned>(other)) == static_cast<unsigned>(other);
 }
+
+/// What was found and taken out of the ranges of each LiDAR, and under which law.
+struct RangeCorrection {
+  RangeLaw law = RangeLaw::none;
+  std::vector<RangeError> errors;  ///< One for each LiDAR; empty: nothing was taken out.
+};
 
 /// What the planes say under one law. Numbers of 2 L parameters: RangeError::white_m of each LiDAR, then its black_m.
 struct RangeFit {
@@ -36,8 +45,8 @@ struct RangeFit {
 /// what two LiDARs see of one wall apart: that tells it from a wrong place, the less so the narrower the view. A plane
 /// counts as dark as it is in the mean: what is dark within a wall often lies behind it in truth (windows, doors).
 struct RangeErrors {
-  bool known = false;            ///< The planes carry what is needed (PlaneFeature::rays) and hold all poses.
-  std::array<RangeFit, 4> fits;  ///< By RangeLaw.
+  bool known = false;  ///< The planes carry what is needed (PlaneFeature::rays) and hold all poses.
+  std::array<RangeFit, all_range_laws.size()> fits;  ///< By RangeLaw.
   Eigen::MatrixXd shift;  ///< How the free poses and extrinsics move for each metre of a parameter, a column each.
   std::vector<double> darkness;  ///< In the mean, of what each LiDAR sees of planes.
 
@@ -55,8 +64,9 @@ struct RangePrior {
 };
 
 /// One Gauss-Newton step in all errors of ranges with poses and extrinsics eliminated (Schur complement), at the
-/// optimum of `adjust`. `taken_out`: what the ranges were shortened by already, of each LiDAR (empty: nothing). The
-/// numbers of `prior` are above zero.
+/// optimum of `adjust`; not known where the planes have no rays, no parameter is free or the equations have no
+/// solution. `taken_out`: what the ranges were shortened by already, of each LiDAR (empty: nothing). The numbers of
+/// `prior` are above zero.
 [[nodiscard]] RangeErrors find_range_errors(const std::vector<PlaneFeature>& features, const RigState& state,
                                             const ParameterLayout& layout, const AdjustOptions& options,
                                             const std::vector<RangeError>& taken_out, const RangePrior& prior);

@@ -223,21 +223,20 @@ void widen_open_directions(const SolvedPlanes& solved, const AdjustOptions& held
 void widen_by_range_errors(const SolvedPlanes& solved, const AdjustOptions& held, double factor, FullCovariances& full,
                            LidarCovariances& out) {
   const RangeErrors errors =
-      find_range_errors(solved.features, solved.state, solved.layout, held, solved.taken_out, *solved.ranges);
+      find_range_errors(solved.features, solved.state, solved.layout, held, solved.corrected.errors, *solved.ranges);
   if (!errors.known) return;
   const Eigen::Index parameters = errors.shift.cols();
   RangeFit mixed;
   mixed.covariance = Eigen::MatrixXd::Zero(parameters, parameters);
-  for (std::size_t k = 0; k < errors.fits.size(); ++k) {
-    const auto law = static_cast<RangeLaw>(k);
-    if (!covers(law, solved.law)) continue;
+  for (const RangeLaw law : all_range_laws) {
+    if (!covers(law, solved.corrected.law)) continue;
     const RangeFit& fit = errors.fit(law);
-    const double likely = fit.likely / errors.likely_covering(solved.law);
+    const double likely = fit.likely / errors.likely_covering(solved.corrected.law);
     mixed.covariance += likely * factor * fit.covariance;
     // Under the law that it was solved by, what is left of a step is no finding.
-    if (law != solved.law) mixed.covariance += likely * fit.step_m * fit.step_m.transpose();
+    if (law != solved.corrected.law) mixed.covariance += likely * fit.step_m * fit.step_m.transpose();
   }
-  const bool is_of_white = covers(solved.law, RangeLaw::by_darkness);
+  const bool is_of_white = covers(solved.corrected.law, RangeLaw::by_darkness);
   for (int i = 0; i < solved.layout.lidars(); ++i) {
     const double darkness = is_of_white ? 0.0 : errors.darkness[static_cast<std::size_t>(i)];
     const Eigen::Index black = parameters / 2 + i;

@@ -23,9 +23,7 @@ struct SolvedPlanes {
   const ParameterLayout& layout;
   const AdjustOptions& adjust;            ///< With its priors.
   std::optional<RangePrior> ranges = {};  ///< By how much LiDARs may measure too far or too short; none: they do not.
-  /// What was found and taken out of the ranges of each LiDAR, and under which law; empty: nothing.
-  std::vector<RangeError> taken_out = {};
-  RangeLaw law = RangeLaw::none;
+  RangeCorrection corrected = {};
 };
 
 /// Of LiDARs that nobody has calibrated: data sheets say 2 to 3 cm, as a bound.

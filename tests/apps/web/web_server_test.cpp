@@ -1,14 +1,9 @@
 #include "apps/web/web_server.h"
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -16,61 +11,12 @@
 #include <list>
 #include <thread>
 
+#include "tests/apps/web/web_client.h"
+
 namespace rigcal {
 namespace {
 
 using testing::HasSubstr;
-
-// One connection to a server, of which the test decides what it sends and when.
-class Client {
- public:
-  explicit Client(std::uint16_t port, int flags = 0)
-      : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)) {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const timeval patience{0, 500'000};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    static_cast<void>(::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to));
-  }
-  ~Client() { ::close(socket_); }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-
-  [[nodiscard]] bool send(const std::string& text) const {
-    return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
-  }
-  // What comes until `last` is there, the server closes, or nothing comes for half a second.
-  std::string read(const std::string& last = {}) {
-    std::string text;
-    std::array<char, 4096> part{};
-    std::size_t looked_at = 0;
-    while (last.empty() || text.find(last, looked_at) == std::string::npos) {
-      looked_at = text.size() - std::min(text.size(), last.size());
-      const ssize_t n = ::recv(socket_, part.data(), part.size(), 0);
-      is_closed_ = n == 0 || (n < 0 && errno == ECONNRESET);
-      if (n <= 0) break;
-      text.append(part.data(), static_cast<std::size_t>(n));
-    }
-    return text;
-  }
-  [[nodiscard]] bool is_closed() const { return is_closed_; }
-
- private:
-  int socket_;
-  bool is_closed_ = false;
-};
-
-std::string ask(std::uint16_t port, const std::string& head) {
-  Client client(port);
-  EXPECT_TRUE(client.send(head + "\r\n\r\n"));
-  return client.read();
-}
-
-std::string get(std::uint16_t port, const std::string& path, const std::string& more = {}) {
-  return ask(port, "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close" + more);
-}
 
 std::unique_ptr<WebServer> serve(const std::string& token) {
   auto server = WebServer::start({"127.0.0.1", 0}, token, "<p>the page</p>");
@@ -157,7 +103,7 @@ TEST(WebServer, TakesNoBody) {
   const auto server = serve({});
   for (const char* method : {"GET", "POST", "PUT", "DELETE"}) {
     for (const char* body : {"Content-Length: 100000000", "Transfer-Encoding: chunked"}) {
-      Client client(server->port());
+      WebClient client(server->port());
       ASSERT_TRUE(client.send(std::string(method) + " / HTTP/1.1\r\nHost: localhost\r\n" + body + "\r\n\r\n"));
       EXPECT_THAT(client.read(), HasSubstr(method == std::string("GET") ? " 200 " : " 405 "));
       EXPECT_TRUE(client.is_closed()) << method << " " << body;
@@ -167,7 +113,7 @@ TEST(WebServer, TakesNoBody) {
 
 TEST(WebServer, TellsItsWatchersTheNewsAndTakesNoMoreThanSix) {
   const auto server = serve({});
-  std::list<Client> watchers;
+  std::list<WebClient> watchers;
   const std::string request = "GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n";
   for (int i = 0; i < 6; ++i) {
     ASSERT_TRUE(watchers.emplace_back(server->port()).send(request));
@@ -178,7 +124,7 @@ TEST(WebServer, TellsItsWatchersTheNewsAndTakesNoMoreThanSix) {
   // Longer than any piece of it.
   const std::string news = std::string(100'000, 'x');
   server->publish(news);
-  for (Client& watcher : watchers) {
+  for (WebClient& watcher : watchers) {
     const std::string told = watcher.read("\n\n");
     EXPECT_EQ(std::ranges::count(told, 'x'), 100'000);
     EXPECT_THAT(told, HasSubstr("data: x"));
@@ -201,7 +147,7 @@ TEST(WebServer, IdleConnectionsTakeFewDescriptorsAndThePageComesBack) {
   const auto server = serve({});
   const std::ptrdiff_t before = open_descriptors();
   {
-    std::list<Client> idle;
+    std::list<WebClient> idle;
     for (int i = 0; i < 200; ++i) idle.emplace_back(server->port(), SOCK_NONBLOCK);
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     EXPECT_LE(open_descriptors() - before, 200 + 12);
@@ -222,7 +168,7 @@ TEST(WebServer, ALineWithoutEndIsNotKept) {
   const auto server = serve({});
   const std::string part(1U << 16U, 'x');
   const std::size_t before = peak_kib();
-  Client client(server->port());
+  WebClient client(server->port());
   int sent = 0;
   while (sent < 320 && client.send(part)) ++sent;
   EXPECT_LT(sent, 320);  // 20 MB.
@@ -232,7 +178,7 @@ TEST(WebServer, ALineWithoutEndIsNotKept) {
 
 TEST(WebServer, AHeadThatNeverEndsIsClosedHoweverItDribbles) {
   const auto server = serve({});
-  Client client(server->port());
+  WebClient client(server->port());
   ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
   const auto begin = std::chrono::steady_clock::now();
   while (!client.is_closed() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(10)) {
@@ -245,7 +191,7 @@ TEST(WebServer, AHeadThatNeverEndsIsClosedHoweverItDribbles) {
 TEST(WebServer, EndsAtOnceWhoeverIsConnected) {
   auto server = serve({});
   server->publish(std::string(8'000'000, 'x'));  // More than goes out unread.
-  std::list<Client> clients;
+  std::list<WebClient> clients;
   for (const char* request :
        {"", "GET / HT", "GET / HTTP/1.1\r\nHost: localhost\r\n", "GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n",
         "GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n", "POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n"}) {

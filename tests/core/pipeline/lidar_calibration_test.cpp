@@ -19,8 +19,9 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-sim::LightRig make_courtyard(std::uint64_t seed, int stops = 12) {
+sim::LightRig make_courtyard(std::uint64_t seed, int stops = 12, double dark_bias_m = 0.0) {
   sim::LightRigOptions options;
+  options.unit_errors.dark_bias_m = dark_bias_m;
   options.seed = seed;
   options.turntable.stops = stops;
   options.shots_per_patch = 20000;
@@ -162,6 +163,21 @@ TEST(CalibrateLidars, FindsALidarThatMeasuresFiveCentimetresTooFar) {
   EXPECT_NEAR(result->sensors[2].range_offset->value_m, 0.05, 4.0 * result->sensors[2].range_offset->sigma_m);
   EXPECT_LT(result->sensors[2].range_offset->sigma_m, 0.003);
   EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr(run.rig.sensors[2].name + " by ")));
+}
+
+TEST(CalibrateLidars, FindsThatDarkSurfacesSeemFarther) {
+  const LightRecording run = make_light_recording(make_courtyard(1, 12, 0.015));
+  NotingReporter reporter;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter});
+  ASSERT_TRUE(result);
+  expect_right_and_good(run, *result, 0.004);
+  for (const SensorResult& sensor : result->sensors) {
+    if (!sensor.range_offset) continue;
+    ASSERT_TRUE(sensor.dark_offset) << sensor.name;
+    EXPECT_NEAR(sensor.dark_offset->value_m, 0.015, 0.006) << sensor.name;
+  }
+  EXPECT_TRUE(result->sensors[0].dark_offset);
+  EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr("what goes with reflectivity")));
 }
 
 // The world is where the first stop is that has a pose, also where the recording's first has none.

@@ -23,7 +23,7 @@ SensorResult lidar(const char* name, Status status, double offset_m) {
 // With a cloud whose ranges were corrected.
 LidarSolution solution() {
   LidarSolution solved = empty_solution(1, 3);
-  solved.range_errors = {{0.01, 0.0}, {0.02, 0.0}, {0.03, 0.0}};
+  solved.ranges = {RangeLaw::constant, {{0.01, 0.0}, {0.02, 0.0}, {0.03, 0.0}}};
   solved.corrected.resize(1);
   return solved;
 }
@@ -34,7 +34,7 @@ CalibrationResult result_of(std::vector<SensorResult> sensors, LidarSolution sol
   result.sensors = std::move(sensors);
   forget_ranges_of_misplaced(result, solved);
   EXPECT_EQ(solved.corrected.empty(), range_words(result).empty());
-  EXPECT_EQ(solved.range_errors.empty(), range_words(result).empty());
+  EXPECT_EQ(solved.ranges.errors.empty(), range_words(result).empty());
   return result;
 }
 

@@ -75,7 +75,7 @@ TEST_P(TableOnALine, AJammedTableDoesNotArrive) {
   EXPECT_TRUE(await(*table, Kind::arrived).has_value());
 }
 
-TEST_P(TableOnALine, AnglesRunAsTheRigFileSays) {
+TEST_P(TableOnALine, AnglesRunAsTheRigFileSaysAlsoWhereThePortIsGone) {
   table.reset();
   TableOptions reversed = options_of(*other_end, GetParam());
   reversed.is_reversed = true;
@@ -86,6 +86,9 @@ TEST_P(TableOnALine, AnglesRunAsTheRigFileSays) {
   ASSERT_TRUE(arrived.has_value());
   EXPECT_NEAR(arrived->angle_deg, 10.0, 1e-3);
   EXPECT_NEAR(other_end->angle_deg(), -10.0, 1e-3);
+  other_end.reset();
+  ASSERT_TRUE(await(**started, Kind::failed).has_value());
+  EXPECT_NEAR(*(*started)->angle_deg(), 10.0, 1e-3);
 }
 
 TEST_P(TableOnALine, ATableThatIsGoneIsSaid) {
@@ -94,19 +97,6 @@ TEST_P(TableOnALine, ATableThatIsGoneIsSaid) {
   const auto failed = await(*table, Kind::failed);
   ASSERT_TRUE(failed.has_value());
   EXPECT_THAT(failed->text, HasSubstr("serial port is gone"));
-}
-
-TEST_P(TableOnALine, OneThatIsReversedAndGoneKeepsItsAngle) {
-  table.reset();
-  TableOptions reversed = options_of(*other_end, GetParam());
-  reversed.is_reversed = true;
-  auto started = Table::start(reversed, net::read_clocks());
-  ASSERT_TRUE(started.has_value());
-  (*started)->turn_by(10.0);
-  ASSERT_TRUE(await(**started, Kind::arrived).has_value());
-  other_end.reset();
-  ASSERT_TRUE(await(**started, Kind::failed).has_value());
-  EXPECT_NEAR(*(*started)->angle_deg(), 10.0, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Protocols, TableOnALine, testing::Values(ProtocolKind::grbl, ProtocolKind::ascii),
