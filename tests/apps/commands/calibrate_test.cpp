@@ -131,6 +131,23 @@ TEST_F(Calibrate, PrintsOneJsonObject) {
   EXPECT_TRUE(fits_schema("report.json", report));
 }
 
+TEST_F(Calibrate, TellsByHowMuchDarkSurfacesSeemFarther) {
+  ASSERT_EQ(
+      rigcal("simulate courtyard --rig rig.yaml --out dark --patches --stops 20 --points 20000 --dark-bias 20").code,
+      0);
+  const ProgramRun run = rigcal("calibrate dark --out of_dark --json");
+  ASSERT_EQ(run.code, 0) << run.err << run.out;
+  expect_near("of_dark/extrinsics.yaml", "dark/ground_truth.yaml", 5.0, 0.05);
+  const auto json = parse_json(run.out);
+  EXPECT_TRUE(fits_schema("calibrate.json", json));
+  EXPECT_TRUE(fits_schema("report.json", parse_json(file("of_dark/report.json"))));
+  for (const auto& sensor : json["sensors"]) {
+    const auto& dark = sensor["dark_offset"];
+    EXPECT_NEAR(dark["mm"].get<double>(), 20.0, 4.0 * dark["sigma_mm"].get<double>()) << sensor["name"];
+    EXPECT_LT(dark["sigma_mm"], 3.0);
+  }
+}
+
 TEST_F(Calibrate, GivesTheSameBytesAgainWithOneThreadAndFromTheDumpAlone) {
   EXPECT_EQ(rigcal("calibrate session --out one --threads 1").code, 0);
   EXPECT_EQ(rigcal("calibrate session/lidar.pcapng --rig session/rig.yaml --out dump --threads 2").code, 0);
