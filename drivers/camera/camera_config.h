@@ -40,8 +40,8 @@ struct CameraConfig {
   std::string pixel_format;  ///< A name of the GenICam convention, "BayerRG8"; empty: as it is.
   std::optional<Region> region;
   std::optional<double> exposure_us;
-  std::optional<double> gain;  ///< In the camera's own unit, mostly dB.
-  std::optional<double> frame_rate;
+  std::optional<double> gain;        ///< In the camera's own unit, mostly dB.
+  std::optional<double> frame_rate;  ///< With a trigger it is that of the triggers: the camera sets itself no limit.
   std::optional<TriggerConfig> trigger;
   std::optional<int> packet_bytes;              ///< GigE, with all headers; not said: the largest that comes through.
   std::optional<std::int64_t> packet_delay_ns;  ///< GigE.
@@ -67,7 +67,7 @@ struct CameraSetup {
   std::size_t image_bytes = 0;
   std::optional<double> exposure_us;
   std::optional<double> gain;
-  std::optional<double> frame_rate;
+  std::optional<double> frame_rate;  ///< None where triggers make it.
   std::optional<int> packet_bytes;
   FrameIdRule frame_ids;  ///< How its frames are numbered.
   bool has_device_stamps = false;

@@ -208,9 +208,11 @@ CameraSettings CameraRegisters::settings() const {
   rules.delay_ns = std::llround(1e3 * real(Feature::trigger_delay));
   rules.exposure_ns = std::llround(1e3 * all.exposure_us);
   rules.shortest_period_ns = std::max(rules.exposure_ns, link_time_ns(all.payload_bytes));
-  rules.period_ns = rules.shortest_period_ns;
+  // As in real cameras, the rate is a limit for triggers, too: what comes sooner is ignored.
   if (value(Feature::frame_rate_enable) != 0)
-    rules.period_ns = std::max<std::int64_t>(rules.period_ns, std::llround(1e9 / real(Feature::frame_rate)));
+    rules.shortest_period_ns =
+        std::max<std::int64_t>(rules.shortest_period_ns, std::llround(1e9 / real(Feature::frame_rate)));
+  rules.period_ns = rules.shortest_period_ns;
   return all;
 }
 

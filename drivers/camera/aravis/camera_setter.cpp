@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/text.h"
 #include "core/records/pixel_format.h"
@@ -27,7 +28,9 @@ Expected<CameraSetup> CameraSetter::apply(const CameraConfig& config) {
       if (auto done = set_region(*config.region); !done) return done;
     }
     if (auto done = set_light(config); !done) return done;
-    if (config.frame_rate) {
+    if (config.trigger) {
+      lift_rate_limit(config.frame_rate);
+    } else if (config.frame_rate) {
       if (auto done = set_rate(*config.frame_rate); !done) return done;
     }
     if (auto done = set_if_there("AcquisitionMode", "Continuous"); !done) return done;
@@ -173,6 +176,24 @@ Expected<void> CameraSetter::set_rate(double frame_rate) {
   return set_within(name, frame_rate, "a frame rate", "1/s");
 }
 
+/// A camera that is triggered exposes when it is told to. With a limit at the rate of its pulses, or lower, it would
+/// pass over those that come early by their jitter.
+void CameraSetter::lift_rate_limit(std::optional<double> pulse_rate) {
+  const std::string enable = device_.name_of(Purpose::frame_rate_enable);
+  if (!enable.empty() && set(enable, "false")) return;
+  // Without a switch, or with one that is stuck: as fast as it can be.
+  const std::string name = device_.name_of(Purpose::frame_rate);
+  if (name.empty()) return;
+  static_cast<void>(set_if_there(device_.name_of(Purpose::frame_rate_auto), "Off"));
+  const double most = device_.range(name).second;
+  if (most < std::numeric_limits<double>::max()) static_cast<void>(set(name, number_text(most)));
+  const Expected<double> limit = device_.number(name);
+  if (limit && pulse_rate && *limit <= *pulse_rate) {
+    notes_.push_back("the camera's " + name + " stays at " + fixed_text(*limit, 2) +
+                     ", so that pulses that come sooner release no image: let them come less often (frame_rate)");
+  }
+}
+
 Expected<void> CameraSetter::set_trigger(const TriggerConfig& trigger) {
   const std::vector<std::string> sources = device_.entries("TriggerSource");
   if (std::find(sources.begin(), sources.end(), trigger.source) == sources.end()) {
@@ -290,7 +311,7 @@ Expected<CameraSetup> CameraSetter::read_back(const CameraConfig& config) {
   };
   setup.exposure_us = value(Purpose::exposure);
   setup.gain = value(Purpose::gain);
-  setup.frame_rate = value(Purpose::frame_rate);
+  if (!config.trigger) setup.frame_rate = value(Purpose::frame_rate);
   if (device_.is_gige()) {
     if (const auto bytes = device_.number("GevSCPSPacketSize"); bytes) setup.packet_bytes = static_cast<int>(*bytes);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/base/error.h"
@@ -34,6 +35,7 @@ class CameraSetter {
   Expected<void> set_region(const Region& region);
   Expected<void> set_light(const CameraConfig& config);
   Expected<void> set_rate(double frame_rate);
+  void lift_rate_limit(std::optional<double> pulse_rate);
   Expected<void> set_trigger(const TriggerConfig& trigger);
   Expected<void> set_packets(const CameraConfig& config);
   Expected<void> set_chunks();

@@ -17,6 +17,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using Kind = Delivery::Kind;
 
 constexpr std::int64_t ms = 1'000'000;
@@ -68,10 +69,10 @@ class AravisCamera : public testing::Test {
   std::vector<std::string> features() {
     ArvCamera* other = arv_camera_new(address_of(device).c_str(), nullptr);
     std::vector<std::string> values;
-    for (const char* name :
-         {"PixelFormat", "Width", "Height", "OffsetX", "OffsetY", "ExposureTime", "ExposureAuto",
-          "AcquisitionFrameRate", "TriggerMode", "TriggerSource", "TriggerActivation", "TriggerDelay", "LineSelector",
-          "LineMode", "ChunkModeActive", "ChunkSelector", "GevSCPSPacketSize", "GevSCPD"}) {
+    for (const char* name : {"PixelFormat", "Width", "Height", "OffsetX", "OffsetY", "ExposureTime", "ExposureAuto",
+                             "AcquisitionFrameRate", "AcquisitionFrameRateEnable", "TriggerMode", "TriggerSource",
+                             "TriggerActivation", "TriggerDelay", "LineSelector", "LineMode", "ChunkModeActive",
+                             "ChunkSelector", "GevSCPSPacketSize", "GevSCPD"}) {
       ArvGcNode* node = arv_device_get_feature(arv_camera_get_device(other), name);
       values.push_back(std::string(name) + "=" +
                        arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), nullptr));
@@ -279,6 +280,43 @@ TEST_F(AravisCamera, EveryPulseOfTheLineIsOneFrame) {
     EXPECT_GT(delivery.frame.facts().host_stamp_ns, rise_ns);
   }
   EXPECT_EQ(next(100 * ms).kind, Kind::nothing);
+}
+
+TEST_F(AravisCamera, PulsesThatComeEarlyByTheirJitterAreFramesToo) {
+  serve();
+  CameraConfig config = small_config();
+  config.frame_rate = 10.0;
+  config.trigger = TriggerConfig{"Line0", false, 0.0};
+  stream(config);
+  EXPECT_FALSE(setup.frame_rate.has_value());
+  EXPECT_THAT(setup.notes, Not(Contains(HasSubstr("frame rate"))));
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  const std::int64_t first_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() + 50 * ms;
+  for (int i = 0; i < 5; ++i) {
+    const std::int64_t rise_ns = first_ns + i * 100 * ms - (i % 2 == 1 ? 2 * ms : 0);
+    server->pulse({0, rise_ns, rise_ns + ms, i});
+  }
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(next().kind, Kind::frame) << i;
+}
+
+// Aravis' own has a rate, and no switch for it.
+TEST_F(AravisCamera, ARateThatCannotBeSwitchedOffIsAsHighAsItCanBeForTriggers) {
+  ArvGvFakeCamera* fake = arv_gv_fake_camera_new("127.0.0.1", "GV4712");
+  ASSERT_TRUE(arv_gv_fake_camera_is_running(fake));
+  camera = make();
+  ASSERT_TRUE(camera->open("127.0.0.1").has_value());
+  CameraConfig config;
+  config.pixel_format = "Mono8";
+  config.frame_rate = 5.0;
+  config.packet_bytes = 1500;
+  EXPECT_NEAR(*configure(config).frame_rate, 5.0, 0.01);
+  config.trigger = TriggerConfig{"Software", false, 0.0};
+  EXPECT_THAT(configure(config).notes, Not(Contains(HasSubstr("AcquisitionFrameRate"))));
+  ArvCamera* other = arv_camera_new("127.0.0.1", nullptr);
+  EXPECT_GT(arv_camera_get_frame_rate(other, nullptr), 100.0);
+  g_object_unref(other);
+  camera->close();
+  g_object_unref(fake);
 }
 
 TEST_F(AravisCamera, LostPacketsAreAskedForAgain) {

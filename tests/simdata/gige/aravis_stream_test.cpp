@@ -187,6 +187,7 @@ TEST_F(AravisStream, EverySoftwareTriggerIsOneFrame) {
   const auto camera = open();
   ASSERT_TRUE(camera);
   arv_camera_set_trigger(camera.get(), "Software", &problem);
+  arv_camera_set_boolean(camera.get(), "AcquisitionFrameRateEnable", FALSE, &problem);
   ASSERT_TRUE(problem.is_none()) << problem.text();
   Stream stream(camera.get());
   stream.start();

@@ -133,6 +133,23 @@ TEST_F(CameraFeatures, TriggeredEachPulseIsOneFrame) {
   EXPECT_EQ(frames.back().number, 9U);
 }
 
+TEST_F(CameraFeatures, PulsesThatComeSoonerThanItsRateAllowsAreIgnored) {
+  desk.write(Feature::trigger_mode, 1);
+  desk.write_real(Feature::frame_rate, 20.0F);
+  desk.write(Feature::acquisition_start, 1);
+  const auto frames_of_pulses = [this] {
+    // The second one comes early, by 2 ms.
+    for (const std::int64_t after_ms : {1, 49, 101})
+      desk.camera.pulse(
+          {0, desk.now_ns + after_ms * 1'000'000, desk.now_ns + after_ms * 1'000'000 + 500'000, after_ms});
+    return desk.wait(second_ns / 2).size();
+  };
+  EXPECT_EQ(frames_of_pulses(), 2U);
+  EXPECT_EQ(desk.camera.ignored_triggers(), 1U);
+  desk.write(Feature::frame_rate_enable, 0);
+  EXPECT_EQ(frames_of_pulses(), 3U);
+}
+
 TEST_F(CameraFeatures, SingleAndMultiFrameEndByThemselves) {
   desk.write(Feature::acquisition_mode, static_cast<std::uint32_t>(AcquisitionMode::multi_frame));
   desk.write(Feature::acquisition_frame_count, 3);
