@@ -188,8 +188,9 @@ void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
   expects_pulses_ = true;
 }
 
-void CameraRecorder::add_pulse(const TriggerPulse& pulse) {
+void CameraRecorder::add_edge(const TriggerPulse& pulse, bool is_falling) {
   const std::lock_guard lock(mutex_);
+  if (!wanted_.config.trigger || wanted_.config.trigger->on_falling_edge != is_falling) return;
   if (!expects_pulses_) return;
   if (pulses_.size() == most_pulses) {
     has_dropped_pulses_ = true;

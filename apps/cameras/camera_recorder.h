@@ -61,8 +61,10 @@ class CameraRecorder {
   CameraRecorder(const CameraRecorder&) = delete;
   CameraRecorder& operator=(const CameraRecorder&) = delete;
 
-  /// A pulse on the rig's trigger line, in the order of time. From any thread; returns at once.
-  void add_pulse(const TriggerPulse& pulse);
+  /// A pulse on the rig's trigger line began, or ended, with the time of that edge; in the order of time. The camera
+  /// takes the edge at which it exposes. From any thread; returns at once.
+  void add_pulse(const TriggerPulse& pulse) { add_edge(pulse, false); }
+  void end_pulse(const TriggerPulse& pulse) { add_edge(pulse, true); }
   /// Whether images are wanted from now on, of a camera that is triggered by software: then it is told as often as it
   /// is to send. Not at first. From any thread; returns at once.
   void want_images(bool are_wanted) { are_wanted_ = are_wanted; }
@@ -101,6 +103,7 @@ class CameraRecorder {
   Expected<FrameRecord> write(const Waiting& waiting);
   Expected<void> list_matched();
   void expect_pulses(const camera::CameraSetup& setup);
+  void add_edge(const TriggerPulse& pulse, bool is_falling);
   [[nodiscard]] std::int64_t now_ns() const;
   void tell(std::string text, bool is_gap);
   void give_up(const Error& error);

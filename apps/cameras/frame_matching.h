@@ -15,6 +15,7 @@ class FrameMatching {
   /// `delay_us`: of the camera, from the edge to its exposure.
   FrameMatching(const FrameMatcherOptions& options, double delay_us) : matcher_(options), delay_us_(delay_us) {}
 
+  /// With the time of the edge at which the camera exposes.
   void add_pulse(const TriggerPulse& pulse) { matcher_.add_pulse(pulse); }
   /// `frame` has the middle of the exposure as well as it is known without a pulse; it keeps it where none is found.
   void add_frame(FrameRecord frame, const FrameSighting& sighting);

@@ -82,13 +82,21 @@ void TriggerRecorder::take() {
       if (was_stopped) break;
       continue;
     }
-    if (event.source != trigger::TriggerSource::output || event.kind != trigger::TriggerEventKind::pulse) {
+    const bool has_begun = event.kind == trigger::TriggerEventKind::pulse;
+    const bool has_ended = event.kind == trigger::TriggerEventKind::end;
+    if (event.source != trigger::TriggerSource::output || !(has_begun || has_ended)) {
       note(event);
       continue;
     }
     const TriggerPulse pulse{event.number, event.stamp_ns};
-    for (CameraRecorder* camera : cameras_) camera->add_pulse(pulse);
-    if (written) written = table_.add(pulse);
+    for (CameraRecorder* camera : cameras_) {
+      if (has_begun) {
+        camera->add_pulse(pulse);
+      } else {
+        camera->end_pulse(pulse);
+      }
+    }
+    if (written && has_begun) written = table_.add(pulse);
   }
   heartbeat_.rest();
   const Expected<void> closed = table_.close();

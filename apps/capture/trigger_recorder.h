@@ -21,7 +21,7 @@ namespace rigcal {
 /// where the rig has no lines.
 [[nodiscard]] std::optional<trigger::TriggerOptions> trigger_options(const Rig& rig);
 
-/// The rig's trigger line during a capture: gives pulses, writes trigger.csv, and tells the cameras of each.
+/// The rig's trigger line during a capture: gives pulses, writes trigger.csv, and tells the cameras of each edge.
 class TriggerRecorder {
  public:
   /// Starts at once; the cameras must outlive this. Errors: lines that cannot be had, the disk.

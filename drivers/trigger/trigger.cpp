@@ -140,14 +140,15 @@ void Trigger::note_places(const PulseMachine& machine) {
   report_.held = machine.held();
 }
 
-void Trigger::note_pulse(const PulseAction& action, std::int64_t set_ns) {
+void Trigger::note_edge(const PulseAction& action, std::int64_t set_ns) {
   const std::int64_t stamp = clock_.from_monotonic(set_ns);
-  {
+  if (action.is_high) {
     const std::lock_guard lock(mutex_);
     ++report_.pulses;
     report_.lateness.add(set_ns - action.due_ns);
   }
-  tell(TriggerSource::output, TriggerEventKind::pulse, static_cast<std::int64_t>(action.pulse), stamp);
+  const auto kind = action.is_high ? TriggerEventKind::pulse : TriggerEventKind::end;
+  tell(TriggerSource::output, kind, static_cast<std::int64_t>(action.pulse), stamp);
 }
 
 void Trigger::run_output(std::optional<OutputLine> line) {
@@ -160,6 +161,7 @@ void Trigger::run_output(std::optional<OutputLine> line) {
     }
   }
   PulseMachine machine(options_.pattern, monotonic_now_ns() + lead_ns);
+  bool is_whole = true;  // The pulse that is under way; one in which the chip was gone ended nobody knows when.
   while (true) {
     beat_of(TriggerSource::output).beat();
     if (!is_running_.load()) machine.end();
@@ -177,9 +179,12 @@ void Trigger::run_output(std::optional<OutputLine> line) {
     if (action->is_high) last_pulse_ns_.store(clock_.from_monotonic(before));
     if (line->set(action->is_high)) {
       // Half of the time that the call took: where in it the line changed is not known.
-      if (action->is_high) note_pulse(*action, before + (monotonic_now_ns() - before) / 2);
+      const std::int64_t set_ns = before + (monotonic_now_ns() - before) / 2;
+      is_whole = is_whole || action->is_high;
+      if (is_whole) note_edge(*action, set_ns);
       continue;
     }
+    is_whole = false;
     line.reset();  // While it is held, the chip comes back under another name.
     line =
         regain<OutputLine>(TriggerSource::output, [this] { return OutputLine::request(*options_.output, consumer); });

@@ -87,7 +87,7 @@ class Trigger {
   void tell(TriggerSource source, TriggerEventKind kind, std::int64_t number, std::int64_t stamp_ns);
   void tell_now(TriggerSource source, TriggerEventKind kind);
   void note_places(const PulseMachine& machine);
-  void note_pulse(const PulseAction& action, std::int64_t set_ns);
+  void note_edge(const PulseAction& action, std::int64_t set_ns);
   Heartbeat& beat_of(TriggerSource source) { return beats_[static_cast<std::size_t>(source)]; }
   template <class Device>
   std::optional<Device> regain(TriggerSource source, const std::function<Expected<Device>()>& request);

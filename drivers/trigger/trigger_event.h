@@ -8,7 +8,7 @@ enum class TriggerSource { output, strobe, pps };
 
 enum class TriggerEventKind {
   pulse,     ///< A pulse began: set on the output, seen on the strobe line, or reported as PPS.
-  end,       ///< A pulse on the strobe line ended.
+  end,       ///< A pulse on the output or the strobe line ended; not told where the line was lost within it.
   lost,      ///< The chip or device is gone; it is looked for until it is back.
   returned,  ///< It is back.
   finished,  ///< All pulses of the pattern are done.

@@ -11,6 +11,12 @@ namespace {
 enum Stream : std::uint64_t { camera_clock_stream = 700 };
 constexpr std::uint64_t most_frames = 1'000'000;  // of one camera
 
+/// From the beginning of a pulse.
+double delay_of(const Rig& rig, const TriggerSettings& trigger) {
+  const double pulse_us = rig.trigger ? rig.trigger->pulse_us : TriggerLineSettings{}.pulse_us;
+  return 1e-6 * (trigger.delay_us + (trigger.activation == "falling" ? pulse_us : 0.0));
+}
+
 }  // namespace
 
 std::uint64_t SimulatedCamera::noise_of(std::uint64_t frame) const {
@@ -27,7 +33,7 @@ Expected<std::vector<SimulatedCamera>> simulated_cameras(const Rig& rig, const s
     const auto& trigger = sensor.camera->trigger;
     cameras.push_back({static_cast<int>(i), sensor.name, *chip, T_base_sensor[i],
                        CameraModel(*sensor.camera->intrinsics), trigger.has_value(),
-                       trigger ? trigger->delay_us * 1e-6 : 0.0});
+                       trigger ? delay_of(rig, *trigger) : 0.0});
   }
   return cameras;
 }

@@ -20,7 +20,7 @@ struct SimulatedCamera {
   SE3 T_base_camera;
   CameraModel model;
   bool triggered = false;
-  double delay_s = 0.0;
+  double delay_s = 0.0;  ///< From the beginning of a pulse to the exposure.
 
   [[nodiscard]] double exposure_s() const { return chip.exposure_us * 1e-6; }
   [[nodiscard]] double begin_s(const ExposurePulse& pulse) const { return pulse.time_s + delay_s; }

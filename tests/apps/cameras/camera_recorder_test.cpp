@@ -161,6 +161,36 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
   EXPECT_EQ(matched, status.matching->matched);
 }
 
+TEST_F(CameraRecorderLive, ImagesOfFallingEdgesHaveTheStampsOfThese) {
+  const std::string settings = "driver: aravis, device: \"" + camera::address_of(device) +
+                               "\", exposure_us: 1000, trigger: {source: Line0, activation: falling, delay_us: 10}";
+  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
+  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const net::SessionClock clock(start);
+  std::vector<std::int64_t> ends;
+  for (int i = 0; i < 24; ++i) {
+    const std::int64_t now = net::read_clocks().monotonic_ns;
+    const std::int64_t end = now + 4'000'000 + 200'000 * (i % 5);
+    server->pulse({0, now, end, i});
+    recorder->add_pulse({i, clock.from_monotonic(now)});
+    ends.push_back(clock.from_monotonic(end));
+    recorder->end_pulse({i, ends.back()});
+    std::this_thread::sleep_for(std::chrono::milliseconds(60 + 25 * (i % 3)));
+  }
+  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 20; }));
+  recorder->finish();
+  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  const CaptureCamera status = recorder->status();
+  ASSERT_TRUE(status.matching.has_value());
+  EXPECT_EQ(status.matching->pulses, 24U);
+  EXPECT_GE(status.matching->matched + 2, status.written);
+  for (const FrameRecord& frame : *frames) {
+    if (!frame.trigger) continue;
+    EXPECT_EQ(frame.stamp_ns, ends[static_cast<std::size_t>(*frame.trigger)] + 10'000 + 500'000);
+  }
+}
+
 /// A camera that does not start the first time.
 class LateStarter final : public camera::Camera {
  public:

@@ -58,12 +58,19 @@ TEST_F(TriggerOnGpioSim, SeesAThousandPulsesAgainAndNoneMore) {
   ASSERT_NE(trigger, nullptr);
   std::map<std::int64_t, std::int64_t> given;
   std::map<std::int64_t, std::int64_t> seen;
+  std::map<std::int64_t, std::int64_t> ended;
   std::size_t ends = 0;
   bool is_finished = false;
   TriggerEvent event;
   while (!is_finished && trigger->next(event, 5000 * ms)) {
     is_finished = event.kind == TriggerEventKind::finished;
-    if (event.kind == TriggerEventKind::end) ++ends;
+    if (event.kind == TriggerEventKind::end) {
+      if (event.source == TriggerSource::output) {
+        ended[event.number] = event.stamp_ns;
+      } else {
+        ++ends;
+      }
+    }
     if (event.kind != TriggerEventKind::pulse) continue;
     (event.source == TriggerSource::output ? given : seen)[event.number] = event.stamp_ns;
   }
@@ -77,6 +84,8 @@ TEST_F(TriggerOnGpioSim, SeesAThousandPulsesAgainAndNoneMore) {
               report.strobe_delay.text().c_str());
   ASSERT_EQ(report.pulses, given.size());
   EXPECT_EQ(report.pulses, 1000U);
+  ASSERT_EQ(ended.size(), given.size());
+  for (const auto& [number, stamp_ns] : given) EXPECT_GE(ended.at(number) - stamp_ns, 24 * ms) << number;
   EXPECT_EQ(seen.size(), wire.passed()) << "all that the wire passed on are seen, and none more";
   EXPECT_EQ(ends, seen.size());
   EXPECT_EQ(report.strobe_lost, 0U);

@@ -105,6 +105,22 @@ TEST(SessionImages, StampsAgreeWithPulsesAndStops) {
   }
 }
 
+TEST(SessionImages, ACameraThatExposesAtTheEndOfAPulseIsLaterByItsLength) {
+  const auto scene = load_scene("room");
+  SilentReporter silent;
+  const std::string path = fresh_path("falling");
+  Rig rig = rig_with_cameras();
+  rig.sensors[static_cast<std::size_t>(rig.find("left"))].camera->trigger->activation = "falling";
+  rig.trigger.emplace().pulse_us = 3000.0;
+  ASSERT_TRUE(simulate_session(*scene, rig, short_run(), path, {silent}).has_value());
+  const auto pulses = read_trigger(path + "/trigger.csv");
+  const auto frames = read_frames(path + "/images/left/frames.csv");
+  ASSERT_TRUE(pulses && frames);
+  ASSERT_EQ(frames->size(), pulses->size());
+  for (std::size_t i = 0; i < frames->size(); ++i)
+    EXPECT_NEAR(static_cast<double>((*frames)[i].stamp_ns - (*pulses)[i].stamp_ns), 5'500'000.0, 1.0);
+}
+
 TEST(SessionImages, TheSameSeedGivesTheSameImagesAndCamerasDoNotTouchThePackets) {
   const auto scene = load_scene("room");
   SilentReporter silent;
