@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <functional>
+#include <optional>
 #include <thread>
 
 #include "core/base/seconds.h"
@@ -49,11 +51,12 @@ class VideoCamera final : public Camera {
  private:
   /// The camera may be one of those that this user may not open.
   [[nodiscard]] Error explain_absence(Error absent) const;
-  /// Opened where it is now, which may be another device file than before.
-  Expected<void> reopen();
+  /// Opened and set up where it is now, which may be another device file than before.
+  Expected<CameraSetup> reopen(const std::function<Expected<CameraSetup>()>& set_up);
+  Expected<void> open_at(const std::string& path);
   Expected<CameraSetup> set_up(const CameraConfig& config);
   /// Set up as before, after it was opened anew.
-  Expected<void> set_up_again();
+  Expected<CameraSetup> set_up_again();
   [[nodiscard]] HostStamp host_stamp() const;
   void stop_stream();
   /// A frame, an event, or nothing where it was not what it looked like.
@@ -103,29 +106,44 @@ Error VideoCamera::explain_absence(Error absent) const {
                       absent.where, video_error({}, {}, -EACCES).mend);
 }
 
-Expected<void> VideoCamera::reopen() {
+// More than one device file may have its name: those of its other sensors, or of a camera of the same kind whose maker
+// gives all the same serial number. Where it was comes first; one that is held may be the wrong one.
+Expected<CameraSetup> VideoCamera::reopen(const std::function<Expected<CameraSetup>()>& set_up) {
   const auto there = VideoBackend(kernel_).enumerate();
   if (!there) return there.error();
+  std::vector<std::string> paths;
   for (const CameraIdentity& camera : *there) {
     if (camera.id != wanted_.id || camera.serial != wanted_.serial) continue;
-    auto opened = open_video(kernel_, camera.address);
-    if (!opened) return opened.error();
-    device_ = opened->device;
-    setter_ = std::make_unique<VideoSetter>(device_);
-    return {};
+    paths.insert(camera.address == wanted_.address ? paths.begin() : paths.end(), camera.address);
   }
-  return explain_absence(system_error(no_such_camera, wanted_.id, "plug it in"));
+  std::optional<Error> refusal;
+  for (const std::string& path : paths) {
+    const Expected<void> opened = open_at(path);
+    Expected<CameraSetup> setup = opened ? set_up() : opened.error();
+    if (setup) {
+      wanted_.address = path;
+      return setup;
+    }
+    do_let_go();
+    if (!refusal) refusal = setup.error();
+  }
+  return refusal ? *refusal : explain_absence(system_error(no_such_camera, wanted_.id, "plug it in"));
+}
+
+Expected<void> VideoCamera::open_at(const std::string& path) {
+  auto opened = open_video(kernel_, path);
+  if (!opened) return opened.error();
+  device_ = opened->device;
+  setter_ = std::make_unique<VideoSetter>(device_);
+  return {};
 }
 
 Expected<CameraSetup> VideoCamera::do_configure(const CameraConfig& config) {
-  if (!device_) {
-    if (auto there = reopen(); !there) return there.error();
-  }
   if (buffers_.use_count() > 1)
     return system_error("frames of the camera are still lent", wanted_.id, "give them back before it is set up anew");
   buffers_.reset();
-  setter_->restore();
-  Expected<CameraSetup> setup = set_up(config);
+  if (setter_) setter_->restore();
+  Expected<CameraSetup> setup = device_ ? set_up(config) : reopen([&] { return set_up(config); });
   if (!setup) return setup;
   config_ = config;
   setup_ = *setup;
@@ -159,11 +177,7 @@ HostStamp VideoCamera::host_stamp() const {
 
 Expected<void> VideoCamera::do_start() {
   if (!device_) {
-    if (auto there = reopen(); !there) return there;
-    if (auto done = set_up_again(); !done) {
-      do_let_go();
-      return done;
-    }
+    if (auto there = reopen([this] { return set_up_again(); }); !there) return there.error();
   }
   v4l2_event_subscription change{};
   change.type = V4L2_EVENT_SOURCE_CHANGE;
@@ -173,12 +187,12 @@ Expected<void> VideoCamera::do_start() {
   return {};
 }
 
-Expected<void> VideoCamera::set_up_again() {
-  const auto setup = set_up(config_);
-  if (!setup) return setup.error();
+Expected<CameraSetup> VideoCamera::set_up_again() {
+  Expected<CameraSetup> setup = set_up(config_);
+  if (!setup) return setup;
   if (setup->width != setup_.width || setup->height != setup_.height || setup->image_bytes != setup_.image_bytes)
     return system_error("the camera came back with another image size", wanted_.id, "set its size");
-  return {};
+  return setup;
 }
 
 Expected<Delivery> VideoCamera::do_next(std::int64_t timeout_ns) {

@@ -13,6 +13,8 @@
 namespace rigcal::camera {
 namespace {
 
+constexpr int twin_descriptor = 999;
+
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
@@ -55,8 +57,19 @@ void FakeVideoKernel::plug_in(const std::string& where) {
   height_ = 240;
 }
 
+std::vector<std::string> FakeVideoKernel::devices() {
+  std::vector<std::string> paths;
+  if (!twin.empty()) paths.push_back(twin);
+  if (is_there_) paths.push_back(path);
+  return paths;
+}
+
 int FakeVideoKernel::open(const std::string& which) {
   const std::lock_guard lock(mutex_);
+  if (!twin.empty() && which == twin) {
+    ++open_;
+    return twin_descriptor;
+  }
   if (!is_there_ || which != path) return -ENOENT;
   if (open_answer != 0) return open_answer;
   ++open_;
@@ -70,6 +83,11 @@ void FakeVideoKernel::close(int) {
 
 int FakeVideoKernel::control(int descriptor, unsigned long request, void* argument) {
   const std::lock_guard lock(mutex_);
+  if (descriptor == twin_descriptor && (request == VIDIOC_S_FMT || request == VIDIOC_REQBUFS)) {
+    ++twin_refusals;
+    return -EBUSY;
+  }
+  if (descriptor == twin_descriptor) return answer(request, argument);
   if (descriptor != 1000 + generation_) return -ENODEV;
   return answer(request, argument);
 }

@@ -41,6 +41,9 @@ class FakeVideoKernel final : public VideoKernel {
   bool can_cut = true;
   bool can_set_rate = true;
   std::map<std::uint32_t, Limits> controls;
+  /// Another device file of the same name, before this one: another program has it. Empty: none.
+  std::string twin;
+  int twin_refusals = 0;  ///< How often somebody would have set it up.
   // Faults, at any time.
   int open_answer = 0;   ///< An errno below zero in place of a descriptor.
   bool is_held = false;  ///< Another program streams.
@@ -60,7 +63,7 @@ class FakeVideoKernel final : public VideoKernel {
   [[nodiscard]] int open_files() const { return open_; }
   [[nodiscard]] int mapped() const { return mapped_; }
 
-  std::vector<std::string> devices() override { return is_there_ ? std::vector{path} : std::vector<std::string>(); }
+  std::vector<std::string> devices() override;
   std::string serial(const std::string&) override { return serial_number; }
   std::string parameter(const std::string& of, const std::string& name) override {
     const auto it = parameters.find(name);

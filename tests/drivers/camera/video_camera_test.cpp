@@ -226,6 +226,28 @@ TEST_F(VideoCamera, ACameraThatIsUnpluggedComesBackElsewhere) {
   EXPECT_EQ(camera->counters().returns, 1U);
 }
 
+TEST_F(VideoCamera, AnotherDeviceFileOfItsNameIsNotTakenForIt) {
+  kernel->twin = "/dev/video5";
+  stream();
+  next();
+  kernel->unplug();
+  ASSERT_EQ(next().kind, Kind::lost);
+  EXPECT_THAT(next().text, HasSubstr("another program uses it"));
+  kernel->twin_refusals = 0;
+  kernel->plug_in("/dev/video9");
+  ASSERT_EQ(next().kind, Kind::back);
+  EXPECT_TRUE(next().frame.is_whole());
+  EXPECT_GT(kernel->twin_refusals, 0);
+  // From now on it is looked for there first.
+  kernel->twin_refusals = 0;
+  kernel->breaks_off = true;
+  Delivery delivery = next();
+  while (delivery.kind == Kind::frame) delivery = next();
+  ASSERT_EQ(delivery.kind, Kind::lost);
+  ASSERT_EQ(next().kind, Kind::back);
+  EXPECT_EQ(kernel->twin_refusals, 0);
+}
+
 TEST_F(VideoCamera, WhyACameraThatIsBackCannotBeHadIsSaidOnceAndItKeepsItsOwnSettings) {
   CameraConfig config;
   config.exposure_us = 2500.0;
