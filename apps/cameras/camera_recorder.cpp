@@ -267,7 +267,7 @@ void CameraRecorder::queue(camera::Frame frame) {
     return;
   }
   Waiting& place = waiting_[(first_ + count_) % kMostWaiting];
-  place.sighting = {facts.frame_id, facts.device_stamp_ns.value_or(0), came_ns};
+  place.sighting = {facts.frame_id, facts.device_stamp_ns, came_ns};
   place.frame = std::move(frame);
   place.record = std::move(record);
   ++count_;

@@ -47,16 +47,26 @@ void FrameMatcher::add_frame(const FrameSighting& frame) {
   RIGCAL_ASSERT(waiting_.size() < kWaiting, "a frame more than can wait: next() was not called");
   Waiting waiting{frame, false, false};
   waiting.frame.received_ns = bounded(frame.received_ns);
-  if (options_.has_device_stamps) {
-    const SessionStamp stamp = clock_.add(frame.device_ns, waiting.frame.received_ns);
+  if (options_.has_device_stamps && !frame.device_ns && !line_) go_without_stamps();
+  if (options_.has_device_stamps && frame.device_ns) {
+    const SessionStamp stamp = clock_.add(*frame.device_ns, waiting.frame.received_ns);
     waiting.stray = stamp.stray;
     waiting.jumped = stamp.jumped;
+  } else if (options_.has_device_stamps) {
+    waiting.stray = true;
   }
   ++ledger_.frames;
   count_ids(frame);
   pulses_since_frame_ = 0;
   advance(waiting.frame.received_ns);
   waiting_.push_back(waiting);
+}
+
+// The camera only said that it stamps its frames. Those that wait are looked at anew.
+void FrameMatcher::go_without_stamps() {
+  options_.has_device_stamps = false;
+  for (Waiting& waiting : waiting_) waiting.stray = waiting.jumped = false;
+  tried_with_ = 0;
 }
 
 void FrameMatcher::advance(std::int64_t now_ns) { now_ns_ = std::max(now_ns_, bounded(now_ns)); }

@@ -93,6 +93,7 @@ class FrameMatcher {
     bool jumped = false;
   };
 
+  void go_without_stamps();
   void count_ids(const FrameSighting& frame);
   [[nodiscard]] std::size_t frames_until_jump() const;
   void look_for_start(std::size_t frames);

@@ -14,12 +14,13 @@ namespace rigcal {
 /// A frame as it came from a camera.
 struct FrameSighting {
   std::uint64_t id = 0;
-  std::int64_t device_ns = 0;    ///< By the camera's clock; any where the camera gives no stamps.
-  std::int64_t received_ns = 0;  ///< Session time.
+  std::optional<std::int64_t> device_ns;  ///< By the camera's clock, where it gave a stamp.
+  std::int64_t received_ns = 0;           ///< Session time.
 };
 
 struct FrameMatcherOptions {
-  bool has_device_stamps = true;  ///< Otherwise the stamps of arrival and the frames' numbers must do.
+  /// Otherwise the stamps of arrival and the frames' numbers must do; so they must where frames turn out to have none.
+  bool has_device_stamps = true;
   FrameIdRule ids;
   /// From a pulse until its frame is there, at the quickest: trigger delay and exposure; nothing comes before.
   std::int64_t least_lag_ns = 0;
@@ -34,7 +35,7 @@ inline constexpr std::int64_t late_frame_ns = 150'000'000;
 
 /// The stamp that the line maps.
 [[nodiscard]] constexpr std::int64_t line_stamp(const FrameMatcherOptions& options, const FrameSighting& frame) {
-  return options.has_device_stamps ? frame.device_ns : frame.received_ns;
+  return options.has_device_stamps ? frame.device_ns.value_or(frame.received_ns) : frame.received_ns;
 }
 
 /// The pulses that may have released a frame, by the time at which it came: from `first` to before `end` in the book.

@@ -69,8 +69,8 @@ struct CameraSetup {
   std::optional<double> gain;
   std::optional<double> frame_rate;  ///< None where triggers make it.
   std::optional<int> packet_bytes;
-  FrameIdRule frame_ids;  ///< How its frames are numbered.
-  bool has_device_stamps = false;
+  FrameIdRule frame_ids;           ///< How its frames are numbered.
+  bool has_device_stamps = false;  ///< Its frames may have stamps of its own clock.
   HostStamp host_stamp = HostStamp::arrival_start;
   std::vector<std::string> notes;  ///< What is otherwise than wanted, or was mended; sentences.
 };

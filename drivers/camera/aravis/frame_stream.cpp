@@ -157,7 +157,9 @@ Frame FrameStream::read(void* popped) {
   // Of a frame that is not whole no field can be trusted but its id.
   if (facts.status == FrameStatus::whole) {
     const auto device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer));
-    if (device_ns > 0) facts.device_stamp_ns = device_ns;
+    // Cameras that have no clock say zero, or always the same.
+    if (device_ns > 0 && device_ns != last_device_ns_) facts.device_stamp_ns = device_ns;
+    last_device_ns_ = device_ns;
     std::size_t size = 0;
     const auto* data = image_data(buffer, &size);
     if (data == nullptr || size < setup_.image_bytes || has_padded_rows(buffer) ||

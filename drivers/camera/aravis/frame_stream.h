@@ -55,6 +55,7 @@ class FrameStream {
   FrameCounter counter_{gige_block_ids};
   net::RealtimeMap realtime_{net::read_clocks()};
   std::int64_t last_came_ns_ = realtime_.latest().monotonic_ns;  ///< The last frame; those that follow came later.
+  std::int64_t last_device_ns_ = 0;
   Counts counts_;
   std::uint64_t underruns_ = 0;  ///< Packets that found no buffer, up to the last frame.
 };

@@ -161,6 +161,28 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
   EXPECT_EQ(matched, status.matching->matched);
 }
 
+TEST_F(CameraRecorderLive, ImagesGetTheirPulsesFromACameraWithoutAClock) {
+  device.device.clock_drift = -1.0;
+  serve();
+  const std::string settings =
+      "driver: aravis, device: \"" + camera::address_of(device) + "\", exposure_us: 1000, trigger: {source: Line0}";
+  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
+  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const net::SessionClock clock(start);
+  for (int i = 0; i < 12; ++i) {
+    const std::int64_t now = net::read_clocks().monotonic_ns;
+    server->pulse({0, now, now + 500'000, i});
+    recorder->add_pulse({i, clock.from_monotonic(now)});
+    std::this_thread::sleep_for(std::chrono::milliseconds(250 + 50 * (i % 3)));
+  }
+  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 10; }));
+  recorder->finish();
+  const CaptureCamera status = recorder->status();
+  ASSERT_TRUE(status.matching.has_value());
+  EXPECT_EQ(status.matching->strays, 0U);
+  EXPECT_GE(status.matching->matched + 2, status.written);
+}
+
 TEST_F(CameraRecorderLive, ImagesOfFallingEdgesHaveTheStampsOfThese) {
   const std::string settings = "driver: aravis, device: \"" + camera::address_of(device) +
                                "\", exposure_us: 1000, trigger: {source: Line0, activation: falling, delay_us: 10}";

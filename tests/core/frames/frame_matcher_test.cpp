@@ -252,6 +252,31 @@ TEST(FrameMatcher, MatchesNothingWhereTheStartCannotBeKnown) {
   }
 }
 
+// A camera is asked beforehand whether it has a clock, and may be wrong.
+TEST(FrameMatcher, GoesWithoutStampsWhereFramesHaveNone) {
+  for (const bool has_first : {false, true}) {
+    Recording recording = record({}, 3);
+    for (FrameSighting& frame : recording.frames) frame.device_ns.reset();
+    if (has_first) recording.frames.front().device_ns = 12 * second;  // It stands still.
+    const MatchedFrames matched = match_frames(recording, gige_camera());
+    const Score got = score(recording, matched);
+    EXPECT_EQ(got.wrong, 0U);
+    EXPECT_GE(static_cast<double>(got.right), 0.99 * static_cast<double>(got.matchable));
+    EXPECT_EQ(matched.ledger.strays, 0U);
+  }
+}
+
+TEST(FrameMatcher, OneFrameWithoutAStampIsAStray) {
+  Recording recording = record({}, 3);
+  recording.frames[1000].device_ns.reset();
+  const MatchedFrames matched = match_frames(recording, gige_camera());
+  const Score got = score(recording, matched);
+  EXPECT_EQ(got.wrong, 0U);
+  EXPECT_GE(static_cast<double>(got.right), 0.99 * static_cast<double>(got.matchable));
+  EXPECT_EQ(matched.frames[1000].fate, FrameFate::stray);
+  EXPECT_NEAR(matched.clock->jitter_ns, 200e3, 100e3) << "the others go by their stamps";
+}
+
 TEST(FrameMatcher, MatchesByArrivalAndNumberWhereThereAreNoStamps) {
   Course course;
   course.arrival_jitter_ns = 2e6;

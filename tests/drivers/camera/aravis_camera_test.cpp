@@ -319,6 +319,15 @@ TEST_F(AravisCamera, ARateThatCannotBeSwitchedOffIsAsHighAsItCanBeForTriggers) {
   g_object_unref(fake);
 }
 
+TEST_F(AravisCamera, StampsThatStandStillAreNone) {
+  device.device.clock_drift = -1.0;
+  device.device.clock_start_ns = 7'000 * ms;
+  serve();
+  stream(small_config());
+  next();
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(next().frame.facts().device_stamp_ns.has_value());
+}
+
 TEST_F(AravisCamera, LostPacketsAreAskedForAgain) {
   device.faults.loss = 0.02;
   options.frame_retention_us = 1'000'000;  // The tests' machine may be busy with something else.
