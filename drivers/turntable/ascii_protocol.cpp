@@ -42,10 +42,29 @@ std::string fault_of(const AsciiOptions& options) {
 }
 
 void AsciiProtocol::open(double /*now_s*/) {
-  if (options_.ask.empty()) angle_deg_ = 0.0;  // As good as any.
+  lines_ = LineSplitter();
+  to_turn_.reset();
+  if (!may_repeat()) {
+    angle_deg_ = angle_deg_.value_or(0.0);  // As good as any.
+    return;
+  }
+  is_moving_ = false;
+  has_target_ = false;
+  if (!options_.ask.empty()) {
+    angle_deg_.reset();
+    return;
+  }
+  // It counts from where it is now; what is told of it goes on.
+  offset_deg_ += angle_deg_.value_or(0.0);
+  angle_deg_ = 0.0;
+}
+
+bool AsciiProtocol::may_repeat() const {
+  return !options_.ask.empty() || options_.move.find(angle_place) != std::string::npos;
 }
 
 void AsciiProtocol::turn_by(double degrees, double /*now_s*/) {
+  if (is_moving_ && !may_repeat()) return;
   to_turn_ = degrees;
   if (angle_deg_) send_move();
 }
@@ -80,7 +99,7 @@ void AsciiProtocol::take_line(const std::string& line) {
   if (!options_.fault.empty() && line.starts_with(options_.fault)) {
     is_moving_ = false;
     has_target_ = false;
-    tell({TableNews::Kind::failed, angle_deg_.value_or(0.0), "the table says " + line});
+    tell({TableNews::Kind::failed, offset_deg_ + angle_deg_.value_or(0.0), "the table says " + line});
     return;
   }
   if (options_.ask.empty()) return;
@@ -107,9 +126,9 @@ void AsciiProtocol::arrive() {
   is_moving_ = false;
   if (options_.ask.empty()) {
     angle_deg_ = target_deg_;
-    tell({TableNews::Kind::angle, target_deg_, {}});
+    tell({TableNews::Kind::angle, offset_deg_ + target_deg_, {}});
   }
-  tell({TableNews::Kind::arrived, *angle_deg_, {}});
+  tell({TableNews::Kind::arrived, offset_deg_ + *angle_deg_, {}});
 }
 
 }  // namespace rigcal::turntable

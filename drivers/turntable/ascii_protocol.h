@@ -36,13 +36,17 @@ class AsciiProtocol final : public TableProtocol {
   void take_line(const std::string& line);
   void take_angle(double angle_deg);
   void send_move();
+  /// Where a table is told by how much to turn, and cannot be asked where it is, nobody knows whether it has turned
+  /// when its answer got lost: told once more it might turn twice.
+  [[nodiscard]] bool may_repeat() const;
   void arrive();
 
   AsciiOptions options_;
   LineSplitter lines_;
-  std::optional<double> angle_deg_;
-  std::optional<double> to_turn_;  ///< Told, not yet sent: where it is has to be known first.
-  double target_deg_ = 0.0;        ///< Of the last move.
+  std::optional<double> angle_deg_;  ///< As the table counts.
+  double offset_deg_ = 0.0;          ///< From that to what is told; 0 where it can be asked.
+  std::optional<double> to_turn_;    ///< Told, not yet sent: where it is has to be known first.
+  double target_deg_ = 0.0;          ///< Of the last move.
   bool has_target_ = false;
   bool is_moving_ = false;
   int answers_there_ = 0;

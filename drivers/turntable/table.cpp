@@ -112,11 +112,11 @@ void Table::run() {
       Expected<SerialPort> again = SerialPort::open(options_.port, options_.baud);
       if (!again) continue;
       port_ = *std::move(again);
-      protocol_ = make_protocol(options_);
     }
     protocol_->open(now_s());
-    if (const auto talked = talk(*port_); !talked && !is_stopped_)
-      tell({{TableNews::Kind::failed, angle_by_table(), talked.error().message()}});
+    const auto talked = talk(*port_);
+    tell(protocol_->take_news());
+    if (!talked && !is_stopped_) tell({{TableNews::Kind::failed, angle_by_table(), talked.error().message()}});
     port_.reset();
   }
   heartbeat_.rest();

@@ -28,7 +28,7 @@ class TableProtocol {
   TableProtocol& operator=(const TableProtocol&) = delete;
   virtual ~TableProtocol() = default;
 
-  /// The line is open; the table may just have restarted by that.
+  /// The line is open, for the first time or again; the table may just have restarted by that.
   virtual void open(double now_s) = 0;
   /// By so many degrees from where it was told to go last. While that goes on it is the same turn, told once more: the
   /// table ends where it was to end, not a step beyond.

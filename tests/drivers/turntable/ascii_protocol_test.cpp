@@ -76,6 +76,43 @@ TEST(AsciiProtocol, ATurnThatIsToldAgainIsTheSameWhereNobodyKnowsTheAngle) {
   EXPECT_EQ(hear(table, "OK\n").at(0).angle_deg, 18.0);
 }
 
+// Its answer may have got lost, not the step.
+TEST(AsciiProtocol, AStepOfATableThatCannotBeAskedIsNotToldTwice) {
+  AsciiOptions words;
+  words.move = "R{step};";
+  words.ask = "";
+  words.done = "OK";
+  AsciiProtocol table(words);
+  table.open(0.0);
+  table.turn_by(18.0, 0.0);
+  EXPECT_EQ(table.take_output(), "R18.000;\n");
+  table.turn_by(18.0, 60.0);
+  EXPECT_THAT(table.take_output(), IsEmpty());
+  table.open(70.0);
+  table.turn_by(18.0, 71.0);
+  EXPECT_THAT(table.take_output(), IsEmpty());
+  EXPECT_EQ(hear(table, "OK\n").at(1).kind, Kind::arrived);
+  table.turn_by(18.0, 80.0);
+  EXPECT_EQ(table.take_output(), "R18.000;\n");
+  EXPECT_EQ(hear(table, "OK\n").at(0).angle_deg, 36.0);
+}
+
+TEST(AsciiProtocol, WhereItsLineIsOpenedAnewItsAnglesGoOn) {
+  AsciiOptions words;
+  words.move = "TO {angle}";
+  words.ask = "";
+  words.done = "OK";
+  AsciiProtocol table(words);
+  table.open(0.0);
+  table.turn_by(18.0, 0.0);
+  EXPECT_EQ(table.take_output(), "TO 18.000\n");
+  EXPECT_EQ(hear(table, "OK\n").at(0).angle_deg, 18.0);
+  table.open(60.0);  // It counts from zero again.
+  table.turn_by(18.0, 61.0);
+  EXPECT_EQ(table.take_output(), "TO 18.000\n");
+  EXPECT_EQ(hear(table, "OK\n").at(0).angle_deg, 36.0);
+}
+
 TEST(AsciiProtocol, WordsOfItsOwn) {
   AsciiOptions words;
   words.move = "R{step};";
