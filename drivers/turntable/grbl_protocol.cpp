@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace rigcal::turntable {
 namespace {
@@ -10,6 +11,8 @@ namespace {
 constexpr double start_up_s = 2.0;  // Opening the port restarts many boards.
 constexpr double most_off_deg = 0.1;
 constexpr std::string_view letters = "XYZABC";
+constexpr double most_deg = 1e6;  // As `read_number`.
+constexpr std::string_view soft_reset = "\x18";
 
 // The n-th of the numbers between commas after `name` in a report.
 std::optional<double> position(std::string_view report, std::string_view name, std::size_t index) {
@@ -30,16 +33,32 @@ std::optional<double> position(std::string_view report, std::string_view name, s
 }  // namespace
 
 void GrblProtocol::open(double now_s) {
+  lines_ = LineSplitter();
+  to_turn_.reset();
+  is_moving_ = false;
+  is_taken_ = false;
+  is_held_ = false;
+  has_reported_ = false;
+  may_free_ = true;
+  restart(now_s);
+}
+
+void GrblProtocol::restart(double now_s) {
   ready_s_ = now_s + start_up_s;
   is_ready_ = false;
 }
 
 void GrblProtocol::turn_by(double degrees, double /*now_s*/) {
-  // A move that it has taken it will finish, and does another after that, not instead.
-  if (is_moving_ && is_taken_) return;
+  // A move that it has taken it will finish, and does another after that, not instead. While it is held it keeps what
+  // it is told for later.
+  if (is_moving_ && (is_taken_ || is_held_)) return;
   const bool is_known = is_moving_ && start_deg_ && angle_deg_;
   to_turn_ = is_known ? *start_deg_ + moved_by_ - *angle_deg_ : degrees;
-  if (is_ready_) send_move();
+  send_if_possible();
+}
+
+void GrblProtocol::send_if_possible() {
+  if (to_turn_ && is_ready_ && has_reported_ && !is_held_) send_move();
 }
 
 void GrblProtocol::send_move() {
@@ -55,21 +74,21 @@ void GrblProtocol::send_move() {
   asked_after_taken_ = 0;
 }
 
-void GrblProtocol::receive(std::string_view bytes, double /*now_s*/) {
-  for (const std::string& line : lines_.add(bytes)) take_line(line);
+void GrblProtocol::receive(std::string_view bytes, double now_s) {
+  for (const std::string& line : lines_.add(bytes)) take_line(line, now_s);
 }
 
 void GrblProtocol::tick(double now_s) {
   if (!is_ready_ && now_s >= ready_s_) {
     is_ready_ = true;
-    if (to_turn_ && angle_deg_) send_move();
+    send_if_possible();
   }
   if (!is_ready_) return;
   if (is_taken_) ++asked_after_taken_;
   say("?");
 }
 
-void GrblProtocol::take_line(const std::string& line) {
+void GrblProtocol::take_line(const std::string& line, double now_s) {
   if (line == "ok") {
     is_taken_ = is_moving_;
     asked_after_taken_ = 0;
@@ -77,45 +96,71 @@ void GrblProtocol::take_line(const std::string& line) {
     is_moving_ = false;
     is_taken_ = false;
     tell({TableNews::Kind::failed, angle_deg_.value_or(0.0), "the table says " + line});
-  } else if (line.starts_with("Grbl ")) {
+  } else if (line.starts_with("Grbl")) {
     if (is_moving_) tell({TableNews::Kind::failed, angle_deg_.value_or(0.0), "the table has restarted"});
     is_moving_ = false;
     is_taken_ = false;
+    is_held_ = false;
+    has_reported_ = false;
+    has_restarted_ = true;
   } else if (line.starts_with('<') && line.ends_with('>')) {
-    take_report(line);
+    take_report(line, now_s);
   }
 }
 
-void GrblProtocol::take_report(const std::string& line) {
+void GrblProtocol::take_report(const std::string& line, double now_s) {
   const std::size_t axis = letters.find(options_.letter);
-  std::optional<double> angle = position(line, "|MPos:", axis);
-  if (!angle) angle = position(line, "|WPos:", axis);
-  if (!angle) return;
-  angle_deg_ = angle;
-  tell({TableNews::Kind::angle, *angle, {}});
-  if (to_turn_ && is_ready_) {
-    send_move();
-    return;
-  }
-  if (!is_moving_) return;
-  if (line.starts_with("<Alarm") || line.starts_with("<Door")) {
-    is_moving_ = false;
-    is_taken_ = false;
-    tell({TableNews::Kind::failed, *angle, "the table says " + line.substr(1, line.find('|') - 1)});
-    return;
-  }
+  std::optional<double> counted_deg = position(line, "|MPos:", axis);
+  if (!counted_deg) counted_deg = position(line, "|WPos:", axis);
+  if (!counted_deg) return;
+  take_angle(*counted_deg);
+  take_state(line.substr(1, line.find('|') - 1), now_s);
+  send_if_possible();
   // The first report after "ok" may have been on its way already.
-  if (!is_taken_ || asked_after_taken_ < 2 || !line.starts_with("<Idle")) return;
+  if (!is_moving_ || !is_taken_ || asked_after_taken_ < 2 || !line.starts_with("<Idle")) return;
   is_moving_ = false;
   is_taken_ = false;
-  const double off = start_deg_ ? *angle - *start_deg_ - moved_by_ : 0.0;
+  const double off = start_deg_ ? *angle_deg_ - *start_deg_ - moved_by_ : 0.0;
   if (std::abs(off) > most_off_deg) {
     std::array<char, 96> text{};
     std::snprintf(text.data(), text.size(), "the table stopped %.2f degrees off where it was told to go", off);
-    tell({TableNews::Kind::failed, *angle, text.data()});
+    tell({TableNews::Kind::failed, *angle_deg_, text.data()});
   } else {
-    tell({TableNews::Kind::arrived, *angle, {}});
+    tell({TableNews::Kind::arrived, *angle_deg_, {}});
   }
+}
+
+void GrblProtocol::take_angle(double counted_deg) {
+  if (std::exchange(has_restarted_, false) && angle_deg_) offset_deg_ = *angle_deg_ - counted_deg;
+  if (std::abs(counted_deg + offset_deg_) > most_deg) offset_deg_ = 0.0;
+  angle_deg_ = counted_deg + offset_deg_;
+  has_reported_ = true;
+  tell({TableNews::Kind::angle, *angle_deg_, {}});
+}
+
+// What keeps it from turning is told once, also while it rests: somebody has to go there.
+void GrblProtocol::take_state(const std::string& state, double now_s) {
+  const bool is_alarm = state.starts_with("Alarm");
+  const bool is_hold = state.starts_with("Hold");
+  is_held_ = is_hold || state.starts_with("Door");
+  may_free_ = may_free_ && is_hold;
+  if (may_free_) {
+    // `close` has left it held within a move. A reset drops the rest of that; of a table that stands it costs no steps,
+    // and grbl keeps its position. An alarm, or a hold that comes later, is for somebody to look at.
+    if (state == "Hold:1") return;  // It still slows down.
+    may_free_ = false;
+    say(soft_reset);
+    restart(now_s);
+    return;
+  }
+  if (is_alarm) {
+    is_moving_ = false;
+    is_taken_ = false;
+  }
+  const std::string kind = is_alarm || is_held_ ? state.substr(0, state.find(':')) : std::string();
+  if (std::exchange(told_state_, kind) == kind || kind.empty()) return;
+  tell({TableNews::Kind::failed, *angle_deg_,
+        "the table says " + state + (is_alarm ? ": unlock it ($X) or home it ($H)" : ": let it go on (~)")});
 }
 
 }  // namespace rigcal::turntable

@@ -24,6 +24,12 @@ constexpr int look_ms = 10;
 constexpr double rest_s = 0.2;  // So long a followed run must not have turned to be at rest.
 constexpr double least_turn_deg = 1e-3;
 
+constexpr const char* welcome = "\r\nGrbl 1.1h ['$' for help]\r\n";
+constexpr char soft_reset = 0x18;
+
+/// Characters that are not part of a line.
+bool is_realtime(char c) { return c == '?' || c == '!' || c == '~' || c == soft_reset; }
+
 double now_s() { return seconds_of_ns(monotonic_now_ns()); }
 
 Error no_terminal(int code) {
@@ -97,7 +103,7 @@ void VirtualTable::advance() {
   const std::lock_guard lock(mutex_);
   const double most = (now - told_s_) * options_.degrees_per_s;
   told_s_ = now;
-  if (!follows_ && !is_jammed_) angle_deg_ += std::clamp(target_deg_ - angle_deg_, -most, most);
+  if (!follows_ && !is_jammed_ && !is_held_) angle_deg_ += std::clamp(target_deg_ - angle_deg_, -most, most);
 }
 
 bool VirtualTable::is_turning() const {
@@ -106,7 +112,7 @@ bool VirtualTable::is_turning() const {
 }
 
 void VirtualTable::run() {
-  if (options_.speaks_grbl) answer("\r\nGrbl 1.1h ['$' for help]\r\n");
+  if (options_.speaks_grbl) answer(welcome);
   while (!is_stopped_) {
     pollfd wait{terminal_.get(), POLLIN, 0};
     const int ready = ::poll(&wait, 1, look_ms);
@@ -119,22 +125,31 @@ void VirtualTable::run() {
 }
 
 void VirtualTable::take(char c) {
-  if (options_.speaks_grbl && (c == '?' || c == '!')) {  // Not part of a line.
-    const std::lock_guard lock(mutex_);
-    if (c == '!') {
-      target_deg_ = angle_deg_;
-      return;
-    }
-    std::array<char, 96> report{};
-    std::snprintf(report.data(), report.size(), "<%s|MPos:%.3f,0.000,0.000|FS:0,0>\r\n", is_turning() ? "Run" : "Idle",
-                  angle_deg_);
-    answer(report.data());
+  if (options_.speaks_grbl && is_realtime(c)) {
+    obey(c);
   } else if (c == '\n') {
     take_line();
     line_.clear();
   } else if (c != '\r' && line_.size() < 200) {
     line_ += c;
   }
+}
+
+void VirtualTable::obey(char c) {
+  const std::lock_guard lock(mutex_);
+  if (c == '!') is_held_ = !follows_;
+  if (c == '~') is_held_ = false;
+  if (c == soft_reset) {
+    is_held_ = false;
+    target_deg_ = angle_deg_;
+    line_.clear();
+    answer(welcome);
+  }
+  if (c != '?') return;
+  const char* state = is_held_ ? "Hold:0" : is_turning() ? "Run" : "Idle";
+  std::array<char, 96> report{};
+  std::snprintf(report.data(), report.size(), "<%s|MPos:%.3f,0.000,0.000|FS:0,0>\r\n", state, angle_deg_);
+  answer(report.data());
 }
 
 void VirtualTable::order_move(double to_deg) {
@@ -145,6 +160,7 @@ void VirtualTable::order_move(double to_deg) {
 void VirtualTable::take_line() {
   const std::lock_guard lock(mutex_);
   if (options_.speaks_grbl) {
+    if (is_held_) return;  // It would wait until it is let go.
     const std::size_t at = line_.find(" X");
     const auto by = at == std::string::npos ? std::nullopt : number_at(line_, at + 2);
     if (line_.find("G91") == std::string::npos || line_.find("G1 ") == std::string::npos || !by) {

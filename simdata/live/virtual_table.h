@@ -43,6 +43,7 @@ class VirtualTable {
   void run();
   void advance();
   void take(char c);
+  void obey(char c);
   void take_line();
   void order_move(double to_deg);
   [[nodiscard]] bool is_turning() const;
@@ -60,6 +61,7 @@ class VirtualTable {
   double angle_deg_ = 0.0;
   double target_deg_ = 0.0;
   bool follows_ = false;
+  bool is_held_ = false;
   bool awaits_turn_ = false;  ///< Told to turn, and the run has not turned yet.
   double changed_s_ = -1e9;   ///< When the run's angle last changed.
   std::thread thread_;

@@ -118,6 +118,26 @@ TEST(Table, FollowsARunThatTurnsByItself) {
   EXPECT_NEAR(arrived->angle_deg, 18.0, 1e-3);
 }
 
+TEST(Table, OneThatARunHasLeftWithinAMoveTurnsInTheNext) {
+  auto other_end = sim::VirtualTable::start({});
+  if (!other_end) GTEST_SKIP() << other_end.error().message();
+  auto table = Table::start(options_of(**other_end, ProtocolKind::grbl), net::read_clocks());
+  ASSERT_TRUE(table.has_value());
+  (*table)->turn_by(100.0);
+  for (int i = 0; i < 500 && (*other_end)->angle_deg() < 10.0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  table->reset();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const double held_deg = (*other_end)->angle_deg();
+  EXPECT_LT(held_deg, 100.0);
+  table = Table::start(options_of(**other_end, ProtocolKind::grbl), net::read_clocks());
+  ASSERT_TRUE(table.has_value());
+  (*table)->turn_by(5.0);
+  const auto arrived = await(**table, Kind::arrived);
+  ASSERT_TRUE(arrived.has_value());
+  EXPECT_NEAR(arrived->angle_deg, held_deg + 5.0, 1e-3);
+}
+
 TEST(Table, PortsThatCannotBeHadAreRefused) {
   const auto folder = scratch_folder("table");
   TableOptions options;
