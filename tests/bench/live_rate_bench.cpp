@@ -203,6 +203,7 @@ int main(int argc, char** argv) {
     return 4;
   }
   livox::Receiver& receiver = **opened;
+  receiver.prepare();
   Taker taker(way);
   Sender sender(receiver.socket().local(), times, seconds);
   const double cpu_before = cpu_seconds();

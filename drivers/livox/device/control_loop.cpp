@@ -57,7 +57,8 @@ ControlLoop::ControlLoop(Wiring wiring, Senders& senders, HostProtocol protocol,
       waiter_(std::move(waiter)),
       batch_(control_batch),
       clock_(wiring_.session_start),
-      ring_(control_queue) {}
+      ring_(control_queue),
+      prepared_(wiring_.hosts.size()) {}
 
 void ControlLoop::run() {
   while (true) {
@@ -122,6 +123,8 @@ void ControlLoop::hear(net::UdpSocket& socket, std::optional<std::size_t> host) 
 // Sends what the protocol wants to be sent and keeps its events.
 void ControlLoop::hand_out() {
   for (const OutgoingFrame& frame : output_.frames) {
+    if (!prepared_[frame.host] && wiring_.prepare) wiring_.prepare(frame.host);
+    prepared_[frame.host] = true;
     const net::UdpSocket& socket = commands_[frame.host];
     const auto sent = socket.send(frame.to, frame.bytes);
     // One that could not be sent is like one that got lost: it is repeated.

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -38,6 +39,8 @@ class ControlLoop {
     bool bind_to_interface = false;
     net::ClockReading session_start;
     bool send_utc = false;
+    /// Called for a host before the first frame is sent from there: a device that is wanted was heard.
+    std::function<void(std::size_t host)> prepare;
   };
 
   /// Errors: a port that is taken, what HostProtocol::create refuses.
@@ -86,6 +89,7 @@ class ControlLoop {
   mutable std::mutex mutex_;      ///< Of the protocol, its output, the ring's writing end and the events.
   std::int64_t followed_ns_ = 0;  ///< When the interfaces were looked at last.
   std::int64_t utc_told_s_ = 0;   ///< The second of the last time of day that was sent.
+  std::vector<bool> prepared_;    ///< By host.
   std::deque<Event> events_;
   ControlCounters counted_;  ///< But what the protocol and the sockets count.
 };

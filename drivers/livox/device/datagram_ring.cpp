@@ -5,19 +5,21 @@
 
 namespace rigcal::livox {
 
-DatagramRing::DatagramRing(std::size_t datagrams) : slots_(std::bit_ceil(std::max<std::size_t>(datagrams, 2))) {
-  // Touched now, so that the first packets do not wait for the system to find memory.
-  for (Slot& slot : slots_) slot.bytes.fill(0);
+DatagramRing::DatagramRing(std::size_t datagrams) : capacity_(std::bit_ceil(std::max<std::size_t>(datagrams, 2))) {
+  slots_.reserve(capacity_);
 }
 
+void DatagramRing::take_memory() { slots_.resize(capacity_); }
+
 bool DatagramRing::push(const Datagram& datagram) {
+  if (slots_.empty()) take_memory();
   const std::uint64_t pushed = pushed_.load(std::memory_order_relaxed);
   const std::size_t waiting = pushed - popped_.load(std::memory_order_acquire);
-  if (waiting >= slots_.size() || datagram.bytes.size() > kLongest) {
+  if (waiting >= capacity_ || datagram.bytes.size() > kLongest) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  Slot& slot = slots_[pushed & (slots_.size() - 1)];
+  Slot& slot = slots_[pushed & (capacity_ - 1)];
   slot.stamp_ns = datagram.stamp_ns;
   slot.from = datagram.from;
   slot.to = datagram.to;
@@ -32,7 +34,7 @@ bool DatagramRing::push(const Datagram& datagram) {
 bool DatagramRing::peek(Datagram& datagram) const {
   const std::uint64_t popped = popped_.load(std::memory_order_relaxed);
   if (popped == pushed_.load(std::memory_order_acquire)) return false;
-  const Slot& slot = slots_[popped & (slots_.size() - 1)];
+  const Slot& slot = slots_[popped & (capacity_ - 1)];
   datagram = {slot.stamp_ns, slot.from, slot.to, ByteView(slot.bytes).first(slot.size)};
   return true;
 }

@@ -19,6 +19,9 @@ class DatagramRing {
   /// Room for `datagrams`, rounded up to a power of two.
   explicit DatagramRing(std::size_t datagrams);
 
+  /// Touches its memory, so that no datagram waits for the system to find it: tens of milliseconds. Before the first
+  /// `push`, which does it otherwise. A ring that is not used takes none.
+  void take_memory();
   /// From the one thread. False where there is no room or the datagram is too long; both are counted.
   bool push(const Datagram& datagram);
   /// From the other thread: the oldest one, or nothing. It lives until `pop`.
@@ -30,7 +33,7 @@ class DatagramRing {
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
   /// The most that have waited at once.
   [[nodiscard]] std::size_t high_water() const { return high_water_.load(std::memory_order_relaxed); }
-  [[nodiscard]] std::size_t capacity() const { return slots_.size(); }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
  private:
   struct Slot {
@@ -41,7 +44,8 @@ class DatagramRing {
     std::array<std::uint8_t, kLongest> bytes;
   };
 
-  std::vector<Slot> slots_;
+  std::size_t capacity_;
+  std::vector<Slot> slots_;  ///< None until `take_memory`, then all.
   alignas(64) std::atomic<std::uint64_t> pushed_{0};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::size_t> high_water_{0};

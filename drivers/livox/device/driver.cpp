@@ -45,8 +45,9 @@ Expected<std::unique_ptr<Driver>> Driver::start(const DriverOptions& options) {
     data_ports.push_back(opened.local().port);
     driver->receivers_.push_back(*std::move(receiver));
   }
+  const auto prepare = [of = driver.get()](std::size_t host) { of->receivers_[host]->prepare(); };
   auto control = ControlLoop::open({driver->hosts_, std::move(data_ports), options.devices, options.discovery_port,
-                                    options.bind_to_interface, driver->session_start_, options.send_utc},
+                                    options.bind_to_interface, driver->session_start_, options.send_utc, prepare},
                                    driver->senders_);
   if (!control) return control.error();
   driver->control_ = *std::move(control);

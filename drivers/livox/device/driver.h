@@ -16,9 +16,10 @@ struct DriverOptions {
   std::vector<WantedDevice> devices;
   std::string interface = "auto";  ///< Name of a network interface.
   std::string host_ip = "auto";
-  bool bind_to_interface = false;           ///< Also keep the sockets to their interfaces; needs CAP_NET_RAW.
-  std::size_t receive_bytes = 8U << 20U;    ///< Buffer of each data socket.
-  std::size_t queue_datagrams = 1U << 15U;  ///< Of each interface: 48 MiB, 6 s of a rig of 5500 packets a second.
+  bool bind_to_interface = false;         ///< Also keep the sockets to their interfaces; needs CAP_NET_RAW.
+  std::size_t receive_bytes = 8U << 20U;  ///< Buffer of each data socket.
+  /// Of each interface at which a device is heard: 48 MiB, 6 s of a rig of 5500 packets a second.
+  std::size_t queue_datagrams = 1U << 15U;
   std::uint16_t discovery_port = kDiscoveryPort;
   bool send_utc = false;  ///< Each second tell devices that have a PPS what time it is, by this machine's clock.
   bool realtime = false;
@@ -44,7 +45,8 @@ struct InterfaceReport {
 
 /// Live Livox LiDARs: finds, takes and sets up the devices that are wanted, keeps them, and hands out every datagram,
 /// of both directions. One thread talks to the devices; one for each interface takes their packets, and asks for no
-/// memory after the start. All queues are bounded, and each datagram that is lost here is counted where it is lost
+/// memory once a device was heard there. All queues are bounded, and each datagram that is lost here is counted where
+/// it is lost
 /// (`interfaces`, `ControlLoop::counters`).
 class Driver {
  public:

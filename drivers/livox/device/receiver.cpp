@@ -53,6 +53,12 @@ Receiver::Receiver(net::UdpSocket socket, net::Waiter waiter, const Senders& sen
       pause_ns_(kLongestPauseNs),
       heartbeat_("receiving at " + rigcal::to_string(socket_.local().ip)) {}
 
+void Receiver::prepare() {
+  if (is_prepared_.load()) return;
+  ring_.take_memory();
+  is_prepared_.store(true);
+}
+
 bool Receiver::receive_some(std::int64_t timeout_ns) {
   heartbeat_.beat();
   if (timeout_ns > 0) {
@@ -96,10 +102,11 @@ net::ClockReading Receiver::read_clocks() {
 }
 
 void Receiver::queue(std::size_t count, const net::ClockReading& now) {
+  const bool is_prepared = is_prepared_.load();
   for (std::size_t i = 0; i < count; ++i) {
     const net::Received& received = batch_[i];
     const std::size_t device = senders_.find(received.from.ip);
-    if (device == kNoDevice) {
+    if (device == kNoDevice || !is_prepared) {
       strangers_.fetch_add(1, std::memory_order_relaxed);
       continue;
     }

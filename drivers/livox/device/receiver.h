@@ -64,8 +64,8 @@ constexpr std::int64_t kLongestPauseNs = 10'000'000;
 /// about a quarter of the room is filled, so that oversleeping costs nothing; 0: not at all.
 [[nodiscard]] std::int64_t gathering_pause_ns(std::int64_t pause_ns, std::size_t came, std::size_t room);
 
-/// Takes the sample packets of one interface off their socket, stamps and queues them, and nothing else. After it is
-/// made no memory is asked for.
+/// Takes the sample packets of one interface off their socket, stamps and queues them, and nothing else. After
+/// `prepare` no memory is asked for.
 class Receiver {
  public:
   /// Errors: see UdpSocket::open.
@@ -73,6 +73,9 @@ class Receiver {
                                                                 const net::ClockReading& session_start,
                                                                 std::size_t queue_datagrams);
 
+  /// Takes the memory of the queue, 48 MiB or so: where no device is heard none is taken. From one thread, before a
+  /// device sends; until then all packets are those of strangers.
+  void prepare();
   /// Waits for packets, at most for that long, and queues what is there; while packets flow, it lets them gather for
   /// some milliseconds first, as far as the socket's buffer has room. No wait: 0. Whether there was anything.
   bool receive_some(std::int64_t timeout_ns);
@@ -104,6 +107,7 @@ class Receiver {
   Heartbeat heartbeat_;
   bool is_flowing_ = false;
   std::array<DeviceTraffic, kMaxDevices> traffic_;
+  std::atomic<bool> is_prepared_{false};
   std::atomic<std::uint64_t> received_{0};
   std::atomic<std::uint64_t> kernel_drops_{0};
   std::atomic<std::uint64_t> strangers_{0};

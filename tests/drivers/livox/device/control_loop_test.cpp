@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <functional>
@@ -35,6 +36,7 @@ class ControlLoopTest : public testing::Test {
     wiring.devices[0].broadcast_code = wanted_code;
     wiring.discovery_port = discovery_port;
     wiring.session_start = net::read_clocks();
+    wiring.prepare = [this](std::size_t host) { prepared += host == 0 ? 1 : 100; };
     auto opened = ControlLoop::open(std::move(wiring), senders);
     ASSERT_TRUE(opened.has_value()) << opened.error().message();
     loop = *std::move(opened);
@@ -61,6 +63,7 @@ class ControlLoopTest : public testing::Test {
   }
 
   Senders senders;
+  std::atomic<int> prepared = 0;
   std::unique_ptr<ControlLoop> loop;
   std::unique_ptr<net::UdpSocket> device;
   std::thread thread;
@@ -91,6 +94,23 @@ TEST_F(ControlLoopTest, CountsFramesOfNobodyAndEventsThatNobodyTook) {
   }
   EXPECT_TRUE(comes_to([](const ControlCounters& counters) { return counters.lost_events > 0; }));
   EXPECT_EQ(loop->take_events().size(), ControlLoop::kMostEvents);
+}
+
+TEST_F(ControlLoopTest, PreparesAHostOnceADeviceThatIsWantedIsHeardThere) {
+  run();
+  const auto wait_for = [](const std::function<bool()>& condition) {
+    for (int i = 0; i < 1000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return condition();
+  };
+  say(make_broadcast({"0TFDG3B00600999", DeviceType::mid40, 0}, 1));
+  EXPECT_TRUE(wait_for([&] { return !loop->sightings().empty(); }));
+  EXPECT_EQ(prepared, 0);
+  for (int i = 0; i < 20; ++i) {
+    say(make_broadcast({wanted_code, DeviceType::avia, 0}, 1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_TRUE(wait_for([&] { return prepared > 0; }));
+  EXPECT_EQ(prepared, 1);
 }
 
 // A broadcast that says it came from port 0, where no answer can be sent to.

@@ -1,8 +1,10 @@
 #include "drivers/livox/device/datagram_ring.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -11,6 +13,15 @@ namespace {
 
 const Endpoint from{{127, 0, 0, 21}, 60001};
 const Endpoint to{{127, 0, 0, 1}, 56001};
+
+/// What this program has of the machine's memory, MiB.
+double resident_mib() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0.0;
+  double resident = 0.0;
+  file >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1U << 20U);
+}
 
 TEST(DatagramRing, KeepsTheOrderAndCountsWhatDoesNotFit) {
   DatagramRing ring(5);
@@ -34,6 +45,15 @@ TEST(DatagramRing, KeepsTheOrderAndCountsWhatDoesNotFit) {
   }
   EXPECT_FALSE(ring.peek(datagram));
   EXPECT_TRUE(ring.push({99, from, to, bytes}));
+}
+
+// There is one for each interface of the machine, and LiDARs are behind one of them.
+TEST(DatagramRing, TakesNoMemoryBeforeItIsUsed) {
+  const double before = resident_mib();
+  DatagramRing ring(1U << 15U);
+  EXPECT_LT(resident_mib() - before, 20.0);
+  ring.take_memory();
+  EXPECT_GT(resident_mib() - before, 40.0);
 }
 
 TEST(DatagramRing, RefusesWhatIsTooLong) {

@@ -24,6 +24,7 @@ class Receiving : public testing::Test {
     auto made = Receiver::open(options, senders, net::read_clocks(), queue);
     ASSERT_TRUE(made.has_value());
     receiver = *std::move(made);
+    receiver->prepare();
     senders.set(3, {127, 0, 0, 21});
     options.local = {{127, 0, 0, 21}, 0};
     options.receive_bytes = 0;
