@@ -53,6 +53,29 @@ struct ScalarEstimate {
   double sigma = 0.0;
 };
 
+/// How well the images of one stop show the map's edges where a pose says. Offsets of partners do not tell: what shows
+/// nothing there has few partners, and those are near by chance.
+struct StopAgreement {
+  int stop = 0;
+  std::string file;        ///< Its first image.
+  double segments = 0.0;   ///< That its images should show; all images of a stop together count once.
+  double explained = 0.0;  ///< Of these, by image edges,
+  double by_chance = 0.0;  ///< and on average from poses beside this one.
+
+  /// Of `segments`, by more than chance: about 0 where the images are of another place, or the camera is.
+  [[nodiscard]] double share() const { return segments > 0.0 ? (explained - by_chance) / segments : 0.0; }
+};
+
+/// Poses from the first and from the last stops with images, a third of all each, three at least.
+struct FirstAndLast {
+  double apart_m = 0.0;
+  double apart_rad = 0.0;
+  double chi2 = 0.0;  ///< Over what they may differ by, 6 degrees of freedom.
+  /// How many times more of their own edges one of them explains than the result does, the larger; 0: fewer than six
+  /// stops.
+  double gain = 0.0;
+};
+
 /// All that the images tell of one camera; `core/quality` judges it.
 struct CameraEstimate {
   bool found = false;  ///< A pose was found at all; if not, `why_not` says in words what stood in the way.
@@ -72,6 +95,12 @@ struct CameraEstimate {
   double hold_out = 0.0;
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;
+  /// Of the map's edges, what the images of the held-out stops show by more than chance, over what those of the others
+  /// do (1: as much); and what those of each stop do at the result, in the order of the stops. None where nothing could
+  /// be held out.
+  std::optional<double> hold_out_share;
+  std::vector<StopAgreement> stops;
+  FirstAndLast first_and_last;
 
   /// All three 0 where there are too few stops to tell (fewer than four).
   ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1, freely estimated.

@@ -15,8 +15,9 @@ struct SolvedCamera {
   const std::vector<EdgeView>& views;
 };
 
-/// Solves again without every fourth stop and for either half of the stops, from the end of all, and fills in what that
-/// tells of an estimate: hold-out and halves. What there are too few stops for stays as it is.
+/// Solves again without every fourth stop, for either half of the stops, and for the first and the last of them, from
+/// the end of all, and fills in what that tells of an estimate: hold-out, halves, first and last. What there are too
+/// few stops for stays as it is.
 void check_by_stops(const SolvedCamera& solved, const EdgeSolution& end, const RunContext& context,
                     CameraEstimate& estimate);
 

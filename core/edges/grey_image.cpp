@@ -65,8 +65,9 @@ int value_bits(const Image& image) {
   constexpr std::array<int, 5> depths{8, 10, 12, 14, 16};
   const int largest = largest_value(image);
   const auto format = parse_pixel_format(image.pixel_format);
-  if (format && format->bits > 8 && largest >> format->bits == 0) return format->bits;
-  if (format && format->bits > 8) return 16;
+  // Formats of 16 bits are what values of 10 to 14 are carried in, too: then those tell.
+  const bool is_told = format && format->bits > 8 && format->bits < 16;
+  if (is_told) return largest >> format->bits == 0 ? format->bits : 16;
   return *std::find_if(depths.begin(), depths.end(), [&](int bits) { return largest >> bits == 0; });
 }
 

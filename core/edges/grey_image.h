@@ -5,9 +5,9 @@
 
 namespace rigcal {
 
-/// How many bits of an image's values carry what the camera measured: those that its pixel format names, or, where it
-/// names none or a value does not fit (drivers that shift to the left), as few of 8, 10, 12, 14 and 16 as hold the
-/// largest value.
+/// How many bits of an image's values carry what the camera measured: those that its pixel format names, 16 where a
+/// value does not fit (drivers that shift to the left), and as few of 8, 10, 12, 14 and 16 as hold the largest value
+/// where it names none, or 16 (in which drivers carry 10 to 14, too).
 [[nodiscard]] int value_bits(const Image& image);
 
 /// Whether its pixels lie behind a Bayer filter: so says the pixel format, and it has one channel only.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/base/text.h"
 #include "core/camera/end_solve.h"
 #include "core/quality/verdict_text.h"
@@ -135,6 +136,49 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
   }
 }
 
+std::string some_of(std::vector<std::string> files) {
+  constexpr std::size_t most = 6;
+  const std::size_t count = files.size();
+  if (count > most) files.resize(most);
+  return joined(files, ", ") + (count > most ? " and " + std::to_string(count - most) + " more" : "");
+}
+
+// Files of images that show next to none of the edges that those of most stops do.
+std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThresholds& limits) {
+  std::vector<double> shares;
+  for (const StopAgreement& stop : e.stops) shares.push_back(stop.share());
+  const double usual = shares.empty() ? 0.0 : median(std::move(shares));
+  std::vector<std::string> files;
+  for (const StopAgreement& stop : e.stops) {
+    if (stop.segments > 0.0 && stop.share() < limits.unlike_share * usual) files.push_back(stop.file);
+  }
+  const double least =
+      std::max(static_cast<double>(limits.least_unlike), limits.unlike_stops * static_cast<double>(e.stops.size()));
+  if (static_cast<double>(files.size()) < least) files.clear();
+  return files;
+}
+
+// What the offsets of partners do not show: where there is nothing, none are found.
+void judge_stops(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
+                 Verdict& verdict) {
+  const FirstAndLast& times = e.first_and_last;
+  if (times.gain > limits.moved_gain && times.chi2 > differing_chi2 &&
+      bounds_apart(times.apart_m, times.apart_rad, e, require) > limits.halves_share) {
+    weaken(verdict, "its first and its last stops give poses " + mm(times.apart_m) + " and " + deg(times.apart_rad) +
+                        " apart, each where its own images fit better: it was moved or bumped in between; fasten it "
+                        "and record anew");
+  }
+  const std::string mend =
+      ": the camera or the rig was moved there, or they were taken elsewhere; leave them out, or record anew";
+  if (const std::vector<std::string> files = unlike_images(e, limits); !files.empty()) {
+    weaken(verdict, "its images " + some_of(files) + " show next to none of the edges that the others do" + mend);
+  } else if (e.hold_out_share && *e.hold_out_share < limits.hold_out_share) {
+    weaken(verdict, "the images of the stops that were held out show " +
+                        number(100.0 * std::max(0.0, *e.hold_out_share), 0) + " % of the edges that the others do" +
+                        mend);
+  }
+}
+
 Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
                   const CameraThresholds& limits) {
   Verdict verdict;
@@ -166,6 +210,7 @@ Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requir
   }
   // First what may be the cause of all else.
   if (!refined) judge_intrinsics(e, limits, is_doubtful, verdict);
+  judge_stops(e, require, limits, verdict);
   judge_second_opinions(e, require, limits, verdict);
   judge_bounds(e, require, verdict);
   judge_hold_out(e, limits, verdict);

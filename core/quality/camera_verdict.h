@@ -13,6 +13,12 @@ struct CameraThresholds {
   double hold_out = 2.0;                      ///< Offsets of held-out stops over their expected sigma.
   double worse_ratio = 1.5;                   ///< They are worse than at the start where they are so many times larger
   double worse_px = 0.1;                      ///< and so much more: a start may be a result.
+  double hold_out_share = 0.3;                ///< What they show by more than chance, over what the others do.
+  double unlike_share = 0.25;                 ///< Stops that show less than so much of what most do are unlike them;
+  std::size_t least_unlike = 2;               ///< one may be of a place where little is seen, so many,
+  double unlike_stops = 0.1;                  ///< and such a share of all, are not.
+  double moved_gain = 1.3;                    ///< The first or the last stops explain so many times more at their own
+                                              ///< pose than at that of all.
   double disagreement_chi2 = differing_chi2;  ///< Edges against information.
   double radial_trend_sigmas = 4.0;           ///< The trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
@@ -28,9 +34,10 @@ struct CameraThresholds {
 };
 
 /// What the status of a camera means (docs/judging.md): good needs the 95 % bounds inside the requirement, a hold-out
-/// within twice the expected noise and not worse than the start, the runner-up minimum rejected, and checks that agree:
-/// the information between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what was
-/// not found, did not converge, fits held-out stops worse than its start, or is another pose for either half of the
+/// within twice the expected noise and not worse than the start, stops that show what the others do, first and last
+/// stops that give the same pose or explain no more at their own, the runner-up minimum rejected, and checks that
+/// agree: the information between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what
+/// was not found, did not converge, fits held-out stops worse than its start, or is another pose for either half of the
 /// stops without the word of the information: by far more than its sigma, or where a lens that seems to be another one,
 /// or information that leads nowhere, speaks against it, too; and of what nothing was seen in the held-out stops,
 /// without that word. Where a lens of the other distortion model explains clearly more, that is the first reason of

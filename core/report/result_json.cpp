@@ -116,6 +116,11 @@ Json found_json(const CameraEvidence& camera) {
             {"k1_change", scalar(e.k1_change)},
             {"radial_trend_px", scalar(e.radial_trend)},
             {"halves", {{"mm", 1e3 * e.halves_m}, {"deg", to_deg(e.halves_rad)}, {"chi2", e.halves_chi2}}}};
+  if (e.hold_out_share) json["hold_out"]["share"] = *e.hold_out_share;
+  if (const FirstAndLast& times = e.first_and_last; times.gain > 0.0) {
+    json["first_and_last"] = {
+        {"mm", 1e3 * times.apart_m}, {"deg", to_deg(times.apart_rad)}, {"chi2", times.chi2}, {"gain", times.gain}};
+  }
   if (camera.guess_T_base_camera) json["from_guess"] = between(e.pose.T_base_camera, *camera.guess_T_base_camera);
   if (e.information) {
     json["information"] = between(e.pose.T_base_camera, e.information->T_base_camera);

@@ -26,6 +26,9 @@ struct TrialOptions {
   double start_mm = 100.0;
   double focal_error = 0.0;  ///< Percent; trials go up and down in turn.
   double k1_error = 0.0;
+  int alien = 0;            ///< Each so manieth image is that of another stop; 0: none.
+  double moved_px = 0.0;    ///< The camera is turned to the right by so many pixels
+  double moved_from = 0.6;  ///< from this share of its images on.
   bool no_guess = false;
   bool stay = false;  ///< The start is taken for nearly right, though it is not: a wrong minimum.
   bool refine = false;
@@ -100,6 +103,27 @@ void spoil(const TrialOptions& options, int trial, CameraTask& task) {
   if (!task.intrinsics.distortion.empty()) task.intrinsics.distortion[0] += sign * options.k1_error;
 }
 
+// Images that are not of the stops they stand for, or of a camera that was turned.
+void spoil_images(const TrialOptions& options, CameraTask& task) {
+  const std::size_t count = task.views.size();
+  const std::vector<CameraView> views = task.views;
+  for (std::size_t k = 0; k < count; ++k) {
+    CameraView& view = task.views[k];
+    if (options.alien > 0 &&
+        k % static_cast<std::size_t>(options.alien) == static_cast<std::size_t>(options.alien) - 1) {
+      view.grey = views[(k + count / 2) % count].grey;
+      view.edges = nullptr;
+    }
+    if (options.moved_px == 0.0 || static_cast<double>(k) < options.moved_from * static_cast<double>(count)) continue;
+    view.edges = nullptr;
+    const auto width = static_cast<std::ptrdiff_t>(view.grey.width);
+    const auto shift = static_cast<std::ptrdiff_t>(options.moved_px);
+    for (auto row = view.grey.values.begin(); row != view.grey.values.end(); row += width) {
+      std::copy(row + shift, row + width, row);
+    }
+  }
+}
+
 // One sensor of a result against the truth.
 Trial compare(const std::string& base, const std::string& name, const SE3& T_base_sensor, const Matrix6d* covariance,
               Status status, const KnownRig& truth) {
@@ -118,12 +142,19 @@ void tell(const std::string& session, int number, const Trial& trial, const Came
           bool reasons) {
   std::printf(
       "%s %d %s%s | f %+.3f%% (%.3f) k1 %+.4f (%.4f) trend %+.2f px | hold-out %.2f, halves %.1f mm %.3f deg, "
-      "chi2 %.1f, runner-up %.2f, segments %zu\n",
+      "chi2 %.1f, runner-up %.2f, segments %zu, hold-out share %.2f, first and last %.1f mm %.3f deg chi2 %.0f gain "
+      "%.2f\n",
       session.c_str(), number, trial_text(trial).c_str(),
       trial.is_right() == !trial.flagged ? "" : (trial.is_right() ? " FALSE ALARM" : " MISSED"),
       100.0 * e.focal_scale.value, 100.0 * e.focal_scale.sigma, e.k1_change.value, e.k1_change.sigma,
       e.radial_trend.value, e.hold_out, 1e3 * e.halves_m, to_deg(e.halves_rad), e.disagreement_chi2, e.runner_up_ratio,
-      e.segments);
+      e.segments, e.hold_out_share.value_or(0.0), 1e3 * e.first_and_last.apart_m, to_deg(e.first_and_last.apart_rad),
+      e.first_and_last.chi2, e.first_and_last.gain);
+  if (reasons && !e.stops.empty()) {
+    std::printf("    of their edges stops show, more than chance:");
+    for (const StopAgreement& stop : e.stops) std::printf(" %d: %.2f", stop.stop, stop.share());
+    std::printf("\n");
+  }
   if (e.information && trial.error.compared) {
     const SE3 apart = e.pose.T_base_camera.inverse() * e.information->T_base_camera;
     std::printf("    information %.1f mm %.3f deg from the result\n", 1e3 * apart.t.norm(),
@@ -143,6 +174,7 @@ Expected<void> run_trial(const TrialOptions& options, int number, const TrialSes
   CameraTask task = camera.task;
   if (!options.no_guess) task.guess_T_base_camera = camera.T_base_camera_true * off;
   spoil(options, number, task);
+  spoil_images(options, task);
   CameraCalibrationOptions how;
   how.refine_intrinsics = options.refine;
   if (options.stay) {
@@ -242,6 +274,11 @@ int main(int count, char** arguments) {
   app.add_option("--focal-error", options.focal_error,
                  "Percent by which the focal lengths are wrong, up and down in turn");
   app.add_option("--k1-error", options.k1_error, "By how much k1 is wrong, up and down in turn");
+  app.add_option("--alien", options.alien, "Every so manieth image is that of another stop")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--moved-px", options.moved_px, "The camera turns to the right by so many pixels")
+      ->check(CLI::Range(0.0, 200.0));
+  app.add_option("--moved-from", options.moved_from, "From this share of its images on");
   app.add_flag("--stay", options.stay,
                "Tell the program that the start is nearly right, so that it stays in that minimum");
   app.add_flag("--refine-intrinsics", options.refine, "As calibrate has it");

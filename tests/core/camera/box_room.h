@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -57,11 +58,13 @@ class BoxRoom {
   }
 
   /// All images of the camera, with noise, and a guess that is off. `sway`: where the camera is at each second stop,
-  /// seen from where it is at the others.
-  [[nodiscard]] CameraTask task(const SE3& guess, std::uint64_t seed = 1, const SE3& sway = SE3{}) const {
+  /// or from the stop `from` on, seen from where it is at the others.
+  [[nodiscard]] CameraTask task(const SE3& guess, std::uint64_t seed = 1, const SE3& sway = SE3{},
+                                std::optional<int> from = {}) const {
     CameraTask task{0, "camera", intrinsics(), guess, {}};
     for (int j = 0; j < static_cast<int>(scene.T_G_base.size()); ++j) {
-      const SE3 T_base_camera = j % 2 == 0 ? truth() : truth() * sway;
+      const bool is_swayed = from ? j >= *from : j % 2 != 0;
+      const SE3 T_base_camera = is_swayed ? truth() * sway : truth();
       task.views.push_back({j, std::to_string(j) + ".png", image(j, T_base_camera, seed)});
     }
     return task;

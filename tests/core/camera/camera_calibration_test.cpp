@@ -101,6 +101,41 @@ TEST(CameraCalibration, SeesThatHalvesOfTheStopsDifferWhereTheCameraSways) {
   EXPECT_GT(loose.halves_chi2, 100.0);
 }
 
+// The offsets of what finds a partner are small in a wrong image, too: that little does is what tells.
+TEST(CameraCalibration, SeesThatHeldOutStopsShowAnotherPlace) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 4));
+  const CameraEstimate sound = calibrate(task);
+  ASSERT_TRUE(sound.hold_out_share);
+  EXPECT_NEAR(*sound.hold_out_share, 1.0, 0.3);
+  EXPECT_LT(sound.first_and_last.gain, 1.1);
+  ASSERT_EQ(sound.stops.size(), static_cast<std::size_t>(BoxRoom::stops));
+  for (const StopAgreement& stop : sound.stops) EXPECT_GT(stop.share(), 0.3) << stop.file;
+  task.views[3].grey = task.views[0].grey;
+  task.views[7].grey = task.views[4].grey;
+  const CameraEstimate estimate = calibrate(task);
+  ASSERT_TRUE(estimate.found) << estimate.why_not;
+  EXPECT_LT(offset_m(estimate.pose.T_base_camera), 0.006) << "the others hold it";
+  ASSERT_TRUE(estimate.hold_out_share);
+  EXPECT_LT(*estimate.hold_out_share, 0.2);
+  EXPECT_EQ(estimate.stops[3].file, "3.png");
+  for (const StopAgreement& stop : estimate.stops) {
+    EXPECT_EQ(stop.share() < 0.1, stop.stop == 3 || stop.stop == 7) << stop.file << ": " << stop.share();
+  }
+}
+
+TEST(CameraCalibration, SeesThatTheCameraWasTurnedOnTheWay) {
+  const BoxRoom room(12);
+  const SE3 guess = BoxRoom::spoiled(to_rad(2.0), 0.03, 4);
+  Vector6d turn = Vector6d::Zero();
+  turn[1] = to_rad(1.0);
+  CameraTask task = room.task(guess, 1, SE3::exp(turn), 7);
+  const CameraEstimate turned = calibrate_in(room.scene, task);
+  ASSERT_TRUE(turned.found) << turned.why_not;
+  EXPECT_NEAR(turned.first_and_last.apart_rad, to_rad(1.0), to_rad(0.2));
+  EXPECT_GT(turned.first_and_last.chi2, 100.0);
+  EXPECT_GT(turned.first_and_last.gain, 1.3);
+}
+
 TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
   CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
   task.intrinsics.fx *= 1.01;

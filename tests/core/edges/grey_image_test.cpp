@@ -69,6 +69,11 @@ TEST(GreyImage, KnowsHowManyBitsCarryTheValue) {
   EXPECT_EQ(value_bits(image), 12);
   image.pixel_format.clear();
   EXPECT_EQ(value_bits(image), 10);
+  for (const char* wide : {"Mono16", "BayerRG16", "RGB16"}) {
+    image.pixel_format = wide;
+    EXPECT_EQ(value_bits(image), 10) << wide;
+  }
+  image.pixel_format.clear();
   set(image, 0, 0, 0, 4095);
   EXPECT_EQ(value_bits(image), 12);
   EXPECT_FLOAT_EQ(to_grey(image, 12).at(0, 0), 255.0F);

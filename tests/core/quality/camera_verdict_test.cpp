@@ -29,6 +29,9 @@ CameraEstimate sound() {
   e.halves_rad = to_rad(0.01);
   e.runner_up = SE3{Matrix3d::Identity(), Vector3d(0.1, 0.0, 0.0)};
   e.runner_up_ratio = 0.6;
+  e.hold_out_share = 0.9;
+  for (int stop = 0; stop < 12; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  e.first_and_last = {0.003, to_rad(0.02), 6.0, 1.02};
   return e;
 }
 
@@ -108,6 +111,48 @@ TEST(CameraVerdict, WeakensAHoldOutBeyondNoiseAndNone) {
   e.hold_out = e.hold_out_px = e.hold_out_start_px = 0.0;
   e.views = 1;
   expect_weak(e, "(1 image)");
+}
+
+TEST(CameraVerdict, WeakensHeldOutStopsThatShowLittleOfWhatTheOthersDo) {
+  CameraEstimate e = sound();
+  e.hold_out_share = 0.12;
+  expect_weak(e, "held out show 12 % of the edges");
+  e.hold_out_share = -0.02;
+  expect_weak(e, "held out show 0 % of the edges");
+  // The files say more.
+  e.stops[3].explained = e.stops[7].explained = 3.0;
+  expect_weak(e, "its images 3.png, 7.png show next to none of the edges");
+}
+
+TEST(CameraVerdict, WeakensStopsThatAreUnlikeTheOthers) {
+  CameraEstimate e = sound();
+  e.stops[8].explained = 2.5;
+  EXPECT_EQ(judge(e).status, Status::good) << "one may be where little is seen";
+  e.stops[9].explained = 4.4;
+  expect_weak(e, "its images 8.png, 9.png show");
+  e.stops[9].explained = 5.0;
+  EXPECT_EQ(judge(e).status, Status::good) << "a third of what the others show";
+  for (int stop = 12; stop < 40; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  e.stops[9].explained = 2.0;
+  EXPECT_EQ(judge(e).status, Status::good) << "two of forty";
+  for (std::size_t k = 10; k < 18; ++k) e.stops[k].explained = 2.0;
+  expect_weak(e, "8.png, 9.png, 10.png, 11.png, 12.png, 13.png and 4 more show");
+}
+
+TEST(CameraVerdict, WeakensACameraThatWasMovedOnTheWay) {
+  const FirstAndLast moved{0.033, to_rad(0.26), 2557.0, 1.9};
+  CameraEstimate e = sound();
+  e.first_and_last = moved;
+  expect_weak(e, "give poses 33.0 mm and 0.260 degrees apart");
+  e.first_and_last.gain = 1.1;
+  EXPECT_EQ(judge(e).status, Status::good) << "where they explain no more, they ended at a false match";
+  e.first_and_last = moved;
+  e.first_and_last.chi2 = 15.0;
+  EXPECT_EQ(judge(e).status, Status::good) << "they know no better";
+  e.first_and_last = moved;
+  e.first_and_last.apart_m = 0.005;
+  e.first_and_last.apart_rad = to_rad(0.03);
+  EXPECT_EQ(judge(e).status, Status::good) << "within what is asked for";
 }
 
 TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {

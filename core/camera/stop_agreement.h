@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/camera/edge_matching.h"
+
+namespace rigcal {
+
+/// In the order of the stops, without files. `views` must know what they see.
+[[nodiscard]] std::vector<StopAgreement> agreement_of_stops(const CameraScene& scene,
+                                                            const CameraIntrinsics& intrinsics,
+                                                            const CameraState& state, const MatchOptions& options,
+                                                            std::span<const EdgeView> views);
+
+/// Of all of them as if they were one.
+[[nodiscard]] double share_of(std::span<const StopAgreement> stops);
+
+}  // namespace rigcal
