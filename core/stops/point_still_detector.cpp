@@ -66,6 +66,7 @@ void PointStillDetector::restart() {
     if (said_) {
       open_.end = StopEnd::silence;
       listener_.stop_ended(open_);
+      for (PointTrack& track : tracks_) track.keep_reference();
     } else {
       not_still(last_ns, DropReason::short_stop);
     }

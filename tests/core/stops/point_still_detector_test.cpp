@@ -203,6 +203,28 @@ TEST(PointStillDetector, CutsAStopWhereItIsBumped) {
   }
 }
 
+// The slots start anew after a silence of more than two seconds: what comes then is told from the stop before it, not
+// from the one before that, which may look alike and stood elsewhere.
+TEST(PointStillDetector, TellsARestThatGoesOnAfterALongSilenceFromTheStopBeforeIt) {
+  PointRun::Options options = courtyard(3);
+  options.turntable.dwell_s = 7.0;
+  options.shots_per_s = 40'000.0;
+  const PointRun run(options);
+  const double silent_s = run.motion().stop_start_s(1) + 2.0;
+  CollectingListener listener;
+  PointStillDetector detector({.source = StopSource::points, .turn_axes = run.turn_axes()}, listener);
+  run.play([&](const PointBatch& batch) {
+    const double t = to_seconds(batch.stamp_ns);
+    if (t < silent_s || t > silent_s + 2.5) detector.add(batch);
+  });
+  detector.flush();
+  ASSERT_EQ(listener.stops.size(), 4U);
+  EXPECT_EQ(listener.stops[1].end, StopEnd::silence);
+  EXPECT_FALSE(listener.stops[1].rotation_known);
+  ASSERT_TRUE(listener.stops[2].rotation_known);
+  EXPECT_LE(to_deg(log_so3(listener.stops[2].R_previous_this).norm()), 0.03);
+}
+
 TEST(PointStillDetector, StandsAVibrationThatTheCalibrationStands) {
   for (const double hz : {5.0, 12.0, 30.0}) {
     SCOPED_TRACE(std::to_string(hz) + " Hz");
