@@ -21,7 +21,10 @@ void CreepGuard::not_still_until(std::int64_t until_ns, DropReason reason) {
 void CreepGuard::still_until(std::int64_t until_ns, int stop) {
   rest_ = {until_ns, stop};
   look_for_cut();
-  if (!cut_ns_) listener_.still_until(until_ns - hold_back_ns, stop);
+  const std::int64_t known_ns = until_ns - hold_back_ns;
+  if (cut_ns_ || known_ns < begin_ns_ + whole_ns_of_seconds(options_.min_stop_s)) return;
+  handed_on_ = true;
+  listener_.still_until(known_ns, stop);
 }
 
 void CreepGuard::finish_rest() {
@@ -34,11 +37,14 @@ void CreepGuard::finish_rest() {
 void CreepGuard::stop_ended(const StillStop& stop) {
   finish_rest();
   StillStop kept = stop;
+  if (start_ns_) kept.stop.start_ns = std::min(*start_ns_, stop.stop.end_ns);
   if (cut_ns_) {
     kept.stop.end_ns = std::min(stop.stop.end_ns, *cut_ns_ - 1);
     kept.end = StopEnd::creep;
   }
+  start_ns_.reset();
   cut_ns_.reset();
+  handed_on_ = false;
   listener_.stop_ended(kept);
 }
 
@@ -52,10 +58,17 @@ void CreepGuard::look_for_cut() {
     cut_ns_ = end_ns;
     listener_.still_until(end_ns, rest_->stop);
     listener_.not_still_until(rest_->until_ns, DropReason::moving);
-  } else if (end_ns > begin_ns_) {
-    listener_.not_still_until(end_ns + hold_back_ns, DropReason::moving);
+  } else if (end_ns > begin_ns_ && !handed_on_) {
+    cut_beginning(end_ns);
   }
   points_.left.reset();
+}
+
+// The rig left too early for a stop: the rest that is meant is the one that follows.
+void CreepGuard::cut_beginning(std::int64_t end_ns) {
+  begin_ns_ = end_ns + hold_back_ns;
+  start_ns_ = begin_ns_;
+  listener_.not_still_until(begin_ns_, DropReason::moving);
 }
 
 }  // namespace rigcal

@@ -9,8 +9,9 @@
 namespace rigcal {
 
 /// Hands on the stops of a gyro, but ends a stop where the points show that the rig left its place although the gyro
-/// saw nothing: creep that looks like a change of bias, or a slow push. What comes after it in that stop is left out.
-/// Verdicts on rest are held back by half a second, in which the points' come in.
+/// saw nothing: creep that looks like a change of bias, or a slow push. What comes after it in that stop is left out;
+/// where the rig left within the first half second, what came before it is, and the stop begins there. Verdicts on rest
+/// are held back by half a second, in which the points' come in, and the first one by what a stop needs.
 class CreepGuard final : public StillListener {
  public:
   CreepGuard(const StopOptions& options, StillListener& listener) : options_(options), listener_(listener) {}
@@ -37,14 +38,17 @@ class CreepGuard final : public StillListener {
     int stop;
   };
   void look_for_cut();
+  void cut_beginning(std::int64_t end_ns);
   void finish_rest();
 
   StopOptions options_;
   StillListener& listener_;
   Points points_;
-  std::int64_t begin_ns_ = std::numeric_limits<std::int64_t>::min();  ///< Up to here the gyro found no rest.
+  std::int64_t begin_ns_ = std::numeric_limits<std::int64_t>::min();  ///< Up to here nobody found a rest.
   std::optional<Rest> rest_;                                          ///< The gyro's stop that goes on.
+  std::optional<std::int64_t> start_ns_;                              ///< Where it begins, if later than by the gyro.
   std::optional<std::int64_t> cut_ns_;
+  bool handed_on_ = false;  ///< Some of it.
 };
 
 }  // namespace rigcal
