@@ -17,6 +17,10 @@ constexpr double notable_tremble_deg = 0.02;
 
 constexpr double worthy_share = 1e-3;
 
+// The points need half a second of a stop and more to confirm it, and see a stop of this length in any case.
+constexpr double surely_seen_s = 2.0;
+constexpr double most_blind_share = 0.25;
+
 std::uint64_t dropped(const PointCounts& points, DropReason reason) {
   return points.dropped[static_cast<std::size_t>(reason)];
 }
@@ -40,6 +44,19 @@ std::string brief_rests_text(const StillFigures& gyro) {
   return text;
 }
 
+// A steady slow rotation at every stop, faster than creep that adds up, looks to a gyro as its bias does.
+bool rest_is_doubtful(const StopReading& summary) {
+  if (summary.source != StopSource::gyro || summary.view.points == 0 || summary.view.stops > 0) return false;
+  double longest_s = 0.0;
+  double sum_s = 0.0;
+  for (const StopRecord& stop : summary.stops) {
+    const double length_s = seconds_of_ns(stop.stop.end_ns - stop.stop.start_ns);
+    longest_s = std::max(longest_s, length_s);
+    sum_s += length_s;
+  }
+  return longest_s >= surely_seen_s && summary.view.blind_s < most_blind_share * sum_s;
+}
+
 void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
   char text[300];
   if (summary.source == StopSource::gyro && summary.gyro.brief_rests > 0)
@@ -48,6 +65,11 @@ void append_stop_warnings(const StopReading& summary, std::vector<std::string>& 
     warnings.emplace_back(
         "the gyro shows no rest (does the rig tremble?): the stops were found from the points, and how far the rig "
         "turned between them is searched");
+  }
+  if (rest_is_doubtful(summary)) {
+    warnings.emplace_back(
+        "the gyro finds the stops, but no LiDAR ever sees the rig at rest: does it turn slowly on, which a gyro takes "
+        "for its own bias? Then the stops are smeared; let it come to rest, and brake what drives it");
   }
   if (summary.view.blind_s > 0.0 && summary.source == StopSource::points) {
     std::snprintf(text, sizeof text,

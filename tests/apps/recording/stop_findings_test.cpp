@@ -40,6 +40,30 @@ TEST(ReadingWarnings, TellOfPointsThatCameTooDenselyOrTooLate) {
               ElementsAre(HasSubstr("17 points"), HasSubstr("2000 points came when their stop was long over")));
 }
 
+// What a table that turns on by more than 0.1 degrees a second makes of a recording.
+TEST(ReadingWarnings, DoubtTheStopsOfAGyroThatNoLidarEverSees) {
+  StopReading reading;
+  reading.points.in_stops = 1'000'000;
+  reading.view.points = 1'000'000;
+  StopRecord stop;
+  stop.stop = {0, 0, 8'000'000'000};
+  reading.stops.push_back(stop);
+  EXPECT_THAT(reading_warnings({}, reading), ElementsAre(HasSubstr("no LiDAR ever sees the rig at rest")));
+
+  StopReading seen = reading;
+  seen.view.stops = 1;
+  EXPECT_THAT(reading_warnings({}, seen), IsEmpty());
+  StopReading blind = reading;
+  blind.view.blind_s = 7.0;
+  EXPECT_THAT(reading_warnings({}, blind), IsEmpty()) << "who sees no surfaces sees no rest";
+  StopReading brief = reading;
+  brief.stops[0].stop.end_ns = 600'000'000;
+  EXPECT_THAT(reading_warnings({}, brief), IsEmpty()) << "the points need longer than the gyro";
+  StopReading unseen = reading;
+  unseen.view.points = 0;
+  EXPECT_THAT(reading_warnings({}, unseen), IsEmpty());
+}
+
 TEST(NoPointsError, SaysWhatBecameOfThem) {
   StreamSource source;
   source.path = "run.bag";
