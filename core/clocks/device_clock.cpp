@@ -76,33 +76,38 @@ SessionStamp DeviceClock::add(std::int64_t device_ns, std::int64_t received_ns) 
   strays_in_row_ = 0;
   const bool moved = line_.add(time, offset);
   latest_ = std::max(latest_, time);
+  bool stepped = false;
   if (moved) {
-    mend_late_shift();
-    steer();
+    const bool shifted = mend_late_shift();
+    stepped = steer();
+    if (shifted || stepped) ++figures_.jumps;
   }
   const double used = course_.at(time);
   count_delay(offset - used);
   const std::int64_t offset_ns = stamp_sum(origin_offset_ns_, std::llround(used));
-  return {stamp_sum(device_ns, offset_ns), false, false};
+  return {stamp_sum(device_ns, offset_ns), false, stepped};
 }
 
-void DeviceClock::mend_late_shift() {
+// Whether by as much as a clock that was set.
+bool DeviceClock::mend_late_shift() {
   const double height = line_.recent_height();
-  if (height < late_shift_ns) return;
+  if (height < late_shift_ns) return false;
   line_.keep_recent();
-  if (height > early_jump_ns) ++figures_.jumps;
+  return height > early_jump_ns;
 }
 
-void DeviceClock::steer() {
+// Whether the course stepped.
+bool DeviceClock::steer() {
   const double current = course_.at(latest_);
   const double target = line_.at(latest_ + steer_time_ns);
   const double slope = line_.slope();
   if (std::abs(target - current) > steer_limit_ns) {
     course_ = {latest_, line_.at(latest_), slope, latest_, slope};
-    return;
+    return true;
   }
   const double rate = std::clamp((target - current) / steer_time_ns, slope - steer_rate, slope + steer_rate);
   course_ = {latest_, current, rate, latest_ + steer_time_ns, slope};
+  return false;
 }
 
 void DeviceClock::count_delay(double delay) {

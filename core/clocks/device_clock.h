@@ -31,7 +31,8 @@ struct SessionStamp {
 ///
 /// The offset follows an OffsetLine without steps: at most 20 % of the time's own pace while it mends a start on
 /// delayed packets (tens of milliseconds), parts per million afterwards; so stamps in order stay in order. Only a
-/// jump steps: five packets in a row whose stamps lie 20 ms early, 1 s late, or before what came already.
+/// jump steps: five packets in a row whose stamps lie 20 ms early, 1 s late, or before what came already, or an offset
+/// that is found to be off by more than 100 ms.
 class DeviceClock {
  public:
   /// `device_ns` must not restart at a pulse (see PulseTime). Any values are safe; damaged ones come back as strays.
@@ -53,8 +54,8 @@ class DeviceClock {
   void start(std::int64_t device_ns, std::int64_t received_ns);
   [[nodiscard]] bool is_stray(double time, double offset) const;
   [[nodiscard]] SessionStamp add_stray(double offset, std::int64_t device_ns, std::int64_t received_ns);
-  void mend_late_shift();
-  void steer();
+  bool mend_late_shift();
+  bool steer();
   void count_delay(double delay);
 
   bool started_ = false;

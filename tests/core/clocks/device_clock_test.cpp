@@ -165,6 +165,35 @@ TEST(DeviceClock, FollowsAClockThatIsSetForwardsOrBackwards) {
   }
 }
 
+// Whoever asks for order, or counts gaps, has to hear of a step: packets that are late at the start, by more than can
+// be mended without one but less than a stray, and later ones that come to be late for good.
+TEST(DeviceClock, TellsOfEveryStep) {
+  struct Late {
+    double from_s, to_s;
+    std::int64_t by_ns;
+  };
+  for (const Late& late : {Late{0.0, 0.3, 150 * kMillisecond}, Late{4.0, 12.0, 400 * kMillisecond}}) {
+    std::vector<Packet> packets = make_packets({.bursts_per_s = 0.0, .seconds = 12.0}, 5);
+    for (Packet& packet : packets) {
+      const double since_s = 1e-9 * static_cast<double>(packet.true_ns - kSessionStart);
+      if (since_s >= late.from_s && since_s < late.to_s) packet.received_ns += late.by_ns;
+    }
+    DeviceClock clock;
+    std::int64_t last = 0;
+    int told = 0;
+    for (std::size_t i = 0; i < packets.size(); ++i) {
+      const SessionStamp stamp = clock.add(packets[i].device_ns, packets[i].received_ns);
+      ASSERT_FALSE(stamp.stray);
+      const double stretch = static_cast<double>(stamp.stamp_ns - last) / 400'000.0 - 1.0;
+      EXPECT_TRUE(i == 0 || stamp.jumped || std::abs(stretch) < 0.25) << "packet " << i;
+      told += stamp.jumped ? 1 : 0;
+      last = stamp.stamp_ns;
+    }
+    EXPECT_EQ(told, 1) << late.from_s;
+    EXPECT_EQ(clock.figures().jumps, 1U) << late.from_s;
+  }
+}
+
 TEST(DeviceClock, OneDamagedStampChangesNothing) {
   std::vector<Packet> packets = make_packets({.seconds = 4.0}, 7);
   DeviceClock clean;
