@@ -10,7 +10,7 @@ install(DIRECTORY udev DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT r
   PATTERN post* EXCLUDE)
 install(FILES udev/70-rigcal.rules DESTINATION lib/udev/rules.d COMPONENT rigcal)
 install(FILES udev/rigcal-capture@.service DESTINATION lib/systemd/system COMPONENT rigcal)
-install(FILES udev/sysctl.conf DESTINATION lib/sysctl.d RENAME 60-rigcal.conf COMPONENT rigcal)
+install(FILES udev/sysctl.conf DESTINATION lib/sysctl.d RENAME 10-rigcal.conf COMPONENT rigcal)
 install(FILES udev/modprobe.conf DESTINATION lib/modprobe.d RENAME rigcal.conf COMPONENT rigcal)
 install(FILES udev/tmpfiles.conf DESTINATION lib/tmpfiles.d RENAME rigcal.conf COMPONENT rigcal)
 install(DIRECTORY docs/schema DESTINATION "${CMAKE_INSTALL_DATADIR}/rigcal" COMPONENT rigcal)

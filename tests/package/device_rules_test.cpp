@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -108,6 +109,43 @@ TEST(DeviceRules, LetTheServiceUseEveryKindOfDevice) {
               testing::Contains("SupplementaryGroups=plugdev dialout video"));
 }
 
+// `--keep`, for example; the words are split where the variable stands without braces.
+TEST(DeviceRules, LetTheServiceTakeFurtherOptions) {
+  const std::vector<std::string> unit = lines_of(folder / "rigcal-capture@.service");
+  EXPECT_THAT(unit, testing::Contains(
+                        testing::AllOf(testing::StartsWith("ExecStart="), testing::EndsWith(" $RIGCAL_OPTIONS"))));
+  EXPECT_THAT(unit, testing::Contains(
+                        testing::AllOf(testing::StartsWith("Environment="), testing::EndsWith(" RIGCAL_OPTIONS="))));
+  EXPECT_THAT(unit, testing::Contains("EnvironmentFile=-/etc/rigcal/%i.env"));
+}
+
+TEST(DeviceRules, GiveTheServiceTimeForItsResultAndAFullDiskTime) {
+  const std::vector<std::string> unit = lines_of(folder / "rigcal-capture@.service");
+  EXPECT_THAT(unit, testing::Contains("TimeoutStopSec=20min"));
+  EXPECT_THAT(unit, testing::Contains("RestartSec=30"));
+}
+
+// What a host allows already is not lowered, neither at once nor at its next start.
+TEST(DeviceRules, OnlyRaiseLimits) {
+  const fs::path scratch = scratch_folder("limits");
+  const fs::path sockets = scratch / "proc/sys/net/core/rmem_max";
+  const fs::path usb = scratch / "sys/module/usbcore/parameters/usbfs_memory_mb";
+  fs::create_directories(sockets.parent_path());
+  fs::create_directories(usb.parent_path());
+  const std::vector<std::array<std::string, 4>> before_and_after{{"212992", "16", "33554432", "1000"},
+                                                                 {"67108864", "4000", "67108864", "4000"},
+                                                                 {"33554432", "0", "33554432", "0"}};
+  for (const auto& [socket_bytes, usb_mb, sockets_then, usb_then] : before_and_after) {
+    std::ofstream(sockets) << socket_bytes << '\n';
+    std::ofstream(usb) << usb_mb << '\n';
+    const ProgramRun run =
+        run_program("sh '" + (folder / "install").string() + "' --apply '" + scratch.string() + "'", scratch);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(lines_of(sockets), testing::ElementsAre(sockets_then));
+    EXPECT_THAT(lines_of(usb), testing::ElementsAre(usb_then));
+  }
+}
+
 TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
   const fs::path scratch = scratch_folder("rules");
   const ProgramRun run =
@@ -116,7 +154,7 @@ TEST(DeviceRules, AreCopiedWhereTheyAreRead) {
   const std::map<std::string, std::string> places{
       {"70-rigcal.rules", "etc/udev/rules.d/70-rigcal.rules"},
       {"limits.conf", "etc/security/limits.d/rigcal.conf"},
-      {"sysctl.conf", "etc/sysctl.d/60-rigcal.conf"},
+      {"sysctl.conf", "etc/sysctl.d/10-rigcal.conf"},
       {"modprobe.conf", "etc/modprobe.d/rigcal.conf"},
       {"tmpfiles.conf", "etc/tmpfiles.d/rigcal.conf"},
       {"rigcal-capture@.service", "etc/systemd/system/rigcal-capture@.service"}};
