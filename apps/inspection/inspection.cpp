@@ -8,6 +8,7 @@
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
+#include "core/io/foreign_file.h"
 #include "core/io/image_folder.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcd_file.h"
@@ -255,6 +256,7 @@ Expected<Rig> rig_of_folders(const std::string& path) {
   }
   // Images alone are of a rig without LiDARs.
   if (names.empty() && !fs::is_directory(fs::path(path) / "image", error)) {
+    if (auto foreign = foreign_folder_error(path)) return *std::move(foreign);
     return input_error("holds neither a session, a result nor patches", path,
                        "a patch folder has one folder of .pcd files a sensor");
   }

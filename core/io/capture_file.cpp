@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/seconds.h"
+#include "core/io/foreign_file.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -93,6 +94,7 @@ Expected<void> CaptureFile::read_head() {
   swapped_ = swap_32(magic) == pcap_micro || swap_32(magic) == pcap_nano;
   const std::uint32_t native = swapped_ ? swap_32(magic) : magic;
   if (!cut && native != pcap_micro && native != pcap_nano) {
+    if (auto foreign = foreign_file_error(file_.peek(foreign_file_bytes), path)) return *std::move(foreign);
     return input_error("is no packet dump that can be read", path, "give a pcap or pcapng file");
   }
   const ByteView head = file_.take(pcap_head_bytes);

@@ -10,6 +10,7 @@
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/io/file_copy.h"
+#include "core/io/foreign_file.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
 #include "core/io/tum_file.h"
@@ -115,6 +116,7 @@ Error no_clouds(const std::string& path, const std::vector<std::string>& unknown
 }
 
 Error no_sensor_folder(const std::string& path, const Rig& rig, const std::vector<std::string>& names) {
+  if (auto foreign = foreign_folder_error(path)) return *std::move(foreign);
   const std::string what = "has no folder for any LiDAR of the rig; there are " + list_of(names);
   std::string mend = "rename them, or set 'folder' in the rig file; wanted are";
   bool first = true;
