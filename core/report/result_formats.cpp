@@ -151,6 +151,9 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
     case ResultFormat::mlcc:
       if (const std::optional<Error> missing = missing_line(result, rig)) return *missing;
       placed = lidars_around_base(std::move(placed));
+      if (placed.sensors.empty())
+        return input_error("has no LiDAR beside its base, and the lines of mlcc are of those alone", {},
+                           "choose another format");
       out.text = mlcc_lines(placed);
       break;
     case ResultFormat::fast_livo:

@@ -31,7 +31,7 @@ struct ExportedResult {
 
 /// The text of a result in one of the formats. `rig` (or null) tells which sensors are cameras, and their intrinsics.
 /// Failed sensors have no transform and are left out, with a warning. Errors, without a place: a line too few would
-/// give the others the wrong names; of a format of cameras all have failed.
+/// give the others the wrong names; of a format of cameras all have failed; of mlcc there is no LiDAR beside the base.
 [[nodiscard]] Expected<ExportedResult> export_result(const CalibrationResult& result, const Rig* rig,
                                                      ResultFormat format);
 

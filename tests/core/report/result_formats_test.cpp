@@ -343,7 +343,9 @@ TEST_F(ResultFormats, AResultOfTheBaseAloneIsAFileThatReads) {
   EXPECT_TRUE(urdf::parseURDF(write(ResultFormat::urdf).text));
   EXPECT_TRUE(YAML::Load(write(ResultFormat::autoware).text)["avia"].IsMap());
   EXPECT_EQ(parse_json(write(ResultFormat::colmap).text)[0]["cameras"].size(), 1U);
-  EXPECT_EQ(write(ResultFormat::mlcc).text, "");
+  const Expected<ExportedResult> lines = export_result(result, &rig, ResultFormat::mlcc);
+  ASSERT_FALSE(lines) << "of lines without the base none is left: " << lines->text;
+  EXPECT_THAT(lines.error().message(), HasSubstr("no LiDAR beside its base"));
 }
 
 TEST_F(ResultFormats, AreMadeFromTheFileThatCalibrateWrites) {
