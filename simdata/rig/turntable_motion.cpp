@@ -9,6 +9,8 @@
 namespace rigcal::sim {
 namespace {
 
+constexpr std::uint64_t dwell_stream = 1;
+
 // 10 s^3 - 15 s^4 + 6 s^5: from rest to rest without a jump in acceleration.
 double s_curve(double s) {
   s = std::clamp(s, 0.0, 1.0);
@@ -34,8 +36,8 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
   T_axis_base_.R = exp_so3(to_rad(options.base_tilt_deg) * random_level_direction(random));
   const double offset = random.uniform(options.base_offset_min, options.base_offset_max);
   T_axis_base_.t = offset * random_level_direction(random);
-  // What only some runs have is drawn apart, so that it changes nothing else of the run.
-  Random dwells = options.dwell_range_s ? Random(random.next_u64()) : Random(0);
+  // What only some runs have is drawn apart, and takes no number from the others, so that it changes nothing else.
+  Random dwells(Random(random).next_u64(), dwell_stream);
   double time = 0.0;
   double angle = 0.0;
   for (int k = 0; k < options.stops; ++k) {

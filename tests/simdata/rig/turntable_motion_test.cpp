@@ -103,6 +103,18 @@ TEST(TurntableMotion, KeepsEverythingElseOfARunWhenItIsTroubled) {
   }
 }
 
+TEST(TurntableMotion, KeepsItsPosesWhereItDwellsOtherwise) {
+  TurntableOptions uneven;
+  uneven.dwell_range_s = {{1.0, 30.0}};
+  const TurntableMotion motion = motion_of(7, uneven);
+  const TurntableMotion even = motion_of(7);
+  EXPECT_NE(even.dwell_s(5), motion.dwell_s(5));
+  for (const int k : {0, 5, 19}) {
+    EXPECT_EQ(even.T_scene_base_at_stop(k).R, motion.T_scene_base_at_stop(k).R);
+    EXPECT_EQ(even.T_scene_base_at_stop(k).t, motion.T_scene_base_at_stop(k).t);
+  }
+}
+
 TEST(TurntableMotion, CreepsOnAtTheRateAskedFor) {
   TurntableOptions options;
   options.creep_rad_per_s = 2e-4;
@@ -196,7 +208,7 @@ TEST(TurntableMotion, DwellsShortAndLongWhereThatIsAskedFor) {
   EXPECT_NEAR(200, below, 50);  // five sigma of 400 even throws
 }
 
-TEST(TurntableMotion, DrivesAFigureOfEightLookingAheadWhereThatIsAskedFor) {
+TEST(TurntableMotion, DrivesAFigureOfEightWhereThatIsAskedFor) {
   TurntableOptions options;
   options.stops = 32;
   options.drive_m = 3.0;
@@ -216,7 +228,7 @@ TEST(TurntableMotion, DrivesAFigureOfEightLookingAheadWhereThatIsAskedFor) {
   for (int k = 0; k < 32; ++k) {
     const Vector3d chord = place(k + 1) - place(k);
     EXPECT_LT(chord.norm(), 1.0) << k;
-    // Ahead is as it was at the crossing, at 45 degrees.
+    // Its way goes 45 degrees to the left of x.
     const Vector3d ahead = motion.T_scene_base_at_stop(k).R * Vector3d(1.0, 1.0, 0.0).normalized();
     EXPECT_GT(ahead.dot(chord.normalized()), 0.9) << k;
     heading = motion.angle_rad(motion.stop_start_s(k));
