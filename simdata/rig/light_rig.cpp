@@ -17,18 +17,16 @@ enum Stream : std::uint64_t { gyro_stream = 300, patch_stream = 1U << 20U };
 constexpr std::int64_t shots_per_look = 256;
 
 void render_patch(const RayCaster& caster, const std::vector<Material>& materials, const SimulatedRig& simulated,
-                  const SimulatedLidar& lidar, const LightRigOptions& options, Patch& patch) {
-  const int k = patch.stop;
+                  const SimulatedLidar& lidar, const PatchTime& time, const LightRigOptions& options, Patch& patch) {
   const double rate = lidar.scanner.shots_per_s();
-  const auto first = static_cast<std::int64_t>(std::ceil(simulated.motion.stop_start_s(k) * rate));
-  // The still time before and after the run adds nothing, so that all stops have the same share.
-  const auto fired = static_cast<std::int64_t>(std::floor(simulated.motion.dwell_s(k) * rate));
+  const auto first = static_cast<std::int64_t>(std::ceil(time.start_s * rate));
+  const auto fired = static_cast<std::int64_t>(std::floor(time.length_s * rate));
   const std::int64_t shots = std::min<std::int64_t>(options.shots_per_patch, fired);
   const bool moves = simulated.motion.moves_at_rest();
-  SE3 T_scene_sensor = simulated.motion.T_scene_base_at_stop(k) * lidar.T_base_sensor;
+  SE3 T_scene_sensor = simulated.motion.T_scene_base_settled(time.middle_s()) * lidar.T_base_sensor;
   const ShotMeter meter(caster, materials, options.with_noise ? lidar.noise : LidarNoise::none());
   Random random(options.seed,
-                patch_stream + static_cast<std::uint64_t>(k) * 64U + static_cast<std::uint64_t>(lidar.sensor));
+                patch_stream + static_cast<std::uint64_t>(patch.stop) * 64U + static_cast<std::uint64_t>(lidar.sensor));
   RayCaster::People people;
   patch.points.reserve(static_cast<std::size_t>(shots));
   for (std::int64_t i = 0; i < shots; ++i) {
@@ -50,6 +48,18 @@ void render_patch(const RayCaster& caster, const std::vector<Material>& material
 
 }  // namespace
 
+std::vector<PatchTime> patch_times(const TurntableMotion& motion) {
+  std::vector<PatchTime> times;
+  for (const Rest& rest : motion.rests()) {
+    const double stop_start_s = motion.stop_start_s(rest.stop);
+    const double dwell_s = motion.dwell_s(rest.stop);
+    const bool is_whole = rest.start_s == stop_start_s && rest.end_s >= stop_start_s + dwell_s;
+    const double length_s = is_whole ? dwell_s : std::min(rest.end_s, stop_start_s + dwell_s) - rest.start_s;
+    if (length_s > TurntableMotion::bump_s) times.push_back({rest.start_s, length_s});
+  }
+  return times;
+}
+
 Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& options, const Rig& rig) {
   auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error, options.seed,
                                       options.unit_errors);
@@ -63,10 +73,9 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
   light.axis_point = simulated->motion.axis_point_in_base();
   Random gyro(options.seed, gyro_stream);
   SE3 T_G_scene;
-  for (int k = 0; k < simulated->motion.stop_count(); ++k) {
-    // In the middle of the time that is rendered: a rig that creeps is there on average.
-    const double middle_s = simulated->motion.stop_start_s(k) + 0.5 * simulated->motion.dwell_s(k);
-    const SE3 T_scene_base = simulated->motion.T_scene_base_settled(middle_s);
+  const std::vector<PatchTime> times = patch_times(simulated->motion);
+  for (int k = 0; k < static_cast<int>(times.size()); ++k) {
+    const SE3 T_scene_base = simulated->motion.T_scene_base_settled(times[static_cast<std::size_t>(k)].middle_s());
     if (k == 0) {
       light.T_scene_G = T_scene_base;
       T_G_scene = T_scene_base.inverse();
@@ -82,7 +91,8 @@ Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& opt
   const std::size_t lidars = simulated->lidars.size();
   parallel_for(light.patches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      render_patch(caster, scene.materials, *simulated, simulated->lidars[i % lidars], options, light.patches[i]);
+      render_patch(caster, scene.materials, *simulated, simulated->lidars[i % lidars], times[i / lidars], options,
+                   light.patches[i]);
   });
   return light;
 }

@@ -22,6 +22,17 @@ struct LightRigOptions {
   bool with_noise = true;                 ///< Without: exact points (but for the wire's millimetres), no losses.
 };
 
+/// When the patches of a stop are taken: in its dwell, as the still time before and after the run adds nothing, so that
+/// all stops have the same share. A stop in which the rig is bumped is two, or one where what is left of it before or
+/// after is no longer than the bump itself.
+struct PatchTime {
+  double start_s = 0.0;
+  double length_s = 0.0;
+  /// A rig that creeps is there on average.
+  [[nodiscard]] double middle_s() const { return start_s + 0.5 * length_s; }
+};
+[[nodiscard]] std::vector<PatchTime> patch_times(const TurntableMotion& motion);
+
 /// Patches of a turntable run and the truth about it, in memory: no packets, no files, for statistics over many runs.
 struct LightRig {
   Rig rig;                                 ///< initial_T_base_sensor are off by the mount error.
@@ -36,8 +47,8 @@ struct LightRig {
   std::vector<Vector3d> step_rotations;
 };
 
-/// Renders the patches; every LiDAR stands still in the pose its stop settles to, but for creep, vibration and bumps
-/// where the motion has them; people walk. The same bits for any number of threads.
+/// Renders the patches; every LiDAR stands still in the pose its stop settles to, but for creep and vibration where the
+/// motion has them; people walk. The same bits for any number of threads.
 [[nodiscard]] Expected<LightRig> make_light_rig(const Scene& scene, const LightRigOptions& options,
                                                 const Rig& rig = nominal_rig());
 

@@ -11,6 +11,7 @@
 #include "core/io/output_file.h"
 #include "simdata/camera/camera_shots.h"
 #include "simdata/camera/image_renderer.h"
+#include "simdata/rig/light_rig.h"
 
 namespace rigcal::sim {
 namespace {
@@ -120,18 +121,17 @@ Expected<std::uint64_t> write_patch_images(const Scene& scene, const Rig& rig, c
                                            const RunContext& context) {
   const auto cameras = simulated_cameras(rig, simulated.T_base_sensor);
   if (!cameras) return cameras.error();
-  const int stops = simulated.motion.stop_count();
+  const std::vector<PatchTime> times = patch_times(simulated.motion);
   const RayCaster caster(scene);
-  ImageCount count(cameras->size() * static_cast<std::size_t>(stops), context);
+  ImageCount count(cameras->size() * times.size(), context);
   for (const SimulatedCamera& camera : *cameras) {
     const ImageRenderer renderer(scene, caster, camera.model);
-    for (int stop = 0; stop < stops; ++stop) {
-      const auto path = folder.image_path(camera.sensor, stop);
+    for (std::size_t stop = 0; stop < times.size(); ++stop) {
+      const auto path = folder.image_path(camera.sensor, static_cast<int>(stop));
       if (!path) return path.error();
-      // Where the patches are on average, see make_light_rig.
-      const double time_s = simulated.motion.stop_start_s(stop) + 0.5 * simulated.motion.dwell_s(stop);
-      if (const auto written = write_frame(renderer, camera, simulated.motion.T_scene_base_unswung(time_s), time_s,
-                                           seed, static_cast<std::uint64_t>(stop), *path);
+      const double time_s = times[stop].middle_s();
+      if (const auto written =
+              write_frame(renderer, camera, simulated.motion.T_scene_base_unswung(time_s), time_s, seed, stop, *path);
           !written)
         return written.error();
       if (const auto go_on = count.add(); !go_on) return go_on.error();

@@ -33,7 +33,8 @@ struct RunTimes {
                                                            const std::string& session, const RunContext& context,
                                                            GroundTruth& truth);
 
-/// Writes image/<camera>/<stop>.png into a patch folder: one image in the middle of every stop.
+/// Writes image/<camera>/<stop>.png into a patch folder: one image in the middle of every stop (of each part of a
+/// bumped one), where the patches are on average.
 [[nodiscard]] Expected<std::uint64_t> write_patch_images(const Scene& scene, const Rig& rig,
                                                          const SimulatedRig& simulated, std::uint64_t seed,
                                                          const PatchFolderWriter& folder, const RunContext& context);

@@ -120,6 +120,25 @@ TEST(LightRig, CreepsThroughItsPatches) {
   EXPECT_NEAR(0.0, creeping->T_G_base[0].t.norm(), 1e-12);
 }
 
+// One patch of both would be of two places, of which the truth could have only one.
+TEST(LightRig, TakesAPatchBeforeABumpAndOneAfterIt) {
+  LightRigOptions options = small_run(13);
+  options.turntable.bumps = {{1, 0.8, to_rad(2.0)}, {3, 1e-3, to_rad(2.0)}};
+  const LightRig light = rig_in("room", options);
+  const LightRig quiet = rig_in("room", small_run(13));
+  ASSERT_EQ(light.T_G_base.size(), 5U);
+  ASSERT_EQ(light.patches.size(), 5U * light.lidars.size());
+  EXPECT_EQ(light.step_rotations.size(), 4U);
+  EXPECT_NEAR(to_deg(rotation_distance(light.T_G_base[1].R, light.T_G_base[2].R)), 2.0, 1e-6);
+  EXPECT_EQ(light.T_G_base[1].R, quiet.T_G_base[1].R);
+  EXPECT_EQ(light.T_G_base[3].R, quiet.T_G_base[2].R);
+  EXPECT_NEAR(to_deg(rotation_distance(light.T_G_base[4].R, quiet.T_G_base[3].R)), 2.0, 1e-6) << "almost all of it";
+  for (std::size_t i = 0; i < light.patches.size(); ++i) {
+    EXPECT_EQ(light.patches[i].stop, static_cast<int>(i / light.lidars.size()));
+    EXPECT_GT(light.patches[i].points.size(), 1000U);
+  }
+}
+
 TEST(LightRig, RefusesALidarWhoseScanIsNotKnown) {
   Rig rig = nominal_rig();
   rig.sensors[1].lidar->model = LidarModel::other;
