@@ -20,7 +20,7 @@ Json json_of(const IterationsExperiment& experiment) {
                        {"right", f.right}});
     }
     methods.push_back({{"method", method.method},
-                       {"most_to_be_right", method.most_to_be_right},
+                       {"most_to_be_right", method.most_to_be_right ? Json(*method.most_to_be_right) : Json()},
                        {"iteration_s", method.iteration_s},
                        {"seconds", method.seconds},
                        {"after", after}});

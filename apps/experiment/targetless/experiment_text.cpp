@@ -17,10 +17,13 @@ std::string iterations_text(const IterationsExperiment& experiment) {
       published::fig10_rotation_spread_deg, published::fig10_translation_m, published::fig10_translation_spread_m,
       published::fig10_iterations, published::fig10_icp_iterations);
   for (const MethodIterations& method : experiment.methods) {
+    const std::string right = method.most_to_be_right
+                                  ? fmt::format("right for good after {} iterations at most", *method.most_to_be_right)
+                                  : "never right for good";
     text += fmt::format(
-        "{}: right for good after {} iterations at most; {:.3f} s an iteration, {:.2f} s a trial\n"
+        "{}: {}; {:.3f} s an iteration, {:.2f} s a trial\n"
         "  iteration   rotation deg (spread)   translation mm (spread)   right\n",
-        method.method, method.most_to_be_right, method.iteration_s, method.seconds);
+        method.method, right, method.iteration_s, method.seconds);
     for (std::size_t k = 0; k < method.after.size(); ++k) {
       const IterationFigures& f = method.after[k];
       text +=

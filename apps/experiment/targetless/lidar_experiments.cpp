@@ -26,35 +26,6 @@ Expected<std::vector<Ground>> grounds_of(const LidarExperimentOptions& options, 
   return make_grounds(grounds, context);
 }
 
-MethodIterations summarise(const std::string& method, const std::vector<Trial>& trials) {
-  MethodIterations out;
-  out.method = method;
-  std::size_t longest = 0;
-  std::size_t iterations = 0;
-  for (const Trial& trial : trials) {
-    longest = std::max(longest, trial.errors.size());
-    iterations += trial.errors.size() - 1;
-    out.seconds += trial.seconds / static_cast<double>(trials.size());
-    out.most_to_be_right = std::max(out.most_to_be_right, trial.right_from().value_or(0));
-  }
-  if (iterations > 0)
-    out.iteration_s = out.seconds * static_cast<double>(trials.size()) / static_cast<double>(iterations);
-  for (std::size_t k = 0; k < longest; ++k) {
-    IterationFigures figures;
-    std::vector<double> rotations;
-    std::vector<double> translations;
-    for (const Trial& trial : trials) {
-      rotations.push_back(trial.after(k).rotation_rad);
-      translations.push_back(trial.after(k).translation_m);
-      figures.right += trial.is_right(k) ? 1 : 0;
-    }
-    figures.rotation_rad = mean_spread(rotations);
-    figures.translation_m = mean_spread(translations);
-    out.after.push_back(figures);
-  }
-  return out;
-}
-
 BasinCell count(const std::string& method, const std::vector<Trial>& trials) {
   BasinCell out;
   out.method = method;
@@ -81,6 +52,35 @@ MeanSpread mean_spread(const std::vector<double>& values) {
   double squares = 0.0;
   for (const double value : values) squares += (value - out.mean) * (value - out.mean);
   if (values.size() > 1) out.spread = std::sqrt(squares / static_cast<double>(values.size() - 1));
+  return out;
+}
+
+MethodIterations iterations_of(const std::string& method, const std::vector<Trial>& trials) {
+  MethodIterations out;
+  out.method = method;
+  std::size_t longest = 0;
+  std::size_t iterations = 0;
+  for (const Trial& trial : trials) {
+    longest = std::max(longest, trial.errors.size());
+    iterations += trial.errors.size() - 1;
+    out.seconds += trial.seconds / static_cast<double>(trials.size());
+    if (const auto from = trial.right_from()) out.most_to_be_right = std::max(out.most_to_be_right.value_or(0), *from);
+  }
+  if (iterations > 0)
+    out.iteration_s = out.seconds * static_cast<double>(trials.size()) / static_cast<double>(iterations);
+  for (std::size_t k = 0; k < longest; ++k) {
+    IterationFigures figures;
+    std::vector<double> rotations;
+    std::vector<double> translations;
+    for (const Trial& trial : trials) {
+      rotations.push_back(trial.after(k).rotation_rad);
+      translations.push_back(trial.after(k).translation_m);
+      figures.right += trial.is_right(k) ? 1 : 0;
+    }
+    figures.rotation_rad = mean_spread(rotations);
+    figures.translation_m = mean_spread(translations);
+    out.after.push_back(figures);
+  }
   return out;
 }
 
@@ -112,7 +112,7 @@ Expected<IterationsExperiment> try_iterations(const LidarExperimentOptions& opti
   context.reporter.progress("iterations", 1.0);
   out.guess_rotation_rad = mean_spread(rotations);
   out.guess_translation_m = mean_spread(translations);
-  out.methods = {summarise("rigcal", ours), summarise("ICP", icp)};
+  out.methods = {iterations_of("rigcal", ours), iterations_of("ICP", icp)};
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,14 @@ struct IterationFigures {
 struct MethodIterations {
   std::string method;
   std::vector<IterationFigures> after;  ///< Of iteration 0 (the guess), 1, ...
-  int most_to_be_right = 0;             ///< Iterations until the slowest of the trials that get right is so for good.
-  double iteration_s = 0.0;             ///< Mean over all iterations.
-  double seconds = 0.0;                 ///< Mean of a trial.
+  /// Iterations until the slowest of the trials that get right is so for good; none where none does.
+  std::optional<int> most_to_be_right;
+  double iteration_s = 0.0;  ///< Mean over all iterations.
+  double seconds = 0.0;      ///< Mean of a trial.
 };
+
+struct Trial;
+[[nodiscard]] MethodIterations iterations_of(const std::string& method, const std::vector<Trial>& trials);
 
 /// Fig. 10: error against iteration.
 struct IterationsExperiment {

@@ -125,6 +125,21 @@ TEST(Trial, IsNotRightWhereALidarFailed) {
   EXPECT_EQ(trial.right_from(), std::nullopt);
 }
 
+// Zero iterations would be the quickest of all.
+TEST(ExperimentFiles, TellOfAMethodThatIsNeverRight) {
+  Trial near;
+  for (const double m : {0.2, 0.01}) near.errors.push_back({0.0, m, 0.0, m});
+  Trial far;
+  for (const double m : {0.2, 0.1}) far.errors.push_back({0.0, m, 0.0, m});
+  EXPECT_EQ(iterations_of("ICP", {near, far}).most_to_be_right, 1);
+  Experiment experiment;
+  experiment.iterations.emplace().methods = {iterations_of("ICP", {far})};
+  EXPECT_EQ(experiment.iterations->methods[0].most_to_be_right, std::nullopt);
+  EXPECT_THAT(experiment_text(experiment), testing::HasSubstr("ICP: never right for good"));
+  EXPECT_TRUE(parse_json(experiment_json(experiment))["iterations"]["methods"][0]["most_to_be_right"].is_null());
+  expect_files(experiment);
+}
+
 TEST(ExperimentFiles, ShowABasin) {
   Experiment experiment;
   for (const double m : {0.5, 1.0}) {
