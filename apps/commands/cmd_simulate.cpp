@@ -161,14 +161,6 @@ std::string check_mount_error(const std::string& text) {
   return text + " is more than 10 m or 180 degrees";
 }
 
-void check_bumps(const sim::TurntableOptions& motion) {
-  for (const sim::Bump& bump : motion.bumps) {
-    if (bump.stop >= motion.stops)
-      throw CLI::ValidationError("--bump", "there is no stop " + std::to_string(bump.stop) + ": the last one is " +
-                                               std::to_string(motion.stops - 1));
-  }
-}
-
 void add_unit_error_options(CLI::App& command, sim::UnitErrorOptions& errors) {
   command
       .add_option_function<double>(
@@ -266,12 +258,12 @@ void add_simulate_command(CLI::App& app, CommandContext& context) {
   live->excludes(out)->excludes(patches);
   add_live_options(*command, *live, options->live);
   command->footer("Example:\n  rigcal simulate courtyard --rig config/rigs/turntable.yaml --out session");
-  command->callback([options, &context] {
+  command->callback([options, command, &context] {
     if (options->out.empty() && !options->is_live) throw CLI::RequiredError("--out SESSION or --live");
     if (options->patches && options->images_per_stop > 1)
       throw CLI::ValidationError("--images-per-stop",
                                  "a patch folder has one image of a camera and a stop: give 0 or 1");
-    check_bumps(options->motion);
+    check_motion(*command, options->motion, !options->patches);
     context.run = [options, &context] { return run_simulate(*options, context); };
   });
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/commands/option_checks.h"
+#include "core/base/text.h"
 
 namespace rigcal {
 namespace {
@@ -111,6 +112,23 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
            [&options](const Numbers& n) {
              options.bumps.push_back({static_cast<int>(n[0]), n[1], to_rad(n[2])});
            });
+}
+
+void check_motion(const CLI::App& command, const sim::TurntableOptions& options, bool with_ends) {
+  if (command.count("--drive") > 0 && command.get_option("--motion")->as<std::string>() != "figure8")
+    throw CLI::ValidationError("--drive", "only --motion figure8 drives");
+  for (const sim::Bump& bump : options.bumps) {
+    const std::string stop = "stop " + std::to_string(bump.stop);
+    if (bump.stop >= options.stops)
+      throw CLI::ValidationError("--bump",
+                                 "there is no " + stop + ": the last one is " + std::to_string(options.stops - 1));
+    double length_s = options.dwell_range_s ? options.dwell_range_s->front() : options.dwell_s;
+    if (with_ends && bump.stop == 0) length_s += options.initial_still_s;
+    if (with_ends && bump.stop + 1 == options.stops) length_s += options.final_still_s;
+    if (bump.time_s >= length_s)
+      throw CLI::ValidationError("--bump", stop + (options.dwell_range_s ? " may end after " : " ends after ") +
+                                               fixed_text(length_s, 1) + " s: give fewer seconds");
+  }
 }
 
 }  // namespace rigcal

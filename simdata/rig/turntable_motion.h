@@ -44,8 +44,8 @@ struct TurntableOptions {
   double swing_hz = 4.0;
   /// Dwells between these two instead of `dwell_s`, short ones as often as long ones (even in the logarithm).
   std::optional<std::array<double, 2>> dwell_range_s;
-  /// Half the length of a figure of eight that the rig is driven along, looking ahead, its stops all along it: a
-  /// vehicle; 0: it turns where it stands.
+  /// Half the length of a figure of eight that the rig is driven along, looking 45 degrees to the right of its way, its
+  /// stops all along it: a vehicle; 0: it turns where it stands.
   double drive_m = 0.0;
   double creep_rad_per_s = 0.0;  ///< The table turns on by this all the time.
   Vibration vibration;

@@ -118,6 +118,7 @@ Expected<SessionSummary> simulate_session(const Scene& scene, const Rig& rig, co
   if (!run) return run.error();
   if (const auto closed = writer->close(); !closed) return closed.error();
   GroundTruth truth = ground_truth_of(rig, *run);
+  if (options.turntable.drive_m > 0.0) truth.table_axis.reset();  // It was driven, not turned.
   // The same seed gives the same rig and motion again.
   const auto simulated = make_simulated_rig(rig, scene.T_scene_table, options.turntable, options.mount_error,
                                             options.seed, options.unit_errors);
@@ -174,7 +175,7 @@ Expected<SessionSummary> simulate_patches(const Scene& scene, const Rig& rig, co
   GroundTruth truth;
   add_sensors(rig, light->T_base_sensor, truth);
   add_errors(rig, light->lidars, truth);
-  truth.table_axis = TableAxis{light->axis_point, light->axis};
+  if (options.turntable.drive_m == 0.0) truth.table_axis = TableAxis{light->axis_point, light->axis};
   for (std::size_t k = 0; k < light->T_G_base.size(); ++k)
     truth.stops.push_back({{static_cast<int>(k), 0, 0}, light->T_G_base[k]});
   if (const auto written = write_ground_truth(ground_truth_path(path), truth); !written) return written.error();

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/io/extrinsics_file.h"
+#include "core/io/ground_truth.h"
 #include "core/io/session_folder.h"
 #include "tests/support/json.h"
 #include "tests/support/run_program.h"
@@ -97,6 +98,10 @@ TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
                                   " --stops 2 --patches --points 300 --images-per-stop 0 --dwell-range 1,3 --creep 0.01"
                                   " --vibration 0.01,25 --overshoot 0.5 --bump 0,0.5,0.1 --bump 1,0.3,0.2");
   EXPECT_EQ(run.code, 0) << run.err;
+  const auto truth = load_ground_truth((scratch / "s/ground_truth.yaml").string());
+  ASSERT_TRUE(truth) << truth.error().message();
+  EXPECT_EQ(truth->stops.size(), 4U) << "each of the two was bumped";
+  EXPECT_TRUE(std::filesystem::exists(scratch / "s/patches/avia/3.pcd"));
   const auto refused = [&](const std::string& option) {
     return simulate("room " + rig() + out("r") + " --patches " + option);
   };
@@ -107,6 +112,31 @@ TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
   EXPECT_EQ(refused("--creep fast").code, 2);
   EXPECT_EQ(refused("--stops 3 --bump 3,1,1").code, 2);
   EXPECT_THAT(refused("--bump 99,1,1").err, HasSubstr("there is no stop 99: the last one is 19"));
+}
+
+// They were taken, and did nothing, or something else.
+TEST_F(Simulate, RefusesMotionsThatCannotBe) {
+  const auto refused = [&](const std::string& option) {
+    const ProgramRun run = simulate("room " + rig() + out("r") + " --patches --stops 3 " + option);
+    EXPECT_EQ(run.code, 2) << option;
+    return run.err;
+  };
+  EXPECT_THAT(refused("--bump 1,2,0.1"), HasSubstr("stop 1 ends after 2.0 s"));
+  EXPECT_THAT(refused("--bump 0,2.5,0.1"), HasSubstr("stop 0 ends after 2.0 s"));
+  EXPECT_THAT(refused("--bump 1,5,0.1 --dwell-range 3,30"), HasSubstr("stop 1 may end after 3.0 s"));
+  EXPECT_THAT(refused("--motion vehicle --drive 3"), HasSubstr("only --motion figure8 drives"));
+  EXPECT_THAT(refused("--drive 3"), HasSubstr("--motion"));
+}
+
+TEST_F(Simulate, HasNoTablesAxisInTheTruthOfADrive) {
+  const auto truth = [&](const std::string& name, const std::string& options) {
+    const ProgramRun run = simulate("room " + rig() + out(name) + options + " --stops 2 --images-per-stop 0");
+    EXPECT_EQ(run.code, 0) << run.err;
+    return load_ground_truth((scratch / name / "ground_truth.yaml").string());
+  };
+  EXPECT_TRUE(truth("turned", " --patches --points 300")->table_axis);
+  EXPECT_FALSE(truth("patches", " --patches --points 300 --motion figure8 --drive 1")->table_axis);
+  EXPECT_FALSE(truth("packets", " --dwell 0.2 --motion figure8")->table_axis);
 }
 
 TEST_F(Simulate, RefusesNumbersThatCannotBeMeant) {
