@@ -17,6 +17,7 @@ class CreepGuard final : public StillListener {
   CreepGuard(const StopOptions& options, StillListener& listener) : options_(options), listener_(listener) {}
   CreepGuard(const CreepGuard&) = delete;
   CreepGuard& operator=(const CreepGuard&) = delete;
+  ~CreepGuard() override = default;
 
   void not_still_until(std::int64_t until_ns, DropReason reason) override;
   void still_until(std::int64_t until_ns, int stop) override;
