@@ -141,9 +141,7 @@ void PatchCutter::hand_out(int sensor, Queue& queue, const Held& held) {
     return;
   }
   // The batch straddles a border: cut by shot time.
-  const auto of_point = [&](const Point& point) -> const Verdict& {
-    return verdict_at(held.stamp_ns + static_cast<std::int64_t>(point.shot * held.shot_interval_ns));
-  };
+  const auto of_point = [&](const Point& point) -> const Verdict& { return verdict_at(held.time_of(point)); };
   for (std::size_t begin = 0; begin < points.size();) {
     const Verdict& verdict = of_point(points[begin]);
     std::size_t end = begin + 1;
@@ -165,7 +163,24 @@ void PatchCutter::deliver(int sensor, Queue& queue, const Verdict& verdict, cons
   sink_.timed_points(sensor, verdict.stop, times, points);
 }
 
+// Clouds are long: the end of a stop is in one that reaches beyond what is decided, and would be handed out too late.
+void PatchCutter::hand_out_decided(int sensor, Queue& queue) {
+  const std::int64_t until_ns = verdicts_.empty() ? forgotten_until_ns_ : verdicts_.back().until_ns;
+  for (Held& held : queue.held) {
+    if (held.undivided || held.stamp_ns >= until_ns) continue;
+    const auto first = held.block->points.begin() + static_cast<std::ptrdiff_t>(held.first);
+    const auto open = std::stable_partition(first, first + static_cast<std::ptrdiff_t>(held.count),
+                                            [&](const Point& point) { return held.time_of(point) < until_ns; });
+    Held decided = held;
+    decided.count = static_cast<std::size_t>(open - first);
+    held.first += decided.count;
+    held.count -= decided.count;
+    if (decided.count > 0) hand_out(sensor, queue, decided);
+  }
+}
+
 void PatchCutter::stop_ended(const StillStop& stop) {
+  for (auto& [sensor, queue] : queues_) hand_out_decided(sensor, queue);
   StopRecord record{stop, {}};
   for (auto& [sensor, queue] : queues_) {
     if (queue.points_in_stop > 0) record.points[sensor] = queue.points_in_stop;

@@ -70,6 +70,9 @@ class PatchCutter final : public StillListener {
     std::size_t first;
     std::size_t count;
     bool undivided;
+    [[nodiscard]] std::int64_t time_of(const Point& point) const {
+      return stamp_ns + static_cast<std::int64_t>(point.shot * shot_interval_ns);
+    }
   };
   struct Queue {
     std::deque<Held> held;
@@ -84,6 +87,7 @@ class PatchCutter final : public StillListener {
   };
   void decide(const Verdict& verdict);
   void drain(int sensor, Queue& queue);
+  void hand_out_decided(int sensor, Queue& queue);
   void hand_out(int sensor, Queue& queue, const Held& held);
   void deliver(int sensor, Queue& queue, const Verdict& verdict, const ShotTimes& times, std::span<const Point> points);
   void hold(Queue& queue, const PointBatch& batch, std::span<const Point> points, std::int64_t end_ns);

@@ -42,6 +42,33 @@ TEST(PatchCutter, TakesAPointsCloudWithoutTimesAsAWholeOrNotAtAll) {
   EXPECT_EQ(cutter.counts().dropped[static_cast<std::size_t>(DropReason::moving)], 40U);
 }
 
+// A LiDAR's cloud of half a second, in which the stop ends: its rows were seen one after another, each all along.
+TEST(PatchCutter, HandsOutTheEndOfAStopBeforeItIsDone) {
+  class Done final : public PatchSink {
+   public:
+    void points(int, int, std::span<const Point> part) override { points_ += part.size(); }
+    void stop_done(const StopRecord& stop) override { record_ = stop; }
+    std::size_t points_ = 0;
+    StopRecord record_;
+  } sink;
+  PatchCutter cutter(100'000, sink);
+  PointBatch batch;
+  batch.stamp_ns = 1000 * ms;
+  batch.shot_interval_ns = 1.0 * ms;
+  batch.points.resize(1000);
+  for (std::size_t i = 0; i < 1000; ++i) batch.points[i].shot = static_cast<std::uint16_t>(i % 500);
+  cutter.add(batch);
+  cutter.still_until(1200 * ms, 0);
+  cutter.not_still_until(1300 * ms, DropReason::moving);
+  cutter.stop_ended({{0, 900 * ms, 1200 * ms - 1}});
+  EXPECT_EQ(sink.points_, 400U);
+  EXPECT_EQ(sink.record_.points[0], 400U);
+  cutter.not_still_until(2000 * ms, DropReason::moving);
+  EXPECT_EQ(sink.points_, 400U);
+  EXPECT_EQ(cutter.counts().dropped[static_cast<std::size_t>(DropReason::moving)], 600U);
+  EXPECT_EQ(cutter.counts().dropped[static_cast<std::size_t>(DropReason::late)], 0U);
+}
+
 PointBatch cloud(std::size_t points, std::int64_t stamp_ns) {
   PointBatch batch;
   batch.undivided = true;
