@@ -9,6 +9,7 @@
 
 #include "apps/ingest/point_filter.h"
 #include "apps/recording/bag_topics.h"
+#include "apps/recording/imu_queue.h"
 #include "core/io/bag_reader.h"
 
 namespace rigcal {
@@ -77,7 +78,16 @@ void warn_of(const TopicIngest& counts, std::vector<std::string>& warnings) {
 class BagBatches final : public BatchSource {
  public:
   BagBatches(BagReader bag, std::string path, const Rig& rig, BatchSinks sinks)
-      : bag_(std::move(bag)), path_(std::move(path)), rig_(rig), wishes_(topic_wishes(rig)), sinks_(std::move(sinks)) {}
+      : bag_(std::move(bag)),
+        path_(std::move(path)),
+        rig_(rig),
+        wishes_(topic_wishes(rig)),
+        sinks_(std::move(sinks)),
+        imu_(sinks_.imu) {
+    for (const TopicWish& wish : wishes_) {
+      if (wish.use == TopicUse::points) imu_.wait_for(wish.sensor);
+    }
+  }
 
   /// What is wrong with the topics that are known so far.
   [[nodiscard]] std::optional<Error> topics_error() const {
@@ -95,8 +105,10 @@ class BagBatches final : public BatchSource {
     BagMessage message;
     for (int i = 0; i < messages_at_once; ++i) {
       const Expected<bool> more = bag_.next(message);
+      if (more && !*more) imu_.flush();
       if (!more || !*more) return more;
       if (const Expected<void> taken = take(message); !taken) return taken.error();
+      imu_.hand_on(message.stamp_ns);
     }
     return true;
   }
@@ -118,6 +130,7 @@ class BagBatches final : public BatchSource {
   Rig rig_;
   std::vector<TopicWish> wishes_;
   BatchSinks sinks_;
+  ImuQueue imu_;
   std::map<std::string, Topic> topics_;
   std::map<const BagConnection*, Topic*> by_sender_;
   RosCloud cloud_;
@@ -188,6 +201,7 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
   topic.counts.out_of_range += left_out.out_of_range;
   topic.counts.points += batch_.points.size();
   if (sinks_.points) sinks_.points(batch_);
+  imu_.seen(topic.wish->sensor, *topic.last_end_ns);
 }
 
 /// The batch's times, and each point's shot. A cloud is sent when it is complete, so its last point is what the clock
@@ -233,9 +247,8 @@ void BagBatches::add_imu(Topic& topic, const BagMessage& message) {
     topic.acceleration_to_g = length < std::sqrt(gravity) ? 1.0 : 1.0 / gravity;
   }
   ++topic.counts.imu_samples;
-  if (!sinks_.imu) return;
-  sinks_.imu(
-      {topic.wish->sensor, stamp_ns, imu->gyro_rad_s, imu->acceleration * topic.acceleration_to_g.value_or(1.0)});
+  imu_.add({topic.wish->sensor, stamp_ns, imu->gyro_rad_s, imu->acceleration * topic.acceleration_to_g.value_or(1.0)},
+           message.stamp_ns);
 }
 
 void BagBatches::add_image(Topic& topic, const BagMessage& message, RosType type) {
