@@ -5,6 +5,7 @@
 
 #include "apps/ingest/lidar_findings.h"
 #include "apps/ingest/point_filter.h"
+#include "apps/ingest/unit_numbers.h"
 #include "core/clocks/pulse_time.h"
 #include "drivers/livox_codec/sample_packet.h"
 
@@ -19,6 +20,7 @@ struct Device {
   DeviceIngest counts;
   DeviceClock clock;
   PulseTime pulse;
+  UnitNumbers slots;  ///< Ten times the Hub's slot, and the unit there.
   StreamLedger points;
   StreamLedger imu;
   std::optional<std::uint16_t> imu_port;  ///< Where its IMU packets come from, when that is not where its points do.
@@ -66,6 +68,7 @@ class LidarIngest::Devices {
   void learn(const Datagram& datagram);
   void add(const Datagram& datagram);
   [[nodiscard]] IngestSummary summary() const;
+  [[nodiscard]] std::optional<Error> shared() const;
 
   const Rig& rig() const { return rig_; }
   const BroadcastCodes& codes() const { return codes_; }
@@ -186,6 +189,7 @@ void LidarIngest::Devices::add_packet(Device& device, const livox::SamplePacket&
   DeviceIngest& counts = device.counts;
   ++counts.packets;
   if ((header.status >> 30U) > (counts.worst_status >> 30U) || counts.packets == 1) counts.worst_status = header.status;
+  device.slots.add(10 * header.slot + header.lidar_id);
   std::int64_t device_ns = header.device_stamp_ns;
   if (header.timestamp_type == livox::TimestampType::pps_only) device_ns = device.pulse.add(device_ns, received_ns);
   const SessionStamp stamp = device.clock.add(device_ns, received_ns);
@@ -258,8 +262,21 @@ IngestSummary LidarIngest::Devices::summary() const {
     if (talk != control_frames_.end()) counts.control_frames = talk->second;
   }
   summary.warnings = ingest_warnings(rig_, summary);
-  summary.unfit = ingest_error(rig_, summary, false);
+  summary.unfit = shared();
+  if (!summary.unfit) summary.unfit = ingest_error(rig_, summary, false);
   return summary;
+}
+
+/// A LiDAR's address from which the packets of several come: that of a Hub.
+std::optional<Error> LidarIngest::Devices::shared() const {
+  for (const auto& [ip, device] : devices_) {
+    if (device.counts.sensor < 0 || !device.slots.several()) continue;
+    return input_error("several LiDARs send from " + to_string(ip) + " (slot and number there: " + device.slots.text() +
+                           "), but " + rig_.sensors[static_cast<std::size_t>(device.counts.sensor)].name +
+                           " is one; is it a Hub, whose packets are not read?",
+                       {}, "connect the LiDARs without it");
+  }
+  return std::nullopt;
 }
 
 LidarIngest::LidarIngest(const Rig& rig, PointSink points, ImuSink imu, const BroadcastCodes& codes)
@@ -282,6 +299,7 @@ IngestSummary LidarIngest::summary() const { return devices_->summary(); }
 
 Expected<IngestSummary> LidarIngest::finish() const {
   IngestSummary summary = devices_->summary();
+  if (std::optional<Error> error = devices_->shared()) return *error;
   if (std::optional<Error> error = ingest_error(devices_->rig(), summary, devices_->learned_too_late())) return *error;
   return summary;
 }

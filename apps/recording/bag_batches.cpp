@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/ingest/point_filter.h"
+#include "apps/ingest/unit_numbers.h"
 #include "apps/recording/bag_topics.h"
 #include "apps/recording/imu_queue.h"
 #include "core/io/bag_reader.h"
@@ -32,6 +33,7 @@ struct Topic {
   const BagConnection* last_sender = nullptr;
   std::uint32_t last_seq = 0;
   std::optional<std::int64_t> last_end_ns;  ///< Of the cloud before.
+  UnitNumbers lidar_ids;
   std::optional<double> acceleration_to_g;  ///< Nothing until the first reading.
 
   std::int64_t session_ns(std::int64_t sent_ns, std::int64_t recorded_ns) {
@@ -123,6 +125,7 @@ class BagBatches final : public BatchSource {
   void set_times(Topic& topic, std::int64_t recorded_ns);
   void add_imu(Topic& topic, const BagMessage& message);
   void add_image(Topic& topic, const BagMessage& message, RosType type);
+  [[nodiscard]] std::optional<Error> shared() const;
   [[nodiscard]] std::optional<Error> unusable() const;
 
   BagReader bag_;
@@ -191,6 +194,7 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
     return;
   }
   topic.count_lost(message.connection, cloud_.header.seq);
+  topic.lidar_ids.add(cloud_.lidar_id);
   topic.counts.not_finite += cloud_.not_finite;
   topic.counts.intensity.add(cloud_.intensity);
   set_times(topic, message.stamp_ns);
@@ -262,6 +266,18 @@ void BagBatches::add_image(Topic& topic, const BagMessage& message, RosType type
   if (sinks_.images) sinks_.images({topic.wish->sensor, stamp_ns, type, *image});
 }
 
+/// A topic on which several LiDARs take turns.
+std::optional<Error> BagBatches::shared() const {
+  for (const auto& [name, topic] : topics_) {
+    if (!topic.lidar_ids.several()) continue;
+    return input_error("the topic " + name + " has the points of several LiDARs (lidar_id " + topic.lidar_ids.text() +
+                           "), but " + rig_.sensors[static_cast<std::size_t>(topic.counts.sensor)].name + " is one",
+                       {},
+                       "record with multi_topic on in the launch file of the Livox driver, or give each id a topic");
+  }
+  return std::nullopt;
+}
+
 /// A LiDAR's topic that is there, but without a point that could be used.
 std::optional<Error> BagBatches::unusable() const {
   for (const TopicWish& wish : wishes_) {
@@ -300,6 +316,7 @@ IngestSummary BagBatches::summary() const {
     if (!there) summary.warnings.push_back("there is no topic " + wish.topic);
   }
   summary.unfit = topics_error();
+  if (!summary.unfit) summary.unfit = shared();
   if (!summary.unfit) summary.unfit = unusable();
   return summary;
 }

@@ -160,8 +160,10 @@ class CloudDecoder {
 
 Expected<void> decode_livox_points(ByteReader& reader, RosCloud& cloud) {
   const auto timebase = reader.read<std::uint64_t>();
-  constexpr std::size_t count_and_lidar = 4 + 1 + 3;
-  static_cast<void>(reader.take(count_and_lidar));
+  static_cast<void>(reader.read<std::uint32_t>());  // how many; it stands before them again
+  cloud.lidar_id = reader.read<std::uint8_t>();
+  constexpr std::size_t reserved = 3;
+  static_cast<void>(reader.take(reserved));
   const auto count = reader.read<std::uint32_t>();
   if (!reader.ok() || reader.left() < count * livox_point_bytes) return message_is_cut();
   const bool has_base = timebase > 0 && timebase < 9'000'000'000'000'000'000U;
@@ -196,6 +198,7 @@ Expected<void> decode_cloud(RosType type, ByteView message, RosCloud& cloud) {
   cloud.points.clear();
   cloud.times_ns.clear();
   cloud.shots = cloud.not_finite = cloud.at_origin = 0;
+  cloud.lidar_id = 0;
   cloud.intensity = {};
   ByteReader reader(message);
   cloud.header = read_ros_header(reader);

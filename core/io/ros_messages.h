@@ -36,6 +36,7 @@ struct RosHeader {
 /// A cloud's points; an object may be used again for the next one.
 struct RosCloud {
   RosHeader header;
+  int lidar_id = 0;           ///< Of the LiDAR among those of a Livox driver; 0 for a PointCloud2.
   std::vector<Point> points;  ///< Point::shot means nothing.
   /// The sender's time of each point; empty where the points have none. As they came, not in order.
   std::vector<std::int64_t> times_ns;

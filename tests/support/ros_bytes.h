@@ -42,13 +42,15 @@ struct RosPoint {
   std::uint32_t offset_ns = 0;
 };
 
-inline RosBytes livox_message(std::uint32_t seq, std::int64_t stamp_ns, const std::vector<RosPoint>& points) {
+inline RosBytes livox_message(std::uint32_t seq, std::int64_t stamp_ns, const std::vector<RosPoint>& points,
+                              std::uint8_t lidar_id = 0) {
   RosBytes bytes;
   ByteWriter out(bytes);
   put_header(out, seq, stamp_ns);
   out.write(static_cast<std::uint64_t>(stamp_ns));
   out.write(static_cast<std::uint32_t>(points.size()));
-  for (int i = 0; i < 4; ++i) out.write(std::uint8_t{0});
+  out.write(lidar_id);
+  for (int i = 0; i < 3; ++i) out.write(std::uint8_t{0});
   out.write(static_cast<std::uint32_t>(points.size()));
   for (const auto& [point, offset_ns] : points) {
     out.write(offset_ns);

@@ -354,6 +354,27 @@ TEST(LidarIngest, TwoDevicesThatSayTheyAreOneSensorAreWarnedOf) {
   EXPECT_THAT(summary->warnings[0], HasSubstr("both 192.168.1.21 and 192.168.1.99"));
 }
 
+TEST(LidarIngest, LidarsBehindAHubAreNotTakenForOne) {
+  Bench bench(make_rig());
+  bench.send_one_of_each();
+  const auto send = [&](std::uint8_t slot, std::int64_t device_ns) {
+    livox::SampleHeader header;
+    header.slot = slot;
+    header.device_stamp_ns = device_ns;
+    std::vector<std::uint8_t> bytes;
+    livox::encode_points(header, {{{10.0F, 0.0F, 0.0F, 50, 0, 3}}}, bytes);
+    bench.send(kLeftIp, bytes, device_ns);
+  };
+  for (int i = 1; i < 300; ++i) send(i == 40 ? 7 : 1, 1'000'000 * i);
+  EXPECT_TRUE(bench.ingest.finish()) << "one damaged number is none";
+  for (int i = 300; i < 600; ++i) send(i % 3 == 0 ? 2 : 1, 1'000'000 * i);
+  const Expected<IngestSummary> summary = bench.ingest.finish();
+  ASSERT_FALSE(summary);
+  EXPECT_THAT(summary.error().message(), HasSubstr("several LiDARs send from 192.168.1.21"));
+  EXPECT_THAT(summary.error().message(), HasSubstr("left is one"));
+  EXPECT_TRUE(bench.ingest.summary().unfit);
+}
+
 TEST(LidarIngest, WithoutARigEveryDeviceIsListedWithItsPoints) {
   Bench bench(Rig{});
   bench.send_one_of_each();

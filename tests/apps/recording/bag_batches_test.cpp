@@ -49,16 +49,31 @@ struct Kept {
   std::uint64_t in_last = 0;  ///< Of those the ones of the last quarter of a turn.
 };
 
-// What PointSlots keep of the clouds, 120 000 points a second at most.
-Kept kept(bool timed) {
-  const std::string path = fresh_path("clouds.bag");
-  save_bytes(path, bag_of_clouds(timed).finish());
+Rig rig_of_one_lidar(LidarModel model) {
   Rig rig;
   rig.sensors.emplace_back();
   rig.sensors.back().name = "top";
   rig.sensors.back().lidar.emplace();
-  rig.sensors.back().lidar->model = LidarModel::other;
+  rig.sensors.back().lidar->model = model;
   rig.sensors.back().lidar->topic = "/points";
+  return rig;
+}
+
+/// Reads all of a bag; what came of it.
+IngestSummary read_all(BagBytes& bag, const Rig& rig, BatchSinks sinks) {
+  const std::string path = fresh_path("all.bag");
+  save_bytes(path, bag.finish());
+  auto opened = open_bag_batches(path, rig, std::move(sinks));
+  EXPECT_TRUE(opened) << opened.error().message();
+  while (*(*opened)->read_some()) continue;
+  return (*opened)->summary();
+}
+
+// What PointSlots keep of the clouds, 120 000 points a second at most.
+Kept kept(bool timed) {
+  const std::string path = fresh_path("clouds.bag");
+  save_bytes(path, bag_of_clouds(timed).finish());
+  const Rig rig = rig_of_one_lidar(LidarModel::other);
   PointSlots slots(120'000.0);
   Kept kept;
   const auto count_slots = [&](bool at_end) {
@@ -89,6 +104,25 @@ TEST(BagBatches, WithoutTimesAreSeenAllAround) {
   const Kept some = kept(false);
   EXPECT_NEAR(static_cast<double>(some.points), clouds * 4096.0, clouds);
   EXPECT_NEAR(static_cast<double>(some.in_last), 0.25 * static_cast<double>(some.points), 0.03 * clouds * 4096.0);
+}
+
+TEST(BagBatches, OneTopicOfSeveralLidarsIsAnError) {
+  const auto unfit = [](bool take_turns) {
+    BagBytes bag;
+    for (std::uint32_t k = 0; k < 10; ++k) {
+      const std::int64_t first_ns = (10'000 + 100 * k) * ms;
+      const auto lidar = static_cast<std::uint8_t>(take_turns ? k % 2 : k / 5);  // or the driver started anew
+      bag.add("/points", livox_type, livox_md5, first_ns + 100 * ms,
+              livox_message(k, first_ns, {{{1.0F, 2.0F, 3.0F, 4, 0, 0}, 0}}, lidar));
+    }
+    return read_all(bag, rig_of_one_lidar(LidarModel::livox_mid40), {}).unfit;
+  };
+  EXPECT_FALSE(unfit(false));
+  const std::optional<Error> error = unfit(true);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->message().find("/points has the points of several LiDARs (lidar_id 0, 1), but top is one"),
+            std::string::npos)
+      << error->message();
 }
 
 }  // namespace
