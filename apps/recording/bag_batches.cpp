@@ -3,24 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "apps/ingest/point_filter.h"
 #include "apps/ingest/unit_numbers.h"
 #include "apps/recording/bag_topics.h"
+#include "apps/recording/cloud_times.h"
 #include "apps/recording/imu_queue.h"
+#include "core/base/seconds.h"
+#include "core/base/text.h"
 #include "core/io/bag_reader.h"
 
 namespace rigcal {
 namespace {
 
 constexpr int messages_at_once = 32;  // some milliseconds of work
-// The slowest LiDARs that turn take 0.2 s; times that claim more are not believed.
-constexpr std::int64_t longest_cloud_ns = 2'000'000'000;
-constexpr std::int64_t longest_untimed_ns = 200'000'000;
-constexpr std::int64_t usual_cloud_ns = 100'000'000;
+constexpr std::int64_t long_untimed_ns = 250'000'000;
 constexpr double worthy_loss = 1e-3;
 // Standard gravity; a resting unit shows 1 in g and this in m/s^2, so their geometric mean tells them apart.
 constexpr double gravity = 9.80665;
@@ -32,7 +31,8 @@ struct Topic {
   PointFilter filter;
   const BagConnection* last_sender = nullptr;
   std::uint32_t last_seq = 0;
-  std::optional<std::int64_t> last_end_ns;  ///< Of the cloud before.
+  CloudTimes times;
+  std::optional<PointBatch> first;  ///< A cloud of which the next one tells how long it took.
   UnitNumbers lidar_ids;
   std::optional<double> acceleration_to_g;  ///< Nothing until the first reading.
 
@@ -122,7 +122,6 @@ class BagBatches final : public BatchSource {
   Expected<void> take(const BagMessage& message);
   Expected<Topic*> topic_of(const BagConnection& connection);
   void add_points(Topic& topic, const BagMessage& message, RosType type);
-  void set_times(Topic& topic, std::int64_t recorded_ns);
   void add_imu(Topic& topic, const BagMessage& message);
   void add_image(Topic& topic, const BagMessage& message, RosType type);
   [[nodiscard]] std::optional<Error> shared() const;
@@ -197,45 +196,26 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
   topic.lidar_ids.add(cloud_.lidar_id);
   topic.counts.not_finite += cloud_.not_finite;
   topic.counts.intensity.add(cloud_.intensity);
-  set_times(topic, message.stamp_ns);
+  const bool known = topic.times.set(topic.clock, cloud_, message.stamp_ns, batch_);
+  if (batch_.undivided) ++topic.counts.untimed;
   batch_.sensor = topic.wish->sensor;
   batch_.points.swap(cloud_.points);
   const PointFilter::LeftOut left_out = topic.filter.apply(batch_.points);
   topic.counts.noise += left_out.noise;
   topic.counts.out_of_range += left_out.out_of_range;
   topic.counts.points += batch_.points.size();
-  if (sinks_.points) sinks_.points(batch_);
-  imu_.seen(topic.wish->sensor, *topic.last_end_ns);
-}
-
-/// The batch's times, and each point's shot. A cloud is sent when it is complete, so its last point is what the clock
-/// maps. Without times all that is known is that it was seen since the cloud before.
-void BagBatches::set_times(Topic& topic, std::int64_t recorded_ns) {
-  const auto [first, last] = std::minmax_element(cloud_.times_ns.begin(), cloud_.times_ns.end());
-  const bool timed = first != cloud_.times_ns.end() &&
-                     static_cast<double>(*last) - static_cast<double>(*first) <= static_cast<double>(longest_cloud_ns);
-  batch_.undivided = !timed;
-  if (timed) {
-    const std::int64_t span_ns = *last - *first;
-    const std::int64_t end_ns = topic.session_ns(*last, recorded_ns);
-    constexpr std::uint16_t last_shot = std::numeric_limits<std::uint16_t>::max();
-    batch_.stamp_ns = end_ns - span_ns;
-    batch_.shot_interval_ns = static_cast<double>(span_ns) / last_shot;
-    const double per_ns = span_ns > 0 ? last_shot / static_cast<double>(span_ns) : 0.0;
-    for (std::size_t i = 0; i < cloud_.points.size(); ++i) {
-      cloud_.points[i].shot =
-          static_cast<std::uint16_t>(static_cast<double>(cloud_.times_ns[i] - *first) * per_ns + 0.5);
-    }
-    topic.last_end_ns = end_ns;
-    return;
+  if (topic.first) {
+    topic.first->shot_interval_ns = static_cast<double>(topic.times.usual_ns());
+    topic.first->stamp_ns -= topic.times.usual_ns();
+    if (sinks_.points) sinks_.points(*topic.first);
+    topic.first.reset();
   }
-  ++topic.counts.untimed;
-  const std::int64_t end_ns = topic.session_ns(cloud_.header.stamp_ns, recorded_ns);
-  const std::int64_t span_ns =
-      topic.last_end_ns ? std::clamp<std::int64_t>(end_ns - *topic.last_end_ns, 0, longest_untimed_ns) : usual_cloud_ns;
-  batch_.stamp_ns = end_ns - span_ns;
-  batch_.shot_interval_ns = static_cast<double>(span_ns);
-  topic.last_end_ns = end_ns;
+  if (!known) {
+    topic.first = batch_;
+  } else if (sinks_.points) {
+    sinks_.points(batch_);
+  }
+  imu_.seen(topic.wish->sensor, topic.times.end_ns());
 }
 
 void BagBatches::add_imu(Topic& topic, const BagMessage& message) {
@@ -308,6 +288,11 @@ IngestSummary BagBatches::summary() const {
     TopicIngest& counts = topics[name] = topic.counts;
     counts.clock = topic.clock.figures();
     warn_of(counts, summary.warnings);
+    if (counts.untimed > 0 && topic.times.usual_ns() > long_untimed_ns) {
+      summary.warnings.push_back(name + ": its clouds take " + fixed_text(seconds_of_ns(topic.times.usual_ns()), 1) +
+                                 " s and do not say when each point was seen: those in which the rig moved are left "
+                                 "out; record clouds with times (CustomMsg), or 5 and more a second");
+    }
   }
   for (auto& [name, counts] : topics) summary.topics.push_back(std::move(counts));
   for (const TopicWish& wish : wishes_) {

@@ -106,6 +106,31 @@ TEST(BagBatches, WithoutTimesAreSeenAllAround) {
   EXPECT_NEAR(static_cast<double>(some.in_last), 0.25 * static_cast<double>(some.points), 0.03 * clouds * 4096.0);
 }
 
+// A driver that gathers for a second, without times; its fifth cloud was lost, and the seventh came late.
+TEST(BagBatches, ACloudWithoutTimesIsAsLongAsTheTopicsPeriod) {
+  BagBytes bag;
+  const RosBytes data(12, 0x40);
+  for (std::uint32_t k = 0; k < 10; ++k) {
+    if (k == 5) continue;
+    const std::int64_t end_ns = (10'000 + 1000 * k + (k == 7 ? 300 : 0)) * ms;
+    bag.add("/points", cloud_type, cloud_md5, end_ns,
+            cloud_message(k, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}}, {1, 1, 12, 12, false}, data));
+  }
+  std::vector<std::pair<std::int64_t, std::int64_t>> spans_ms;
+  const auto points = [&](PointBatch& batch) {
+    EXPECT_TRUE(batch.undivided);
+    spans_ms.emplace_back(batch.stamp_ns / ms,
+                          (batch.stamp_ns + static_cast<std::int64_t>(batch.shot_interval_ns)) / ms);
+  };
+  const IngestSummary summary = read_all(bag, rig_of_one_lidar(LidarModel::other), {points, {}, {}});
+  const std::vector<std::pair<std::int64_t, std::int64_t>> expected{
+      {9000, 10'000},   {10'000, 11'000}, {11'000, 12'000}, {12'000, 13'000}, {13'000, 14'000},
+      {14'500, 16'000}, {16'000, 17'300}, {17'000, 18'000}, {18'000, 19'000}};
+  EXPECT_EQ(spans_ms, expected);
+  ASSERT_EQ(summary.warnings.size(), 2U);
+  EXPECT_EQ(summary.warnings[1].find("/points: its clouds take 1.0 s and do not say when"), 0U);
+}
+
 TEST(BagBatches, OneTopicOfSeveralLidarsIsAnError) {
   const auto unfit = [](bool take_turns) {
     BagBytes bag;
