@@ -288,6 +288,10 @@ IngestSummary BagBatches::summary() const {
     TopicIngest& counts = topics[name] = topic.counts;
     counts.clock = topic.clock.figures();
     warn_of(counts, summary.warnings);
+    if (topic.times.recorded_too_early()) {
+      summary.warnings.push_back(name + ": its record times are the stamps of its messages, before their last points " +
+                                 "were seen (a bag that was written anew?): the points are used at their own times");
+    }
     if (counts.untimed > 0 && topic.times.usual_ns() > long_untimed_ns) {
       summary.warnings.push_back(name + ": its clouds take " + fixed_text(seconds_of_ns(topic.times.usual_ns()), 1) +
                                  " s and do not say when each point was seen: those in which the rig moved are left "

@@ -1,6 +1,7 @@
 #include "apps/recording/cloud_times.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <vector>
 
@@ -13,6 +14,12 @@ namespace {
 constexpr std::int64_t longest_cloud_ns = 2'000'000'000;
 constexpr std::int64_t longest_step_ns = 10'000'000'000;
 constexpr std::size_t steps_of_median = 15;
+
+// No recorder is as quick; what a stamp loses as a floating-point number is less.
+bool is_stamp_of_header(const RosCloud& cloud, std::int64_t recorded_ns) {
+  constexpr std::int64_t rounding_ns = 1000;
+  return std::abs(stamp_difference(recorded_ns, cloud.header.stamp_ns)) <= rounding_ns;
+}
 
 bool is_timed(const std::vector<std::int64_t>& times_ns) {
   const auto [first, last] = std::minmax_element(times_ns.begin(), times_ns.end());
@@ -50,14 +57,19 @@ bool CloudTimes::set(DeviceClock& clock, RosCloud& cloud, std::int64_t recorded_
     const std::int64_t step_ns = note_end(end_ns);
     // No shorter than usual, for a cloud that waited on its way is followed by a short step; not much longer, where one
     // was lost.
-    const std::int64_t span_ns = std::clamp(step_ns, usual_ns(), usual_ns() * 3 / 2);
+    std::int64_t span_ns = std::clamp(step_ns, usual_ns(), usual_ns() * 3 / 2);
     batch.stamp_ns = end_ns - span_ns;
+    // Nothing says whether the stamp is of the cloud's start or of its end.
+    if (is_stamp_of_header(cloud, recorded_ns)) span_ns += usual_ns();
     batch.shot_interval_ns = static_cast<double>(span_ns);
     return !steps_ns_.empty();
   }
   const auto [first, last] = std::minmax_element(cloud.times_ns.begin(), cloud.times_ns.end());
   const std::int64_t span_ns = *last - *first;
-  const std::int64_t end_ns = session_ns(*last);
+  const bool too_early = is_stamp_of_header(cloud, recorded_ns) && *last > recorded_ns &&
+                         stamp_difference(*last, recorded_ns) <= longest_cloud_ns;
+  too_early_ = too_early_ || too_early;
+  const std::int64_t end_ns = too_early ? *last : session_ns(*last);
   constexpr std::uint16_t last_shot = std::numeric_limits<std::uint16_t>::max();
   batch.stamp_ns = end_ns - span_ns;
   batch.shot_interval_ns = static_cast<double>(span_ns) / last_shot;

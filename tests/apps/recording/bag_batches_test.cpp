@@ -131,6 +131,26 @@ TEST(BagBatches, ACloudWithoutTimesIsAsLongAsTheTopicsPeriod) {
   EXPECT_EQ(summary.warnings[1].find("/points: its clouds take 1.0 s and do not say when"), 0U);
 }
 
+// As bag.write(topic, message, message.header.stamp) makes them.
+TEST(BagBatches, ARecordTimeThatIsTheHeadersStampIsNoArrival) {
+  const auto first_stamp = [](std::int64_t record_after_ns) {
+    BagBytes bag;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::int64_t first_ns = (10'000 + 100 * k) * ms;
+      bag.add(
+          "/points", livox_type, livox_md5, first_ns + record_after_ns,
+          livox_message(k, first_ns, {{{1.0F, 2.0F, 3.0F, 4, 0, 0}, 0}, {{1.0F, 2.0F, 3.0F, 4, 0, 0}, 99'000'000}}));
+    }
+    std::int64_t stamp_ns = 0;
+    const auto points = [&](PointBatch& batch) { stamp_ns = batch.stamp_ns; };
+    const IngestSummary summary = read_all(bag, rig_of_one_lidar(LidarModel::livox_mid40), {points, {}, {}});
+    return std::pair{stamp_ns / ms, summary.warnings.size()};
+  };
+  EXPECT_EQ(first_stamp(0), (std::pair<std::int64_t, std::size_t>{10'200, 1}));
+  EXPECT_EQ(first_stamp(110 * ms), (std::pair<std::int64_t, std::size_t>{10'211, 0})) << "10 ms on its way";
+  EXPECT_EQ(first_stamp(60 * ms), (std::pair<std::int64_t, std::size_t>{10'161, 0})) << "clocks that differ";
+}
+
 TEST(BagBatches, OneTopicOfSeveralLidarsIsAnError) {
   const auto unfit = [](bool take_turns) {
     BagBytes bag;
