@@ -21,9 +21,10 @@ bool is_stamp_of_header(const RosCloud& cloud, std::int64_t recorded_ns) {
   return std::abs(stamp_difference(recorded_ns, cloud.header.stamp_ns)) <= rounding_ns;
 }
 
+// Where all points have one time, it is that of the cloud.
 bool is_timed(const std::vector<std::int64_t>& times_ns) {
   const auto [first, last] = std::minmax_element(times_ns.begin(), times_ns.end());
-  return first != times_ns.end() &&
+  return first != times_ns.end() && (*first < *last || times_ns.size() == 1) &&
          static_cast<double>(*last) - static_cast<double>(*first) <= static_cast<double>(longest_cloud_ns);
 }
 

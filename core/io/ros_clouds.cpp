@@ -100,10 +100,12 @@ class CloudDecoder {
       if (field != nullptr && field->size == 0) return input_error("has a field of an unknown type");
     }
     cloud.shots = std::uint64_t{layout_.width} * layout_.height;
+    std::vector<double> told;
     for (std::uint32_t row = 0; row < layout_.height; ++row) {
       const std::uint8_t* at = layout_.data.data() + std::size_t{row} * layout_.row_step;
-      for (std::uint32_t i = 0; i < layout_.width; ++i, at += layout_.point_step) add(at, cloud);
+      for (std::uint32_t i = 0; i < layout_.width; ++i, at += layout_.point_step) add(at, cloud, told);
     }
+    set_times(told, cloud);
     return {};
   }
 
@@ -115,7 +117,7 @@ class CloudDecoder {
     return load_value(turned.data(), field.type, field.size);
   }
 
-  void add(const std::uint8_t* at, RosCloud& cloud) const {
+  void add(const std::uint8_t* at, RosCloud& cloud, std::vector<double>& told) const {
     Point point;
     point.x = to_float(value(at, *x_));
     point.y = to_float(value(at, *y_));
@@ -135,19 +137,27 @@ class CloudDecoder {
     }
     if (tag_ != nullptr) point.tag = rounded<std::uint8_t>(value(at, *tag_));
     cloud.points.push_back(point);
-    if (time_ != nullptr) cloud.times_ns.push_back(time_ns(at, cloud.header.stamp_ns));
+    if (time_ != nullptr) told.push_back(value(at, *time_));
   }
 
-  [[nodiscard]] std::int64_t time_ns(const std::uint8_t* at, std::int64_t header_ns) const {
-    const double told = value(at, *time_);
-    if (!std::isfinite(told)) return header_ns;
-    // Seconds since 1970 have ten digits; what is larger counts nanoseconds.
-    const bool counts_ns = time_->type != 'F' || (time_->size == 8 && std::abs(told) > 1e12);
-    const double ns = std::clamp(counts_ns ? told : told * 1e9, -9e18, 9e18);
-    // Nobody's cloud lasts a day, and every clock that counts from 1970 reads more.
-    constexpr double day_ns = 86400e9;
-    return static_cast<std::int64_t>(ns) + (std::abs(ns) < day_ns ? header_ns : 0);
+  // All points of a cloud count alike, so what they count is told by all of them. None has times where one has none
+  // that a clock could show.
+  void set_times(const std::vector<double>& told, RosCloud& cloud) const {
+    if (told.empty()) return;
+    const auto [first, last] = std::minmax_element(told.begin(), told.end());
+    const double largest = std::max(std::abs(*first), std::abs(*last));
+    const bool ns = time_->type != 'F' || (time_->size == 8 && counts_ns(*last - *first, largest));
+    const double unit = ns ? 1.0 : 1e9;
+    constexpr double latest_ns = 9e18;
+    if (!std::all_of(told.begin(), told.end(), [&](double time) { return std::abs(time) * unit < latest_ns; })) return;
+    // A cloud's stamp is of its first point, or of its last; what is farther from it is the time of some clock.
+    constexpr double longest_after_ns = 10e9;
+    const std::int64_t from_ns = largest * unit <= longest_after_ns ? cloud.header.stamp_ns : 0;
+    for (const double time : told) cloud.times_ns.push_back(from_ns + static_cast<std::int64_t>(time * unit));
   }
+
+  // Seconds since 1970 have ten digits, and no cloud takes two seconds and more.
+  static bool counts_ns(double span, double largest) { return largest > 1e10 || span > 2.0; }
 
   const CloudLayout& layout_;
   const Field* x_;

@@ -49,7 +49,8 @@ struct RosCloud {
 /// `type` is livox_points or point_cloud. PointCloud2: x, y, z as float32 or float64 wherever they stand; intensity or
 /// reflectivity of any type, rounded and kept within 0 .. 255; tag. Times from the first of offset_time, t, time,
 /// timestamp: whole numbers are ns after the header's stamp, float32 seconds after it, float64 seconds or, where they
-/// are too large for that, ns, each after it or since 1970. Errors: cut, sizes that contradict each other, no x, y, z.
+/// are too large or too far apart for that, ns, each after it or, beyond 10 s, of the sender's clock; none where one is
+/// no number. Errors: cut, sizes that contradict each other, no x, y, z.
 [[nodiscard]] Expected<void> decode_cloud(RosType type, ByteView message, RosCloud& cloud);
 
 struct RosImu {

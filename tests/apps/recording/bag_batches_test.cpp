@@ -106,6 +106,15 @@ TEST(BagBatches, WithoutTimesAreSeenAllAround) {
   EXPECT_NEAR(static_cast<double>(some.in_last), 0.25 * static_cast<double>(some.points), 0.03 * clouds * 4096.0);
 }
 
+TEST(BagBatches, OneTimeForAllPointsIsNone) {
+  BagBytes bag;
+  for (std::uint32_t k = 0; k < 3; ++k)
+    bag.add("/points", livox_type, livox_md5, (10'000 + 100 * k) * ms,
+            livox_message(k, (10'000 + 100 * k) * ms,
+                          {{{1.0F, 2.0F, 3.0F, 4, 0, 0}, 7}, {{1.0F, 2.0F, 3.0F, 4, 0, 0}, 7}}));
+  EXPECT_EQ(read_all(bag, rig_of_one_lidar(LidarModel::livox_mid40), {}).topics.at(0).untimed, 3U);
+}
+
 // A driver that gathers for a second, without times; its fifth cloud was lost, and the seventh came late.
 TEST(BagBatches, ACloudWithoutTimesIsAsLongAsTheTopicsPeriod) {
   BagBytes bag;

@@ -106,9 +106,32 @@ TEST(RosMessages, UnderstandsTheTimesOfDifferentDrivers) {
   EXPECT_EQ(time_of("timestamp", 8, 0.25), 250'000'000);
   EXPECT_NEAR(static_cast<double>(time_of("timestamp", 8, 1e-9 * static_cast<double>(stamp) + 0.05)), 5e7, 500.0);
   EXPECT_NEAR(static_cast<double>(time_of("timestamp", 8, static_cast<double>(stamp) + 7e7)), 7e7, 500.0);
-  EXPECT_EQ(time_of("timestamp", 8, std::numeric_limits<double>::quiet_NaN()), 0);
+  EXPECT_EQ(time_of("timestamp", 8, 500.5) + stamp, 500'500'000'000) << "since the sender was switched on";
+  EXPECT_EQ(time_of("timestamp", 8, 500.5e9) + stamp, 500'500'000'000);
+  EXPECT_EQ(time_of("timestamp", 8, std::numeric_limits<double>::quiet_NaN()), -1);
+  EXPECT_EQ(time_of("timestamp", 8, 1e300), -1);
   EXPECT_EQ(time_of("ring", 4, std::uint16_t{3}), -1) << "no time at all";
   time_of("time", 7, std::numeric_limits<float>::max());  // whatever it gives, no overflow
+}
+
+// Within the first seconds of a clock that counts ns their size tells nothing: their span does.
+TEST(RosMessages, TellsSecondsFromNanosecondsByTheSpanOfACloud) {
+  const auto span_ns = [](double first, double last) {
+    RosBytes data;
+    for (const double time : {first, last}) {
+      for (const float c : {1.0F, 2.0F, 3.0F}) put(data, c, false);
+      put(data, time, false);
+    }
+    const RosBytes bytes = cloud_message(1, stamp, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"timestamp", 12, 8}},
+                                         {1, 2, 20, 40, false}, data);
+    RosCloud cloud;
+    EXPECT_TRUE(decode_cloud(RosType::point_cloud, bytes, cloud).has_value());
+    return cloud.times_ns.at(1) - cloud.times_ns.at(0);
+  };
+  EXPECT_EQ(span_ns(5.0e9, 5.1e9), 100'000'000);
+  EXPECT_EQ(span_ns(0.0, 1e8), 100'000'000);
+  EXPECT_EQ(span_ns(0.0, 0.125), 125'000'000);
+  EXPECT_EQ(span_ns(-1.0, 0.5), 1'500'000'000);
 }
 
 TEST(RosMessages, RefusesCloudsThatContradictThemselves) {
