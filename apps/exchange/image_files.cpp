@@ -25,6 +25,14 @@ std::string ending_of(ByteView data) {
   return "";
 }
 
+/// The pixel_format of an image that is a mosaic; of a compressed one the pixels have to confirm it.
+std::string mosaic_of(const RecordedImage& image) {
+  std::string named = bayer_format(image.image);
+  if (named.empty() || image.type != RosType::compressed_image) return named;
+  const Expected<Image> pixels = image_of(image.type, image.image);
+  return pixels ? pixels->pixel_format : std::string();
+}
+
 }  // namespace
 
 Expected<void> ImageFiles::restart() {
@@ -72,7 +80,7 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
     if (++camera.unknown == 1) camera.first_unknown = image.image.encoding + " of a size that does not fit";
     return {};
   }
-  if (camera.bayer.empty() && !packed) camera.bayer = bayer_format(image.image);
+  if (camera.bayer.empty()) camera.bayer = mosaic_of(image);
   camera.frames.push_back(frame);
   return {};
 }

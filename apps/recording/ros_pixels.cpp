@@ -64,6 +64,11 @@ Expected<Image> copy_pixels(const PixelView& pixels) {
   return image;
 }
 
+std::string with_bits(std::string format, int bits) {
+  while (!format.empty() && format.back() >= '0' && format.back() <= '9') format.pop_back();
+  return format.empty() ? format : format + std::to_string(bits);
+}
+
 }  // namespace
 
 std::optional<PixelView> pixels_of(const RosImage& image) {
@@ -79,19 +84,32 @@ std::optional<PixelView> pixels_of(const RosImage& image) {
 }
 
 std::string bayer_format(const RosImage& image) {
+  // Of a compressed image: "bayer_rggb8; png compressed ", and the encoding that it had been turned into.
+  const std::string_view format = image.encoding;
+  const std::string_view raw = format.substr(0, format.find(';'));
+  constexpr std::string_view mark = "compressed";
+  const std::size_t at = format.find(mark, raw.size());
+  if (at != std::string_view::npos) {
+    const std::string_view turned = format.substr(at + mark.size());
+    const std::size_t first = turned.find_first_not_of(' ');
+    if (first != std::string_view::npos && !turned.substr(first).starts_with("bayer_")) return {};
+  }
   // sensor_msgs names them by the first two rows of the filter.
   constexpr std::array<std::pair<std::string_view, std::string_view>, 4> layouts{
       {{"bayer_rggb", "BayerRG"}, {"bayer_grbg", "BayerGR"}, {"bayer_gbrg", "BayerGB"}, {"bayer_bggr", "BayerBG"}}};
-  for (const auto& [encoding, format] : layouts) {
-    if (image.encoding.starts_with(encoding)) {
-      return std::string(format) + std::string(std::string_view(image.encoding).substr(encoding.size()));
-    }
+  for (const auto& [encoding, name] : layouts) {
+    if (raw.starts_with(encoding)) return std::string(name) + std::string(raw.substr(encoding.size()));
   }
   return {};
 }
 
 Expected<Image> image_of(RosType type, const RosImage& image) {
-  if (type == RosType::compressed_image) return decode_image(image.data, {});
+  if (type == RosType::compressed_image) {
+    Expected<Image> out = decode_image(image.data, {});
+    // Pixels in colours are no mosaic any more; those of 16 bits may have become 8.
+    if (out && out->channels == 1) out->pixel_format = with_bits(bayer_format(image), out->bits);
+    return out;
+  }
   const std::optional<PixelView> pixels = pixels_of(image);
   if (!pixels) return input_error("its encoding '" + image.encoding.substr(0, 40) + "' is not known");
   Expected<Image> out = copy_pixels(*pixels);

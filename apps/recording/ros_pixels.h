@@ -12,7 +12,8 @@ namespace rigcal {
 /// The pixels of a raw image as its message holds them; nothing where the encoding is not known.
 [[nodiscard]] std::optional<PixelView> pixels_of(const RosImage& image);
 
-/// The Bayer layout that its encoding names, as the rig file calls it ("BayerRG8"); empty: none.
+/// The Bayer layout that its encoding names, as the rig file calls it ("BayerRG8"); empty: none, or a compressed image
+/// that had been turned into grey or colours.
 [[nodiscard]] std::string bayer_format(const RosImage& image);
 
 /// An image of a message, raw or compressed, as values; `pixel_format` where the encoding names a Bayer layout. Errors

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "apps/exchange/image_files.h"
 #include "apps/recording/bag_images.h"
 #include "core/io/frame_files.h"
 #include "core/io/image_file.h"
@@ -206,6 +207,43 @@ TEST_F(StillImagesTest, ADamagedFramesFileAndAnEmptyFolderAreReasons) {
   EXPECT_THAT(read().why_none, HasSubstr("holds no images"));
   std::ofstream(folder_ / "frames.csv") << "nonsense\n";
   EXPECT_THAT(read().why_none, HasSubstr("frames.csv:1"));
+}
+
+// As compressed_image_transport writes them: what became of the pixels stands behind "compressed".
+TEST_F(StillImagesTest, ACompressedMosaicIsNamedByItsFormat) {
+  camera_.camera->pixel_format.clear();
+  camera_.camera->topic = "/cam";
+  image("grey.png", plain(4, 3, 7));
+  Image colours = plain(4, 3, 7);
+  colours.channels = 3;
+  colours.bytes.assign(36, 7);
+  image("colours.png", colours);
+  Rig rig;
+  rig.sensors.push_back(camera_);
+  const auto format_of = [&](const std::string& format, const std::string& name) {
+    const std::string png = text_of(path(name));
+    BagBytes bytes;
+    bytes.add("/cam", compressed_type, compressed_md5, 1'500'000,
+              compressed_message(0, 0, format, RosBytes(png.begin(), png.end())));
+    save_bytes(path("x.bag"), bytes.finish());
+    const StillImages still = bag_camera_recordings(rig, stops_, path("x.bag"))[0].read_images({reporter_});
+    EXPECT_EQ(still.images.size(), 1U) << still.why_none;
+    ImageFiles files(path("images"), rig);
+    RosImage ros;
+    ros.encoding = format;
+    ros.data = ByteView(reinterpret_cast<const std::uint8_t*>(png.data()), png.size());
+    files.write({0, 0, RosType::compressed_image, ros});
+    const auto missing = files.missing_formats();
+    const std::string told = missing.contains(0) ? missing.at(0) : "";
+    const std::string read = still.images.empty() ? "" : still.images[0].image.pixel_format;
+    EXPECT_EQ(told, read) << "what import says";
+    return read;
+  };
+  EXPECT_EQ(format_of("bayer_grbg8; png compressed ", "grey.png"), "BayerGR8");
+  EXPECT_EQ(format_of("bayer_grbg16; jpeg compressed", "grey.png"), "BayerGR8");
+  EXPECT_EQ(format_of("bayer_grbg8; jpeg compressed mono8", "grey.png"), "");
+  EXPECT_EQ(format_of("bayer_grbg8; png compressed ", "colours.png"), "");
+  EXPECT_EQ(format_of("png", "grey.png"), "");
 }
 
 TEST_F(StillImagesTest, ComeOutOfABag) {
