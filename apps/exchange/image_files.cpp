@@ -88,8 +88,11 @@ Expected<void> ImageFiles::write_frame(const RecordedImage& image, Camera& camer
 Expected<void> ImageFiles::finish(const std::vector<Stop>& stops) {
   for (auto& [sensor, camera] : cameras_) {
     if (camera.frames.empty()) continue;
+    const Sensor& told = rig_.sensors[static_cast<std::size_t>(sensor)];
+    const auto half_ns = static_cast<std::int64_t>(500.0 * told.camera->exposure_us.value_or(0.0));
     for (FrameRecord& frame : camera.frames) {
-      const std::optional<std::size_t> at = stop_that_contains(stops, frame.stamp_ns, frame.stamp_ns);
+      const std::optional<std::size_t> at =
+          stop_that_contains(stops, frame.stamp_ns - half_ns, frame.stamp_ns + half_ns);
       if (at) frame.stop = stops[*at].index;
     }
     const std::string path = (fs::path(camera_folder(sensor)) / "frames.csv").string();

@@ -26,7 +26,7 @@ class ImageFiles {
   void write(const RecordedImage& image);
   /// The first error of any write; it ends the writing.
   [[nodiscard]] Expected<void> status() const { return status_; }
-  /// Writes frames.csv of every camera, with the stop that each image belongs to.
+  /// Writes frames.csv of every camera, with the stop that contains each image's exposure.
   Expected<void> finish(const std::vector<Stop>& stops);
 
   [[nodiscard]] std::uint64_t images() const;

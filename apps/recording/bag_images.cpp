@@ -2,6 +2,7 @@
 
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/ros_pixels.h"
+#include "apps/recording/stamp_guess.h"
 #include "apps/recording/still_images.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
@@ -22,7 +23,9 @@ class BagImages {
     const auto half_ns = static_cast<std::int64_t>(500.0 * camera_.camera->exposure_us.value_or(0.0));
     const auto stop = stop_that_contains(stops_, image.stamp_ns - half_ns, image.stamp_ns + half_ns);
     if (!stop) {
-      if (++outside_ == 1) first_outside_ = seconds_text(image.stamp_ns);
+      if (outside_ns_.empty())
+        first_outside_ = seconds_text(image.stamp_ns) + " (" + nearest_stop(stops_, image.stamp_ns) + ")";
+      outside_ns_.push_back(image.stamp_ns);
       return;
     }
     if (!stop_ || *stop_ != *stop) finish_stop();
@@ -33,13 +36,17 @@ class BagImages {
 
   StillImages finish(const RunContext& context) {
     finish_stop();
+    const std::size_t outside = outside_ns_.size();
     if (out_.images.empty() && complaints_.empty()) {
+      const std::string guess = guess_of_stamps(outside_ns_, stops_);
       out_.why_none = seen_ == 0 ? "the bag has no images on its topic '" + camera_.camera->topic +
                                        "'; check topic in the rig file, or give them by --images DIR"
-                                 : "all of its " + std::to_string(seen_) + " images were taken outside of the stops";
+                                 : "all of its " + std::to_string(seen_) +
+                                       " images were taken outside of the stops, the first at " + first_outside_ +
+                                       (guess.empty() ? guess : "; " + guess);
     }
-    if (outside_ > 0 && outside_ < seen_) {
-      context.reporter.warn(camera_.name + ": " + std::to_string(outside_) + " of " + std::to_string(seen_) +
+    if (outside > 0 && outside < seen_) {
+      context.reporter.warn(camera_.name + ": " + std::to_string(outside) + " of " + std::to_string(seen_) +
                             " images were taken outside of all stops and are not used, the first at " + first_outside_);
     }
     conclude_images(camera_.name, complaints_, context, out_);
@@ -64,7 +71,7 @@ class BagImages {
   StopImages current_;
   std::optional<std::size_t> stop_;
   std::uint64_t seen_ = 0;
-  std::uint64_t outside_ = 0;  ///< Of all stops.
+  std::vector<std::int64_t> outside_ns_;  ///< The stamps of those outside of all stops.
   std::string first_outside_;
   std::vector<std::string> complaints_;
   StillImages out_;

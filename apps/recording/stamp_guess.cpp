@@ -78,6 +78,12 @@ std::optional<std::int64_t> usual_offset(const Offsets& offsets) {
   return std::nullopt;
 }
 
+std::string seconds(std::int64_t ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f s", seconds_of_ns(ns));
+  return text;
+}
+
 /// In how many stops the stamps would lie.
 std::size_t stops_with(std::int64_t offset_ns, const std::vector<std::int64_t>& stamps,
                        const std::vector<Stop>& stops) {
@@ -104,6 +110,20 @@ std::optional<std::int64_t> offset_of(const std::vector<std::int64_t>& stamps, c
 }
 
 }  // namespace
+
+std::string nearest_stop(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
+  std::string text;
+  std::int64_t least = -1;
+  for (const Stop& stop : stops) {
+    const bool before = stamp_ns < stop.start_ns;
+    const std::int64_t gap = before ? stop.start_ns - stamp_ns : std::max<std::int64_t>(0, stamp_ns - stop.end_ns);
+    if (least >= 0 && gap >= least) continue;
+    least = gap;
+    text = seconds(gap) + (before ? " before stop " : " after stop ") + std::to_string(stop.index);
+    if (gap == 0) text = "its exposure does not end in stop " + std::to_string(stop.index);
+  }
+  return text;
+}
 
 std::string guess_of_stamps(const std::vector<std::int64_t>& stamps_ns, const std::vector<Stop>& stops) {
   if (stamps_ns.empty() || stops.empty()) return {};

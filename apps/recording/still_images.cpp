@@ -1,14 +1,12 @@
 #include "apps/recording/still_images.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <map>
 
 #include "apps/recording/stamp_guess.h"
 #include "core/base/parallel.h"
-#include "core/base/seconds.h"
 #include "core/io/image_file.h"
 
 namespace rigcal {
@@ -25,27 +23,6 @@ std::optional<std::size_t> stop_of_index(const std::vector<Stop>& stops, std::in
     if (stops[j].index == index) return j;
   }
   return std::nullopt;
-}
-
-std::string seconds(std::int64_t ns) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3f s", seconds_of_ns(ns));
-  return text;
-}
-
-// Where the nearest stop lies, seen from a stamp outside of all.
-std::string nearest_stop(const std::vector<Stop>& stops, std::int64_t stamp_ns) {
-  std::string text;
-  std::int64_t least = -1;
-  for (const Stop& stop : stops) {
-    const bool before = stamp_ns < stop.start_ns;
-    const std::int64_t gap = before ? stop.start_ns - stamp_ns : std::max<std::int64_t>(0, stamp_ns - stop.end_ns);
-    if (least >= 0 && gap >= least) continue;
-    least = gap;
-    text = seconds(gap) + (before ? " before stop " : " after stop ") + std::to_string(stop.index);
-    if (gap == 0) text = "its exposure does not end in stop " + std::to_string(stop.index);
-  }
-  return text;
 }
 
 struct Placed {

@@ -209,6 +209,37 @@ TEST_F(StillImagesTest, ADamagedFramesFileAndAnEmptyFolderAreReasons) {
   EXPECT_THAT(read().why_none, HasSubstr("frames.csv:1"));
 }
 
+// 10 us of exposure: the middle of the first lies in the stop, its end does not. A clock an hour off is guessed.
+TEST_F(StillImagesTest, OfABagAndOfItsSessionAreThoseWithinTheirStops) {
+  camera_.camera->topic = "/cam";
+  Rig rig;
+  rig.sensors.push_back(camera_);
+  const RosBytes pixels(12, 7);
+  ImageFiles files(path("images"), rig);
+  BagBytes bytes;
+  for (const std::int64_t stamp_ns : {1'996'000, 1'994'000}) {
+    const RosBytes message = image_message(0, 0, 4, 3, "bayer_rggb8", 4, pixels);
+    bytes.add("/cam", image_type, image_md5, stamp_ns, message);
+    files.write({0, stamp_ns, RosType::image, *decode_image(RosType::image, message)});
+  }
+  save_bytes(path("x.bag"), bytes.finish());
+  EXPECT_EQ(bag_camera_recordings(rig, stops_, path("x.bag"))[0].read_images({reporter_}).images.size(), 1U);
+  EXPECT_THAT(reporter_.warnings, ElementsAre(HasSubstr("1 of 2 images were taken outside")));
+  ASSERT_TRUE(files.finish(stops_));
+  const auto frames = read_frames(path("images/left/frames.csv"));
+  ASSERT_TRUE(frames);
+  EXPECT_FALSE(frames->at(0).stop);
+  EXPECT_EQ(frames->at(1).stop, 3);
+
+  BagBytes shifted;
+  constexpr std::int64_t hour_ns = 3'600'000'000'000;
+  for (const std::int64_t stamp_ns : {1'500'000, 3'500'000})
+    shifted.add("/cam", image_type, image_md5, stamp_ns + hour_ns, image_message(0, 0, 4, 3, "mono8", 4, pixels));
+  save_bytes(path("y.bag"), shifted.finish());
+  EXPECT_THAT(bag_camera_recordings(rig, stops_, path("y.bag"))[0].read_images({reporter_}).why_none,
+              HasSubstr("with -3600.000 s added to their stamps all would lie in stops"));
+}
+
 // As compressed_image_transport writes them: what became of the pixels stands behind "compressed".
 TEST_F(StillImagesTest, ACompressedMosaicIsNamedByItsFormat) {
   camera_.camera->pixel_format.clear();
@@ -290,7 +321,9 @@ TEST_F(StillImagesTest, OfABagAreMissedBySentences) {
   };
   EXPECT_THAT(why(""), HasSubstr("no topic for it"));
   EXPECT_THAT(why("/other"), HasSubstr("no images on its topic '/other'"));
-  EXPECT_THAT(why("/cam"), HasSubstr("all of its 1 images were taken outside of the stops"));
+  EXPECT_THAT(why("/cam"),
+              HasSubstr("all of its 1 images were taken outside of the stops, the first at 0.001 s (0.001 s "
+                        "before stop 3)"));
 }
 
 }  // namespace
