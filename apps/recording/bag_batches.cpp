@@ -292,7 +292,7 @@ IngestSummary BagBatches::summary() const {
       summary.warnings.push_back(name + ": its record times are the stamps of its messages, before their last points " +
                                  "were seen (a bag that was written anew?): the points are used at their own times");
     }
-    if (counts.untimed > 0 && topic.times.usual_ns() > long_untimed_ns) {
+    if (2 * counts.untimed > counts.messages && topic.times.usual_ns() > long_untimed_ns) {
       summary.warnings.push_back(name + ": its clouds take " + fixed_text(seconds_of_ns(topic.times.usual_ns()), 1) +
                                  " s and do not say when each point was seen: those in which the rig moved are left "
                                  "out; record clouds with times (CustomMsg), or 5 and more a second");
