@@ -70,17 +70,21 @@ Expected<std::uint64_t> import_images(const ImportTask& task, ImageNumbers numbe
   return copy_images(task.images, numbers, stops, task.rig, task.folder, task.context);
 }
 
-/// A session that was cut has no end, as one that a power cut ended.
+/// A session that was cut has no end, as one that a power cut ended. `findings`: what else the session cannot tell of
+/// its input any more.
 Expected<void> write_record(const ImportTask& task, std::int64_t start_ns, std::int64_t end_ns,
-                            SessionCounters counters, const std::string& truncation) {
+                            SessionCounters counters, const std::string& truncation,
+                            const std::vector<std::string>& findings = {}) {
   SessionRecord record;
   record.software = version();
   record.start_ns = start_ns;
   record.counters = std::move(counters);
+  const std::string name = fs::path(task.input).filename().string();
+  for (const std::string& finding : findings) record.gaps.push_back(name + ": " + finding);
   if (truncation.empty()) {
     record.end_ns = end_ns;
   } else {
-    record.gaps.push_back(fs::path(task.input).filename().string() + " " + truncation);
+    record.gaps.push_back(name + " " + truncation);
     task.context.reporter.warn(task.input + ": " + truncation);
   }
   return write_session_record(task.folder, record);
@@ -108,6 +112,9 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
   }
   if (const Expected<void> synced = writer->sync(); !synced) return synced.error();
   if (const Expected<void> closed = writer->close(); !closed) return closed.error();
+  // Ahead of what they may be the cause of.
+  const std::vector<std::string> findings = (*file)->notes().findings;
+  for (const std::string& finding : findings) task.context.reporter.warn(task.input + ": " + finding);
   const IngestSummary summary = ingest.summary();
   if (summary.unfit) {
     Error error = *summary.unfit;
@@ -117,7 +124,8 @@ Expected<ImportSummary> import_datagrams(const ImportTask& task) {
   }
   for (const std::string& warning : summary.warnings) task.context.reporter.warn(warning);
   const std::string truncation = (*file)->truncation();
-  const Expected<void> record = write_record(task, start_ns, end_ns, session_counters(task.rig, summary), truncation);
+  const Expected<void> record =
+      write_record(task, start_ns, end_ns, session_counters(task.rig, summary), truncation, findings);
   if (!record) return record.error();
   const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stamps, {});
   if (!images) return images.error();

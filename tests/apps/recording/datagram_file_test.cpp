@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
+#include "apps/exchange/session_import.h"
 #include "apps/recording/batch_source.h"
 #include "core/io/pcapng_writer.h"
+#include "core/io/session_folder.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "tests/support/noting_reporter.h"
 #include "tests/support/scratch_folder.h"
 
 namespace rigcal {
@@ -87,6 +91,23 @@ TEST_F(DatagramFileTest, TellsNothingWhereItWasSetForwardOrALittleBack) {
     ASSERT_FALSE(seen.stamps.empty());
     EXPECT_NEAR(1e-9 * static_cast<double>(seen.stamps.back() - start_ns - step_ns), 2.0, 0.1);
   }
+}
+
+// The session's packets do not tell it any more.
+TEST_F(DatagramFileTest, LeavesWhatItToldToTheSessionThatIsMadeOfIt) {
+  const std::string rig = (folder_ / "rig.yaml").string();
+  std::ofstream(rig) << "rigcal: 1\nname: one\nbase: top\nsensors:\n  top: {type: livox_avia, ip: 192.168.1.179}\n";
+  NotingReporter notes;
+  const std::string out = (folder_ / "session").string();
+  const auto imported = import_session({dump(-3600 * s), rig, {}}, out, {notes});
+  ASSERT_TRUE(imported) << imported.error().message();
+  EXPECT_TRUE(imported->complete);
+  EXPECT_THAT(notes.warnings, testing::Contains(testing::HasSubstr("was set back by 3600.0 s")));
+  const auto session = open_session(out);
+  ASSERT_TRUE(session) << session.error().message();
+  EXPECT_TRUE(session->record->end_ns);
+  EXPECT_THAT(session->record->gaps,
+              ElementsAre(testing::HasSubstr("dump.pcapng: the clock of the recording machine")));
 }
 
 }  // namespace
