@@ -65,12 +65,17 @@ std::string changed_options(const Settings& wanted, const Json& found) {
 
 bool has_result(const SessionWork& work) { return fs::exists(fs::path(work.result) / "extrinsics.yaml"); }
 
-// Of a result without a record: empty where it is what would be made now, else what is different.
-std::string other_result(const SessionWork& work, const Json& report, const std::stop_token& stop) {
+// Empty where this version with these options made the result, whatever it made it of.
+std::string made_otherwise(const SessionWork& work, const Json& report) {
   const std::string version_found = report.value(Json::json_pointer("/versions/rigcal"), std::string());
   if (version_found != version()) return "the result is of rigcal " + version_found;
   const std::string options = changed_options(work.settings, report.value("settings", Json::object()));
-  if (!options.empty()) return "the result was made with another " + options;
+  return options.empty() ? options : "the result was made with another " + options;
+}
+
+// Of a result without a record: empty where it is what would be made now, else what is different.
+std::string other_result(const SessionWork& work, const Json& report, const std::stop_token& stop) {
+  if (const std::string otherwise = made_otherwise(work, report); !otherwise.empty()) return otherwise;
   std::vector<std::string> before;
   for (const Json& input : report.value("inputs", Json::array()))
     before.push_back(input.value("sha256", std::string()));
@@ -149,18 +154,31 @@ Expected<void> write_record(const AttemptRecord& record, const std::string& path
 
 namespace {
 
+// The record is of what would be made now; the result in its place need not be that of the record.
+Judgement judge_unchanged(const SessionWork& work, const AttemptRecord& record) {
+  try {
+    const std::optional<Json> report = read_json(fs::path(work.result) / "report.json");
+    const std::string otherwise = report ? made_otherwise(work, *report) : "the result has no report";
+    if (!otherwise.empty()) return {false, otherwise, {}};
+    return {true, "nothing has changed since", record};
+  } catch (const nlohmann::json::exception&) {
+    return {false, "the result's report is none of this version", {}};
+  }
+}
+
 Judgement judge_what_is_there(const SessionWork& work, const std::optional<AttemptRecord>& record,
                               const InputState& state, bool retry, const std::stop_token& stop) {
   // One that somebody ended says code 1, too, and an older result may be there.
   const bool ended_well = record && record->error.empty() && (record->code == good_code || record->code == weak_code);
-  const bool solved = ended_well && has_result(work);
+  // Somebody may have calibrated into its place since.
+  const bool solved = ended_well && has_result(work) && code_of_result(work.result) == record->code;
   const bool failed = record && !ended_well;
   if (state.digest.empty()) return {false, "the input cannot be looked at as a whole", {}};
   if (solved || failed) {
     const std::string options = changed_options(work.settings, settings_json(record->settings));
     const bool same_input = record->input_state == state.digest;
     const bool unchanged = same_input && options.empty() && record->version == version();
-    if (solved && unchanged) return {true, "nothing has changed since", record};
+    if (solved && unchanged) return judge_unchanged(work, *record);
     if (failed && unchanged && !retry && record->of_input)
       return {true, "failed before, and nothing has changed since", record};
     if (failed) return {false, unchanged ? "failed before" : "failed before, and something has changed since", {}};

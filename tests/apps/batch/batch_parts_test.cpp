@@ -266,7 +266,13 @@ class Judge : public BatchFiles {
     record.error = error;
     record.of_input = !error.empty() && came_of_input(code, work.result);
     ASSERT_TRUE(write_record(record, work.record));
-    if (error.empty()) write("result/extrinsics.yaml", "rigcal: 1\n");
+    if (error.empty()) put_result(code, "10mm,0.1deg");
+  }
+  void put_result(int code, const std::string& require) {
+    write("result/extrinsics.yaml", "rigcal: 1\n");
+    const std::string status = code == 0 ? "good" : "weak";
+    write("result/report.json", std::string(R"({"versions": {"rigcal": ")") + version() + R"("}, "status": ")" +
+                                    status + R"(", "settings": {"--require": ")" + require + "\"}}");
   }
   [[nodiscard]] Judgement judge(bool retry = false) const {
     const Expected<Judgement> judged = judge_session(work, input_state(work.inputs), retry, {});
@@ -291,6 +297,17 @@ TEST_F(Judge, KeepsWhatWouldComeOutTheSame) {
   EXPECT_EQ(kept.record->host, "here");
   fs::remove_all(scratch / "result");
   EXPECT_FALSE(judge().keep) << "the result was taken away";
+}
+
+TEST_F(Judge, DoesNotVouchForAResultThatWasPutInThePlaceOfItsOwn) {
+  note(1);
+  put_result(1, "5mm,0.05deg");
+  EXPECT_FALSE(judge().keep);
+  EXPECT_EQ(judge().why, "the result was made with another --require");
+  put_result(0, "10mm,0.1deg");
+  EXPECT_FALSE(judge().keep) << "the record says that it was weak";
+  put_result(1, "10mm,0.1deg");
+  EXPECT_TRUE(judge().keep);
 }
 
 TEST_F(Judge, CalibratesAgainForOtherInputsOptionsAndVersions) {
