@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "core/base/text.h"
 #include "core/io/frame_files.h"
@@ -12,6 +13,27 @@ namespace rigcal {
 namespace {
 
 constexpr double most_off_rad = to_rad(2.0);
+
+/// How long the rig sways after a table has arrived.
+constexpr std::int64_t settling_ns = 3'000'000'000;
+/// A table that turns is heard ten times a second.
+constexpr std::int64_t turning_ns = 1'000'000'000;
+constexpr double same_angle_deg = 0.1;
+
+// Of a table that cannot be asked, which says where it is once: when it arrives, and the rig rests only after that.
+// What was said before the rig left the stop before, or on the way, is none.
+std::optional<double> angle_on_arrival(const std::vector<TableAngle>& angles, std::int64_t left_ns, const Stop& stop) {
+  const auto before = std::lower_bound(angles.begin(), angles.end(), stop.start_ns,
+                                       [](const TableAngle& angle, std::int64_t ns) { return angle.stamp_ns < ns; });
+  if (before == angles.begin()) return std::nullopt;
+  const TableAngle& last = *std::prev(before);
+  if (last.stamp_ns <= left_ns || stop.start_ns - last.stamp_ns > settling_ns) return std::nullopt;
+  const bool turned = std::any_of(angles.begin(), before, [&last](const TableAngle& angle) {
+    const double off_deg = std::remainder(angle.angle_deg - last.angle_deg, 360.0);
+    return last.stamp_ns - angle.stamp_ns < turning_ns && std::abs(off_deg) > same_angle_deg;
+  });
+  return turned ? std::nullopt : std::optional<double>(last.angle_deg);
+}
 
 }  // namespace
 
@@ -46,8 +68,11 @@ TableTurns table_turns(const Rig& rig, const std::vector<TableAngle>& angles, co
   turns.R_previous_this.resize(stops.size());
   if (!rig.turntable || !rig.turntable->axis || angles.empty()) return turns;
   std::optional<double> before;
+  std::int64_t left_ns = std::numeric_limits<std::int64_t>::min();
   for (std::size_t j = 0; j < stops.size(); ++j) {
-    const std::optional<double> angle = angle_in_stop(angles, stops[j]);
+    std::optional<double> angle = angle_in_stop(angles, stops[j]);
+    if (!angle) angle = angle_on_arrival(angles, left_ns, stops[j]);
+    left_ns = stops[j].end_ns;
     if (before && angle) turns.R_previous_this[j] = exp_so3(to_rad(*angle - *before) * *rig.turntable->axis);
     before = angle;
   }

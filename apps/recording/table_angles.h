@@ -25,7 +25,8 @@ struct TableTurns {
   /// By stop: the rotation from the stop before in the base's axes; nothing where it is not known.
   std::vector<std::optional<Matrix3d>> R_previous_this;
 };
-/// Needs the axis of the rig file.
+/// Needs the axis of the rig file. Of a stop in which the table says nothing what it said last before counts, where it
+/// had arrived then.
 [[nodiscard]] TableTurns table_turns(const Rig& rig, const std::vector<TableAngle>& angles,
                                      const std::vector<Stop>& stops);
 

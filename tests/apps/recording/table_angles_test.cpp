@@ -54,6 +54,22 @@ TEST(TableAngles, TurnTheRigAboutItsAxis) {
   EXPECT_FALSE(table_turns(without_axis, angles, stops).R_previous_this[1].has_value());
 }
 
+TEST(TableAngles, OfATableThatCannotBeAskedAreThoseOfItsArrivals) {
+  // A line on each arrival, 0.4 s before the rig rests.
+  const std::vector<TableAngle> arrivals{{6 * second / 10, 18.0}, {46 * second / 10, 36.5}, {86 * second / 10, 54.0}};
+  TableTurns turns = table_turns(rig_with_axis(), arrivals, stops);
+  ASSERT_TRUE(turns.R_previous_this[1] && turns.R_previous_this[2]);
+  EXPECT_LT(rotation_distance(*turns.R_previous_this[1], exp_so3(Vector3d(0, 0, to_rad(18.5)))), 1e-12);
+  EXPECT_LT(rotation_distance(*turns.R_previous_this[2], exp_so3(Vector3d(0, 0, to_rad(17.5)))), 1e-12);
+  // The second says nothing of where it arrives; the third is still on its way when it is heard last.
+  const std::vector<TableAngle> lost{{6 * second / 10, 18.0}, {85 * second / 10, 52.0}, {86 * second / 10, 53.0}};
+  turns = table_turns(rig_with_axis(), lost, stops);
+  EXPECT_FALSE(turns.R_previous_this[1] || turns.R_previous_this[2]);
+  const std::vector<TableAngle> long_ago{{0, 18.0}, {46 * second / 10, 36.5}};
+  const std::vector<Stop> late{{0, 1 * second, 2 * second}, {1, 9 * second, 11 * second}};
+  EXPECT_FALSE(table_turns(rig_with_axis(), long_ago, late).R_previous_this[1]);
+}
+
 TEST(TableAngles, FillInWhatNobodyElseKnowsAndAreNotBelievedAgainstTheGyro) {
   const TableTurns turns = table_turns(rig_with_axis(), angles, stops);
   const Matrix3d gyro = exp_so3(Vector3d(0.01, 0.0, to_rad(18.3)));
