@@ -1,11 +1,14 @@
 #include "apps/recording/recording.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
 
+#include "apps/ingest/point_filter.h"
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/bag_images.h"
 #include "apps/recording/far_points.h"
@@ -29,6 +32,7 @@ struct PatchJob {
   int sensor = 0;
   int stop = 0;
   std::string path;
+  bool is_livox = false;   ///< Its tags tell noise.
   bool has_range = false;  ///< In the rig file.
   double min_range_m = 0.0;
   double max_range_m = 0.0;
@@ -48,6 +52,8 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
   cells.max_range_m = std::min(cells.max_range_m, job.max_range_m);
   builder.begin(job.lidar, job.stop, cells);
   std::vector<Point> kept;
+  // Of packets and bags such points are left out, too.
+  const PointFilter of_tags(true, std::array<double, 2>{0.0, std::numeric_limits<double>::infinity()});
   const auto near2 = static_cast<float>(job.min_range_m * job.min_range_m);
   const auto far2 = static_cast<float>(job.max_range_m * job.max_range_m);
   std::uint64_t beyond_range = 0;
@@ -56,17 +62,22 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
     add_near_points(points, std::min(keep_within_m, cells.max_range_m), out.near);
   };
   const Expected<PcdSummary> summary = read_pcd(job.path, [&](std::span<const Point> points) {
-    if (!job.has_range) {
+    if (!job.has_range && !job.is_livox) {
       take(points);
       return;
     }
-    kept.clear();
-    for (const Point& p : points) {
+    kept.assign(points.begin(), points.end());
+    if (job.is_livox) of_tags.apply(kept);
+    if (!job.has_range) {
+      take(kept);
+      return;
+    }
+    std::erase_if(kept, [&](const Point& p) {
       const float square = p.x * p.x + p.y * p.y + p.z * p.z;
       if (square < near2 || square > far2) ++out.out_of_range;
       if (square >= far2) ++beyond_range;
-      if (square >= near2) kept.push_back(p);  // the cells know how far they go
-    }
+      return square < near2;  // the cells know how far they go
+    });
     take(kept);
   });
   if (!summary) {
@@ -199,7 +210,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
     const auto& range = rig.sensors[sensor].lidar->range_m;
     for (const PatchFile& file : folder->patches[sensor]) {
       jobs.push_back({static_cast<int>(i), out.lidar.lidar_sensors[i], position.at(file.stop), file.path,
-                      range.has_value(), range ? (*range)[0] : 0.0, range ? (*range)[1] : 1e9});
+                      rig.sensors[sensor].is_livox(), range.has_value(), range ? (*range)[0] : 0.0,
+                      range ? (*range)[1] : 1e9});
     }
   }
   // Stop by stop, as packets give them: the same patches in the same order give the same result.

@@ -106,6 +106,21 @@ TEST_F(RecordingOfPatches, TellsWhatIsLeftOutOfItsClouds) {
                                      testing::HasSubstr("top: its intensities are at most 0.90")}));
 }
 
+TEST_F(RecordingOfPatches, LeavesOutWhatTheTagsOfALivoxCallNoise) {
+  for (const auto& [type, points] : {std::pair{"livox_avia", 4U}, {"lidar", 6U}}) {
+    std::ofstream(folder_ / "rig.yaml") << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: " << type
+                                        << "}\n";
+    for (const char* stop : {"3", "4"}) {
+      std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+          << "VERSION 0.7\nFIELDS x y z tag\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0.5 0 0 16\n4 5 6 0\n4 5 7 1\n";
+    }
+    const auto recording = read();
+    ASSERT_TRUE(recording) << recording.error().message();
+    EXPECT_EQ(recording->points, points) << type;
+  }
+}
+
 TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
   for (const char* stop : {"3", "4", "5"}) {
     std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
