@@ -58,8 +58,10 @@ Expected<PatchImages> write_patch_images(const StreamSource& source, const std::
   const std::vector<Stop> all = stops_of(source, stops, places);
   PatchImages out;
   for (const CameraRecording& camera :
-       is_bag(source.path) ? bag_camera_recordings(source.rig, all, source.path)
-                           : camera_recordings(source.rig, all, places, "give them to calibrate by --images DIR")) {
+       is_bag(source.path)
+           ? bag_camera_recordings(source.rig, all, source.path)
+           : camera_recordings(source.rig, all, places,
+                               "the recording has no images of it; give them to calibrate by --images DIR")) {
     const Sensor& sensor = source.rig.sensors[static_cast<std::size_t>(camera.sensor)];
     const StillImages taken = camera.read_images(context);
     if (context.cancelled()) return cancelled_error("stopped", source.path);

@@ -18,6 +18,12 @@ std::string nothing_written(const Sensor& camera, const std::string& why) {
   return camera.name + ": no image of it is written: " + why;
 }
 
+void tell_of_unused_images(const Sensor& camera, const std::string& folder, const ImageFolder& listed,
+                           Reporter& reporter) {
+  const std::string mend = tell_of_unused(folder, listed, reporter);
+  if (listed.images.empty()) reporter.warn(nothing_written(camera, "its folder " + folder + " holds no images" + mend));
+}
+
 FrameRecord frame_of(const ListedImage& image, std::optional<int> stop) {
   return {fs::path(image.path).filename().string(),
           image.number,
@@ -55,9 +61,7 @@ Expected<std::uint64_t> copy_images(const std::string& from, ImageNumbers number
     if (folder.empty()) continue;
     const Expected<ImageFolder> listed = list_image_folder(folder);
     if (!listed) return listed.error();
-    const std::string mend = tell_of_unused(folder, *listed, context.reporter);
-    if (listed->images.empty())
-      context.reporter.warn(nothing_written(camera, "its folder " + folder + " holds no images" + mend));
+    tell_of_unused_images(camera, folder, *listed, context.reporter);
     const fs::path to = fs::path(session) / "images" / camera.name;
     std::error_code error;
     fs::create_directories(to, error);
@@ -70,6 +74,22 @@ Expected<std::uint64_t> copy_images(const std::string& from, ImageNumbers number
     if (!listed->has_frames && numbers == ImageNumbers::stops) continue;
     if (const Expected<void> written = write_frames((to / "frames.csv").string(), *frames); !written)
       return written.error();
+  }
+  return count;
+}
+
+std::uint64_t count_images(const std::string& from, const Rig& rig, Reporter& reporter) {
+  std::uint64_t count = 0;
+  for (const Sensor& camera : rig.sensors) {
+    const std::string folder = camera.is_lidar() ? std::string() : image_folder_of(camera, {from});
+    if (folder.empty()) continue;
+    const Expected<ImageFolder> listed = list_image_folder(folder);
+    if (!listed) {
+      reporter.warn(listed.error().message());  // calibrate would do without them, too
+      continue;
+    }
+    tell_of_unused_images(camera, folder, *listed, reporter);
+    count += listed->images.size();
   }
   return count;
 }

@@ -23,6 +23,10 @@ enum class ImageNumbers { stamps, stops };
                                                   const std::vector<Stop>& stops, const Rig& rig,
                                                   const std::string& session, const RunContext& context);
 
+/// How many images of the rig's cameras a folder holds that lies as in a session. What nobody will use of it goes to
+/// the reporter, and cameras of which nothing is left.
+[[nodiscard]] std::uint64_t count_images(const std::string& from, const Rig& rig, Reporter& reporter);
+
 /// Warns of the cameras of which a session that was made has no images. `given`: where they were to be, if the user
 /// said so.
 void warn_of_missing_images(const Rig& rig, const std::string& session, const std::string& given, Reporter& reporter);

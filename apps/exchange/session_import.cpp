@@ -196,12 +196,13 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   }
   std::error_code error;
   if (task.images.empty() && fs::is_directory(fs::path(task.input) / "image", error)) {
-    const Expected<void> copied = copy_folder(fs::path(task.input) / "image", out / "image");
-    if (!copied) return copied.error();
+    const std::string image = below(task.input, "image");
+    if (const Expected<void> copied = copy_folder(image, out / "image"); !copied) return copied.error();
+    summary.images = count_images(image, task.rig, task.context.reporter);
   }
   const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stops, {});
   if (!images) return images.error();
-  summary.images = *images;
+  summary.images += *images;
   if (folder->trajectory) {
     const Expected<void> copied = copy_file(below(task.input, "trajectory.tum"), below(task.folder, "trajectory.tum"));
     if (!copied) return copied.error();

@@ -16,7 +16,7 @@ struct ImportSummary {
   std::uint64_t datagrams = 0;  ///< Of a dump or an .lvx file,
   std::uint64_t stops = 0;      ///< of the others,
   std::uint64_t points = 0;     ///< of the others,
-  std::uint64_t images = 0;     ///< In images/: of a bag, or those that were given.
+  std::uint64_t images = 0;     ///< Of the cameras: of a bag, a patch folder, or those that were given.
 };
 
 /// Turns a foreign recording into a session, which appears as a whole at the end; an existing path is never touched.

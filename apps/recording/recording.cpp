@@ -242,7 +242,8 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   if (out.points == 0)
     return input_error("no usable point in any patch", path, "check that the files hold x, y, z in metres");
   if (folder->trajectory) {
-    const Expected<void> taken = take_trajectory(*folder->trajectory, position, path, out.lidar);
+    const std::string file = trajectory_path.empty() ? (fs::path(path) / "trajectory.tum").string() : trajectory_path;
+    const Expected<void> taken = take_trajectory(*folder->trajectory, position, file, out.lidar);
     if (!taken) return taken.error();
   }
   out.rig = std::move(rig);
@@ -326,8 +327,12 @@ Expected<Recording> read_recording(const RecordingPaths& paths, const CellOption
 }
 
 void take_cameras(const RecordingPaths& paths, Recording& recording, const std::shared_ptr<StopImageCache>& ahead) {
-  recording.cameras = camera_recordings(recording.rig, recording.lidar.stops, image_places(paths),
-                                        "give them by --images DIR, or find the LiDARs alone by --stages joint", ahead);
+  const std::string why_none =
+      paths.images.empty()
+          ? "the recording has no images of it; give them by --images DIR, or find the LiDARs alone by --stages joint"
+          : paths.images +
+                " has no folder that is named after it: --images wants the folder above those of the cameras";
+  recording.cameras = camera_recordings(recording.rig, recording.lidar.stops, image_places(paths), why_none, ahead);
 }
 
 }  // namespace rigcal

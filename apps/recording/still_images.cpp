@@ -148,8 +148,10 @@ std::string tell_of_unused(const std::string& folder, const ImageFolder& listed,
   const std::string hint = hint_of_unknown(folder, listed);
   const std::string mend = hint.empty() ? "" : "; " + hint;
   if (!listed.unknown.empty()) {
+    const bool is_named_wrongly = std::any_of(listed.unknown.begin(), listed.unknown.end(), is_image_name);
+    const char* files = is_named_wrongly ? "their names are no numbers" : "they are neither .png nor .jpg";
     reporter.warn(folder + ": " + std::to_string(listed.unknown.size()) + " files are not used, since " +
-                  (listed.has_frames ? "frames.csv does not list them" : "their names are no numbers") +
+                  (listed.has_frames ? "frames.csv does not list them" : files) +
                   ", the first: " + listed.unknown.front() + mend);
   }
   return mend;
@@ -279,7 +281,7 @@ std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& 
 }
 
 std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,
-                                               const std::vector<std::string>& places, const std::string& advice,
+                                               const std::vector<std::string>& places, const std::string& why_none,
                                                const std::shared_ptr<StopImageCache>& ahead) {
   std::vector<CameraRecording> out;
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
@@ -287,9 +289,9 @@ std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector
     if (camera.is_lidar()) continue;
     const std::string found = image_folder_of(camera, places);
     CameraRecording recording{static_cast<int>(k), camera.initial_T_base_sensor, {}};
-    recording.read_images = [found, camera, stops, advice, ahead](const RunContext& context) {
+    recording.read_images = [found, camera, stops, why_none, ahead](const RunContext& context) {
       if (!found.empty()) return read_still_images(found, camera, stops, context, ahead.get());
-      return StillImages{{}, "the recording has no images of it; " + advice};
+      return StillImages{{}, why_none};
     };
     out.push_back(std::move(recording));
   }

@@ -67,10 +67,10 @@ void conclude_images(const std::string& camera, const std::vector<std::string>& 
 [[nodiscard]] std::set<int> stops_with_images(const Rig& rig, const std::vector<std::string>& places);
 
 /// The cameras of a rig whose images lie in `<place>/<camera or its folder key>/`, the first of `places` that has it;
-/// `advice` tells what to do where none has. Guesses are the rig file's.
+/// `why_none` says so where none has. Guesses are the rig file's.
 [[nodiscard]] std::vector<CameraRecording> camera_recordings(const Rig& rig, const std::vector<Stop>& stops,
                                                              const std::vector<std::string>& places,
-                                                             const std::string& advice,
+                                                             const std::string& why_none,
                                                              const std::shared_ptr<StopImageCache>& ahead = nullptr);
 
 }  // namespace rigcal

@@ -20,11 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* frames_name = "frames.csv";
 
-bool is_image_name(const std::string& any_case) {
-  const std::string name = small_letters(any_case);
-  constexpr std::array<std::string_view, 3> endings{".png", ".jpg", ".jpeg"};
-  return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return name.ends_with(ending); });
-}
+constexpr std::array<std::string_view, 8> other_pictures{".bmp", ".tif",  ".tiff", ".pgm",
+                                                         ".ppm", ".webp", ".raw",  ".gif"};
 
 /// Whether it is "<digits>.<digits>.png" and so on, as stamps in seconds are written.
 bool is_named_by_seconds(const std::string& name) {
@@ -59,6 +56,12 @@ std::string session_of(const std::string& path) {
 }
 
 }  // namespace
+
+bool is_image_name(const std::string& any_case) {
+  const std::string name = small_letters(any_case);
+  constexpr std::array<std::string_view, 3> endings{".png", ".jpg", ".jpeg"};
+  return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) { return name.ends_with(ending); });
+}
 
 Expected<ImageFolder> list_image_folder(const std::string& path) {
   std::error_code error;
@@ -103,7 +106,13 @@ std::string hint_of_unknown(const std::string& path, const ImageFolder& folder) 
       return "its folder " + name + " holds " + std::to_string(inside) + " images: move them up into " + path;
     }
   }
-  return has_seconds ? "seconds are not read: name them <stamp_ns>.png, or add a frames.csv" : "";
+  if (has_seconds) return "seconds are not read: name them <stamp_ns>.png, or add a frames.csv";
+  for (const std::string& name : folder.unknown) {
+    const std::string ending = small_letters(fs::path(name).extension().string());
+    if (std::find(other_pictures.begin(), other_pictures.end(), ending) != other_pictures.end())
+      return "files that end in " + ending + " are not read: make them PNG";
+  }
+  return {};
 }
 
 }  // namespace rigcal

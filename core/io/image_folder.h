@@ -27,6 +27,9 @@ struct ImageFolder {
   std::string torn;                  ///< What of frames.csv was left out, one sentence; empty: nothing.
 };
 
+/// Whether it ends as the images do that are read, in small or large letters.
+[[nodiscard]] bool is_image_name(const std::string& name);
+
 /// Where images lie or how they are named instead, and the mend, in a clause; empty: nothing of that kind is unknown.
 [[nodiscard]] std::string hint_of_unknown(const std::string& path, const ImageFolder& folder);
 

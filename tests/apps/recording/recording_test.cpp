@@ -121,6 +121,41 @@ TEST_F(RecordingOfPatches, LeavesOutWhatTheTagsOfALivoxCallNoise) {
   }
 }
 
+TEST_F(RecordingOfPatches, NamesTheTrajectoryThatHasNoPoseOfAStop) {
+  const std::vector<TumPose> poses{{3'000'000'000, SE3{}}, {5'000'000'000, SE3{Matrix3d::Identity(), {1.0, 0.0, 0.0}}}};
+  ASSERT_TRUE(write_tum((folder_ / "patches" / "trajectory.tum").string(), poses));
+  const auto recording = read();
+  ASSERT_FALSE(recording);
+  EXPECT_EQ(recording.error().where, (folder_ / "patches" / "trajectory.tum").string());
+}
+
+TEST_F(RecordingOfPatches, SaysThatTheImagesThatWereGivenLieOneFolderTooDeep) {
+  SilentReporter silent;
+  const std::string given = (folder_ / "patches/image/eye").string();
+  const auto recording = read_recording({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), given},
+                                        CellOptions{}, RunContext{silent});
+  ASSERT_TRUE(recording) << recording.error().message();
+  EXPECT_THAT(recording->cameras.at(0).read_images({silent}).why_none,
+              testing::HasSubstr(given + " has no folder that is named after it"));
+}
+
+TEST_F(RecordingOfPatches, IsImportedWithItsImagesAndToldWhereNoneCanBeRead) {
+  NotingReporter notes;
+  const std::string patches = (folder_ / "patches").string();
+  const std::string rig = (folder_ / "rig.yaml").string();
+  auto imported = import_session({patches, rig, {}}, (folder_ / "with").string(), {notes});
+  ASSERT_TRUE(imported) << imported.error().message();
+  EXPECT_EQ(imported->images, 3U);
+  EXPECT_THAT(notes.warnings, testing::IsEmpty());
+  const fs::path image = folder_ / "patches/image/eye";
+  for (const char* stop : {"3", "5", "9"})
+    fs::rename(image / (std::string(stop) + ".png"), image / (std::string(stop) + ".bmp"));
+  imported = import_session({patches, rig, {}}, (folder_ / "without").string(), {notes});
+  ASSERT_TRUE(imported) << imported.error().message();
+  EXPECT_EQ(imported->images, 0U);
+  EXPECT_THAT(notes.warnings, testing::Contains(testing::HasSubstr("eye: no image of it is written: its folder")));
+}
+
 TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
   for (const char* stop : {"3", "4", "5"}) {
     std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))

@@ -145,6 +145,10 @@ TEST_F(StillImagesTest, SayWhereImagesLieInstead) {
   fs::remove_all(folder_ / "data");
   EXPECT_THAT(read().why_none, HasSubstr("seconds are not read"));
   EXPECT_THAT(reporter_.warnings.back(), HasSubstr("their names are no numbers, the first: 1.5.png; seconds are not"));
+  fs::remove(folder_ / "1.5.png");
+  std::ofstream(folder_ / "1500000.BMP") << "BM";
+  EXPECT_THAT(read().why_none, HasSubstr("files that end in .bmp are not read: make them PNG"));
+  EXPECT_THAT(reporter_.warnings.back(), HasSubstr("they are neither .png nor .jpg, the first: 1500000.BMP"));
 }
 
 TEST_F(StillImagesTest, BelieveTheStampAndNotTheRemarkOfAStop) {
