@@ -20,7 +20,10 @@ constexpr double off_plane_m = 0.1;
 constexpr std::size_t least_clutter = 60;  // shapes
 constexpr double least_clutter_score = 0.35;
 constexpr double uneven_m = 0.01;
-constexpr double clearly_better = 0.01;  // of the score
+constexpr double clearly_better = 0.01;       // of the score
+constexpr double ambiguous_near_guess = 0.9;  // of the score
+constexpr double ambiguous = 0.75;            // without a guess
+constexpr double ambiguous_order = 0.6;
 
 struct Scored {
   AlignmentCandidate candidate;
@@ -71,6 +74,10 @@ PairPlacement by_planes(const PlaneView& a, const PlaneView& b, const std::optio
   out.found = true;
   out.T_a_b = scored[0].candidate.T_a_b;
   if (scored.size() > 1) out.runner_up_score = scored[1].score;
+  const auto other = std::find_if(scored.begin() + 1, scored.end(), [&](const Scored& s) {
+    return s.candidate.agreement > 0.0 && matched_independence(a.planes, s.candidate.matches) >= least_independence;
+  });
+  if (other != scored.end()) out.other_order_score = other->score;
   return out;
 }
 
@@ -168,6 +175,11 @@ PlaneView plane_view(PlaneCloud cloud) {
   view.planes = find_planes(cloud);
   view.cloud = std::move(cloud);
   return view;
+}
+
+bool is_one_of_two(const PairPlacement& placed, bool has_guess) {
+  if (has_guess) return placed.runner_up_score > ambiguous_near_guess * placed.score;
+  return placed.runner_up_score > ambiguous * placed.score || placed.other_order_score > ambiguous_order * placed.score;
 }
 
 PairPlacement place_pair(const PlaneView& a, const PlaneView& b, const std::optional<SE3>& guess) {

@@ -12,7 +12,6 @@ namespace {
 
 constexpr PlaneMatchTolerance loose{to_rad(4.0), 0.25};
 constexpr PlaneMatchTolerance tight{to_rad(3.0), 0.12};
-constexpr double ambiguous = 0.9;
 constexpr double scale_limit = 25.0;  // of a plane's misfit over the others' before it is no common plane
 
 std::string named(std::string text, const std::string& a, const std::string& b) {
@@ -67,7 +66,7 @@ class RigPlacer {
           if (out_.lidars[index(i)].why_not.empty()) out_.lidars[index(i)].why_not = placed.why_not;
           continue;
         }
-        if (which < 0 || is_better(placed.pair, best.pair)) {
+        if (which < 0 || is_better(placed.pair, is_sure(placed.pair, i), best.pair, is_sure(best.pair, which))) {
           best = std::move(placed);
           which = i;
         }
@@ -81,11 +80,11 @@ class RigPlacer {
     }
   }
 
-  static bool is_sure(const PairPlacement& p) {
-    return p.found && !p.by_shapes && p.runner_up_score < ambiguous * p.score;
+  [[nodiscard]] bool is_sure(const PairPlacement& p, int lidar) const {
+    return p.found && !p.by_shapes && !is_one_of_two(p, guess_[index(lidar)].has_value());
   }
-  static bool is_better(const PairPlacement& p, const PairPlacement& than) {
-    if (is_sure(p) != is_sure(than)) return is_sure(p);
+  static bool is_better(const PairPlacement& p, bool sure, const PairPlacement& than, bool than_sure) {
+    if (sure != than_sure) return sure;
     if (p.found != than.found) return p.found;
     if (p.by_shapes.has_value() != than.by_shapes.has_value()) return than.by_shapes.has_value();
     return p.score > than.score;
@@ -97,14 +96,15 @@ class RigPlacer {
     for (int k = -1; k < lidars_; ++k) {
       const int via = k < 0 ? views_.base : k;
       if (!out_.lidars[index(via)].known || (k >= 0 && k == views_.base)) continue;
-      for (std::size_t stop = 0; stop < views_.stops.size() && !is_sure(best.pair); ++stop) {
+      for (std::size_t stop = 0; stop < views_.stops.size() && !is_sure(best.pair, lidar); ++stop) {
         const auto& a = views_.stops[stop][index(via)];
         const auto& b = views_.stops[stop][index(lidar)];
         if (!a || !b) continue;
         const PairPlacement placed = pair_of(via, lidar, stop);
         if (best.why_not.empty())
           best.why_not = named(placed.why_not, views_.names[index(via)], views_.names[index(lidar)]);
-        if (!placed.found || (best.known && !is_better(placed, best.pair))) continue;
+        const bool better = is_better(placed, is_sure(placed, lidar), best.pair, is_sure(best.pair, lidar));
+        if (!placed.found || (best.known && !better)) continue;
         best = {true, {}, placed, via, static_cast<int>(stop)};
       }
     }

@@ -129,7 +129,7 @@ class CornerCalibration {
     for (int via = how.via; via != views_.base;) {
       const auto at = static_cast<std::size_t>(via);
       const LidarPlacement& between = placed.lidars[at];
-      if (between.pair.runner_up_score > ambiguous_share * between.pair.score) return at;
+      if (is_one_of_two(between.pair, guess_[at].has_value())) return at;
       via = between.via;
     }
     return std::nullopt;
@@ -151,8 +151,7 @@ class CornerCalibration {
     }
     e.observable = how.follows || (lidar < covariances.observable.size() && covariances.observable[lidar] != 0);
     e.converged = how.follows || placed.adjusted.converged;
-    e.match_score = how.pair.score;
-    e.runner_up_score = how.pair.runner_up_score;
+    e.has_guess = guess_[lidar].has_value();
     if (how.follows) {
       e.covariance = e.covariance_data_only = covariance = covariance_of_follower(lidar, placed);
     } else if (e.observable) {
@@ -177,10 +176,19 @@ class CornerCalibration {
                           ": it is known no better than that one; show that one and " + e.base_name +
                           " a corner of three large flat surfaces");
     }
+    if (is_one_of_two(how.pair, e.has_guess)) {
+      weaken(verdict, "another pose fits its surfaces, too (" +
+                          number(100.0 * std::max(how.pair.runner_up_score, how.pair.other_order_score), 0) +
+                          " % against " + number(100.0 * how.pair.score, 0) + " % lie on what " +
+                          views_.names[static_cast<std::size_t>(how.via)] + " saw); give " +
+                          (e.has_guess ? "a closer" : "a") +
+                          " rough pose under initial_extrinsics (45 degrees are close enough), or choose a corner "
+                          "without right angles");
+    }
     if (const auto unsure = unsure_on_the_way(how, placed)) {
       weaken(verdict, "it was laid on " + views_.names[*unsure] +
                           ", for whose own place another pose fits nearly as well; give a rough pose of " +
-                          views_.names[*unsure] + " under initial_extrinsics, or choose a corner without symmetry");
+                          views_.names[*unsure] + " under initial_extrinsics, or choose a corner without right angles");
     }
     if (how.pair.score < least_overlap) {
       weaken(verdict, "only " + number(100.0 * how.pair.score, 0) + " % of what it and " +

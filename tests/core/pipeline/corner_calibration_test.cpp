@@ -7,7 +7,7 @@
 
 #include "core/quality/lidar_quality.h"
 #include "core/voxel/patch_of_points.h"
-#include "simdata/targets/corner_clouds.h"
+#include "simdata/targets/corner_scans.h"
 #include "tests/support/make_planes.h"
 #include "tests/support/se3_matchers.h"
 #include "tests/support/stone_field.h"
@@ -20,8 +20,9 @@ using testing::HasSubstr;
 // A rig of two LiDARs "front" (the base) and "side" in the paper's corner, with the noise of a LiDAR of today.
 class CornerCalibrationTest : public ::testing::Test {
  protected:
-  void see(const sim::CornerCloudOptions& options) {
-    const auto clouds = sim::make_corner_clouds(options);
+  void see(const sim::CornerCloudOptions& options) { take(sim::make_corner_clouds(options)); }
+
+  void take(const sim::CornerClouds& clouds) {
     rig_.name = "corner";
     rig_.sensors.resize(2);
     rig_.sensors[0].name = "front";
@@ -86,6 +87,31 @@ TEST_F(CornerCalibrationTest, IsWeakWhereAnotherOrderOfThePlanesFitsAsWell) {
   const CalibrationResult guessed = calibrate();
   EXPECT_EQ(guessed.status, Status::good);
   EXPECT_THAT(*guessed.sensors[1].T_base_sensor, SE3Near(sim::paper_configuration(1), 0.03, 3.0));
+}
+
+// One of them sees less to either side, and in a wrong order more of what both saw overlaps, by a quarter and by a
+// half.
+TEST_F(CornerCalibrationTest, IsWeakWhereLessOfTheRightOrderOverlapsThanOfAWrongOne) {
+  sim::CornerScanOptions options;
+  options.field_b.half_width_rad = to_rad(45.0);
+  for (const std::uint64_t seed : {12U, 328U}) {
+    const bool first = seed == 12U;
+    options.walls_m = first ? Vector3d(4.46, 3.45, 2.19) : Vector3d(4.37, 3.78, 1.69);
+    options.T_a_b = first ? SE3{exp_so3({-0.29, -0.14, 0.84}), {0.12, 0.53, -0.28}}
+                          : SE3{exp_so3({0.47, -0.16, 0.76}), {-0.15, 0.31, 0.02}};
+    options.seed = seed;
+    take(sim::make_corner_scans(options));
+    guess_.reset();
+    const SensorResult open = calibrate().sensors[1];
+    ASSERT_TRUE(open.T_base_sensor);
+    EXPECT_GT((open.T_base_sensor->t - options.T_a_b.t).norm(), 1.0);
+    EXPECT_EQ(open.status, Status::weak);
+    EXPECT_THAT(open.reasons, testing::Contains(HasSubstr("another pose fits")));
+    guess_ = options.T_a_b * SE3{exp_so3({0.4, -0.5, 0.4}), {0.2, 0.1, 0.0}};
+    const SensorResult guessed = calibrate().sensors[1];
+    EXPECT_EQ(guessed.status, Status::good) << testing::PrintToString(guessed.reasons);
+    EXPECT_THAT(*guessed.T_base_sensor, SE3Near(options.T_a_b, 0.1, 10.0));
+  }
 }
 
 TEST_F(CornerCalibrationTest, FailsInWordsWithoutACorner) {
