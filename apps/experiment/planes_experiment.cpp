@@ -88,6 +88,9 @@ SE3 informed(const sim::CornerClouds& clouds, const SE3& truth) {
   return align_planes(pairs, truth).T_a_b;
 }
 
+// What a right place is, and asked for where it is looked at whether one is found at all.
+constexpr Requirement right{0.05, to_rad(0.5)};
+
 // Both LiDARs know which way is up, as the paper's are mounted level.
 std::optional<SE3> found_by_planes(const sim::CornerClouds& clouds, const SE3& truth) {
   RigViews views;
@@ -175,13 +178,15 @@ Mounted try_mounting(std::uint64_t seed) {
   recording.patches = {patch_of(clouds.a.points, 0), patch_of(clouds.b.points, 1)};
   SilentReporter silent;
   const auto start = SteadyClock::now();
-  const auto result =
-      calibrate_by_planes(rig, recording, {SE3{}, std::nullopt}, CornerCalibrationOptions{}, RunContext{silent});
+  CornerCalibrationOptions asked;
+  asked.require = right;
+  const auto result = calibrate_by_planes(rig, recording, {SE3{}, std::nullopt}, asked, RunContext{silent});
   Mounted out;
   out.seconds = seconds_since(start);
   if (!result || !result->sensors[1].T_base_sensor) return out;
   const SE3& found = *result->sensors[1].T_base_sensor;
-  out.right = rotation_distance(found.R, options.T_a_b.R) < to_rad(0.5) && (found.t - options.T_a_b.t).norm() < 0.05;
+  out.right = rotation_distance(found.R, options.T_a_b.R) < right.rotation_rad &&
+              (found.t - options.T_a_b.t).norm() < right.translation_m;
   out.good = result->sensors[1].status == Status::good;
   return out;
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/base/parallel.h"
+#include "core/corner/plane_rays.h"
 #include "core/corner/rig_placement.h"
 #include "core/pipeline/fused_map.h"
 #include "core/pipeline/stage_clock.h"
@@ -97,6 +98,13 @@ class CornerCalibration {
                        [&](const PatchCells& p) { return p.lidar == static_cast<int>(lidar) && !p.thinned.empty(); });
   }
 
+  // With what ranges may be off by: planes are laid on each other wherever they seem to be.
+  [[nodiscard]] LidarCovariances covariances_of(std::vector<PlaneFeature> features, const RigState& state,
+                                                const ParameterLayout& layout, const AdjustOptions& adjust) const {
+    add_rays(views_, features);
+    return lidar_covariances({features, state, layout, adjust, usual_range_errors});
+  }
+
   // By how it lies on the LiDAR that it was laid on, and that one on the next.
   [[nodiscard]] Matrix6d covariance_of_follower(std::size_t lidar, const RigPlacement& placed) const {
     const LidarPlacement& how = placed.lidars[lidar];
@@ -119,8 +127,7 @@ class CornerCalibration {
     }
     ParameterLayout layout(placed.layout.stops(), placed.layout.lidars());
     layout.free_lidar(static_cast<int>(lidar));
-    return lidar_covariances({features_of(planes, placed.state), placed.state, layout, placed.adjust})
-        .with_priors[lidar];
+    return covariances_of(features_of(planes, placed.state), placed.state, layout, placed.adjust).with_priors[lidar];
   }
 
   // A LiDAR between this one and the base whose place is one of two.
@@ -133,6 +140,14 @@ class CornerCalibration {
       via = between.via;
     }
     return std::nullopt;
+  }
+
+  // Whether the planes would tell its place well enough if all ranges were right.
+  [[nodiscard]] bool is_left_open_by_ranges(std::size_t lidar, const RigPlacement& placed,
+                                            const Matrix6d& covariance) const {
+    if (placed.lidars[lidar].follows || translation_bound(covariance) <= options_.require.translation_m) return false;
+    const LidarCovariances right = lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust});
+    return translation_bound(right.with_priors[lidar]) <= options_.require.translation_m;
   }
 
   [[nodiscard]] Verdict judge(std::size_t lidar, const RigPlacement& placed, const LidarCovariances& covariances,
@@ -165,6 +180,12 @@ class CornerCalibration {
     e.T_base_sensor = placed.state.T_base_sensor[lidar];
     Verdict verdict = judge_lidar(e, options_.require);
     if (verdict.status == Status::failed) return verdict;
+    if (is_left_open_by_ranges(lidar, placed, e.covariance)) {
+      weaken(verdict,
+             "most of that is what the ranges of the LiDARs may be off by, each unit's by a centimetre or two, "
+             "which these planes do not tell; record more stops, in other corners, or longer ones, or ask for "
+             "less (--require)");
+    }
     if (how.pair.by_shapes) {
       weaken(verdict, "three independent, even planes are not common to it and " +
                           views_.names[static_cast<std::size_t>(how.via)] +
@@ -206,7 +227,7 @@ class CornerCalibration {
     clock_.begin("verdict");
     LidarCovariances covariances;
     if (!placed.features.empty()) {
-      covariances = lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust});
+      covariances = covariances_of(placed.features, placed.state, placed.layout, placed.adjust);
     }
     CalibrationResult result;
     result.base = rig_.base_sensor().name;

@@ -41,7 +41,7 @@ class CornerCalibrationTest : public ::testing::Test {
 
   [[nodiscard]] CalibrationResult calibrate() const {
     SilentReporter reporter;
-    auto result = calibrate_by_planes(rig_, recording_, {SE3{}, guess_}, CornerCalibrationOptions{}, {reporter});
+    auto result = calibrate_by_planes(rig_, recording_, {SE3{}, guess_}, options_, {reporter});
     EXPECT_TRUE(result) << result.error().what;
     return result ? *result : CalibrationResult{};
   }
@@ -49,6 +49,7 @@ class CornerCalibrationTest : public ::testing::Test {
   Rig rig_;
   LidarRecording recording_;
   std::optional<SE3> guess_;
+  CornerCalibrationOptions options_ = {{0.04, to_rad(0.1)}};  // what so few points tell of ranges
 };
 
 sim::CornerCloudOptions fine(double angle_deg, const SE3& T_a_b, std::uint64_t seed) {
@@ -112,6 +113,24 @@ TEST_F(CornerCalibrationTest, IsWeakWhereLessOfTheRightOrderOverlapsThanOfAWrong
     EXPECT_EQ(guessed.status, Status::good) << testing::PrintToString(guessed.reasons);
     EXPECT_THAT(*guessed.T_base_sensor, SE3Near(options.T_a_b, 0.1, 10.0));
   }
+}
+
+TEST_F(CornerCalibrationTest, KnowsThatTheRangesOfAUnitMayBeOff) {
+  sim::CornerScanOptions scan;
+  scan.angle_deg = 80.0;
+  scan.T_a_b = {exp_so3({0.05, -0.04, 0.3}), {0.1, 0.5, -0.1}};
+  scan.rays = 24000;
+  scan.b_too_long_m = 0.01;
+  guess_ = scan.T_a_b;
+  options_ = {};
+  take(sim::make_corner_scans(scan));
+  const SensorResult side = calibrate().sensors[1];
+  ASSERT_TRUE(side.T_base_sensor);
+  const double error_m = (side.T_base_sensor->t - scan.T_a_b.t).norm();
+  EXPECT_GT(error_m, options_.require.translation_m);
+  EXPECT_GT(translation_bound(side.covariance), error_m);
+  EXPECT_EQ(side.status, Status::weak);
+  EXPECT_THAT(side.reasons, testing::Contains(HasSubstr("the ranges of the LiDARs may be off by")));
 }
 
 TEST_F(CornerCalibrationTest, FailsInWordsWithoutACorner) {
