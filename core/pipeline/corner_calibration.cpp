@@ -142,14 +142,6 @@ class CornerCalibration {
     return std::nullopt;
   }
 
-  // Whether the planes would tell its place well enough if all ranges were right.
-  [[nodiscard]] bool is_left_open_by_ranges(std::size_t lidar, const RigPlacement& placed,
-                                            const Matrix6d& covariance) const {
-    if (placed.lidars[lidar].follows || translation_bound(covariance) <= options_.require.translation_m) return false;
-    const LidarCovariances right = lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust});
-    return translation_bound(right.with_priors[lidar]) <= options_.require.translation_m;
-  }
-
   [[nodiscard]] Verdict judge(std::size_t lidar, const RigPlacement& placed, const LidarCovariances& covariances,
                               Matrix6d& covariance) const {
     const LidarPlacement& how = placed.lidars[lidar];
@@ -167,20 +159,24 @@ class CornerCalibration {
     e.observable = how.follows || (lidar < covariances.observable.size() && covariances.observable[lidar] != 0);
     e.converged = how.follows || placed.adjusted.converged;
     e.has_guess = guess_[lidar].has_value();
+    Matrix6d by_right_ranges = Matrix6d::Zero();
     if (how.follows) {
       e.covariance = e.covariance_data_only = covariance = covariance_of_follower(lidar, placed);
     } else if (e.observable) {
-      // Planes that disagree are known no better than by what they disagree.
+      by_right_ranges =
+          lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust}).with_priors[lidar];
+      // Planes that disagree are known no better than by what they disagree; what ranges do is in it already.
       const double factor =
           std::max({1.0, covariances.chi2, placed.misfit * placed.misfit}) / std::max(1.0, covariances.chi2);
-      e.covariance = factor * covariances.with_priors[lidar];
+      e.covariance = covariances.with_priors[lidar] + (factor - 1.0) * by_right_ranges;
       e.covariance_data_only = e.covariance;
       covariance = e.covariance;
     }
     e.T_base_sensor = placed.state.T_base_sensor[lidar];
     Verdict verdict = judge_lidar(e, options_.require);
     if (verdict.status == Status::failed) return verdict;
-    if (is_left_open_by_ranges(lidar, placed, e.covariance)) {
+    if (!how.follows && translation_bound(e.covariance) > options_.require.translation_m &&
+        translation_bound(by_right_ranges) <= options_.require.translation_m) {
       weaken(verdict,
              "most of that is what the ranges of the LiDARs may be off by, each unit's by a centimetre or two, "
              "which these planes do not tell; record more stops, in other corners, or longer ones, or ask for "
@@ -217,8 +213,11 @@ class CornerCalibration {
                           " saw lies on each other; choose a place where both see the same surfaces");
     }
     if (placed.misfit > most_misfit) {
-      weaken(verdict, "the common planes disagree by " + number(placed.misfit, 1) +
-                          " times what their noise explains; something moved, or the surfaces are not flat");
+      weaken(
+          verdict,
+          "the common planes disagree by " + number(placed.misfit, 1) +
+              " times what their noise explains; the LiDARs measure ranges differently (units differ by a centimetre), "
+              "something moved, or the surfaces are not flat");
     }
     return verdict;
   }

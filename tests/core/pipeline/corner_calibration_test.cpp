@@ -131,6 +131,10 @@ TEST_F(CornerCalibrationTest, KnowsThatTheRangesOfAUnitMayBeOff) {
   EXPECT_GT(translation_bound(side.covariance), error_m);
   EXPECT_EQ(side.status, Status::weak);
   EXPECT_THAT(side.reasons, testing::Contains(HasSubstr("the ranges of the LiDARs may be off by")));
+  scan.b_too_long_m = 0.02;
+  take(sim::make_corner_scans(scan));
+  EXPECT_THAT(calibrate().sensors[1].reasons,
+              testing::Contains(HasSubstr("noise explains; the LiDARs measure ranges differently")));
 }
 
 TEST_F(CornerCalibrationTest, FailsInWordsWithoutACorner) {
