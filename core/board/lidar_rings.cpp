@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "core/base/median.h"
 #include "core/geometry/point_cluster.h"
@@ -23,6 +24,10 @@ constexpr double jump_m = 0.12;
 constexpr double most_noise_m = 0.05;
 constexpr double most_steps = 3.5;    // without a return, within one segment
 constexpr std::size_t most_tail = 3;  // points between two surfaces that hang on a segment's end
+constexpr double even_share = 0.5;    // of the mean step, which nearly all steps of one revolution are longer than
+constexpr double longest_step_rad = to_rad(1.0);
+constexpr double least_column_rad = to_rad(0.1);
+constexpr double most_column_rad = to_rad(0.4);
 
 struct Polar {
   Vector3d p;
@@ -51,6 +56,45 @@ std::vector<std::vector<Polar>> by_elevation(std::vector<Polar> all) {
   return rings;
 }
 
+std::vector<double> steps_of(const std::vector<Polar>& by_azimuth) {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < by_azimuth.size(); ++k)
+    steps.push_back(by_azimuth[k].azimuth - by_azimuth[k - 1].azimuth);
+  return steps;
+}
+
+// Several revolutions lie over one another: many points are much nearer to the next than in the mean.
+bool is_uneven(const std::vector<Polar>& by_azimuth) {
+  std::vector<double> steps = steps_of(by_azimuth);
+  std::erase_if(steps, [](double step) { return step > longest_step_rad; });
+  if (steps.empty()) return false;
+  const double mean = std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+  return quantile(steps, 0.1) < even_share * mean;
+}
+
+// One point for all whose azimuths are that near to one another, at their median range: at an edge that of the surface
+// which most of them met.
+std::vector<Polar> in_columns(const std::vector<Polar>& by_azimuth, double width_rad) {
+  std::vector<Polar> out;
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= by_azimuth.size(); ++k) {
+    if (k < by_azimuth.size() && by_azimuth[k].azimuth - by_azimuth[begin].azimuth < width_rad) continue;
+    Polar mean{Vector3d::Zero(), 0.0, 0.0};
+    std::vector<double> ranges;
+    const auto count = static_cast<double>(k - begin);
+    for (std::size_t i = begin; i < k; ++i) {
+      mean.p += by_azimuth[i].p.normalized();
+      mean.azimuth += by_azimuth[i].azimuth / count;
+      mean.elevation += by_azimuth[i].elevation / count;
+      ranges.push_back(by_azimuth[i].p.norm());
+    }
+    mean.p = median(std::move(ranges)) * mean.p.normalized();
+    out.push_back(mean);
+    begin = k;
+  }
+  return out;
+}
+
 LidarRing make_ring(std::vector<Polar> points) {
   std::stable_sort(points.begin(), points.end(), [](const Polar& a, const Polar& b) { return a.azimuth < b.azimuth; });
   // Where the circle is cut: no surface goes on over the largest jump.
@@ -63,19 +107,21 @@ LidarRing make_ring(std::vector<Polar> points) {
       cut = k;
     }
   }
+  std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(cut), points.end());
+  for (std::size_t k = points.size() - cut; k < points.size(); ++k) points[k].azimuth += 2.0 * pi;
+  std::vector<Polar> columns = points;
+  for (double width = least_column_rad; is_uneven(columns) && width <= most_column_rad; width *= 2.0) {
+    columns = in_columns(points, width);
+  }
   LidarRing ring;
   std::vector<double> elevations;
-  std::vector<double> steps;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Polar& p = points[(cut + i) % points.size()];
-    const double azimuth = p.azimuth + (cut + i >= points.size() ? 2.0 * pi : 0.0);
-    if (i > 0) steps.push_back(azimuth - ring.azimuth_rad.back());
+  for (const Polar& p : columns) {
     ring.points.push_back(p.p);
-    ring.azimuth_rad.push_back(azimuth);
+    ring.azimuth_rad.push_back(p.azimuth);
     elevations.push_back(p.elevation);
   }
   ring.elevation_rad = median(elevations);
-  ring.step_rad = median(steps);
+  ring.step_rad = median(steps_of(columns));
   return ring;
 }
 

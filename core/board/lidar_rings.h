@@ -8,7 +8,7 @@
 
 namespace rigcal {
 
-/// The points of one laser of a spinning LiDAR, by azimuth.
+/// The points of one laser of a spinning LiDAR, by azimuth. Of several revolutions one point for each column.
 struct LidarRing {
   double elevation_rad = 0.0;  ///< Median.
   double step_rad = 0.0;       ///< Median azimuth from point to point.

@@ -82,6 +82,36 @@ TEST(RingBoards, FindsAPlateInNoiseThatStraysBeyondAnyFixedTolerance) {
   }
 }
 
+// A stop of some seconds: columns that come again at the same azimuths, or wherever the motor is.
+TEST(RingBoards, FindsAPlateInManyRevolutions) {
+  Random random(8);
+  const BoardModel board = make_board();
+  const SE3 T = plate_at(0.3, 2.2, 0.7, 0.2);
+  for (const bool same_azimuths : {true, false}) {
+    for (const int revolutions : {2, 20}) {
+      std::vector<Point> all;
+      for (int k = 0; k < revolutions; ++k) {
+        const SE3 turn{exp_so3({0.0, 0.0, same_azimuths ? 0.0 : to_rad(0.2) * random.uniform()}), Vector3d::Zero()};
+        for (Point p : ring_scan({turn.inverse() * T}, board.size(), 0.012, random)) {
+          const Vector3d q = turn * Vector3d(p.x, p.y, p.z);
+          p.x = static_cast<float>(q.x());
+          p.y = static_cast<float>(q.y());
+          all.push_back(p);
+        }
+      }
+      for (const bool rings_in_shot : {false, true}) {
+        const CloudBoards seen = find_ring_boards(all, board, rings_in_shot);
+        ASSERT_EQ(seen.boards.size(), 1u) << same_azimuths << revolutions << seen.why_none;
+        double nearest = 1e9;
+        for (const SE3& turned : board.plate_turns()) {
+          nearest = std::min(nearest, board.corner_distance(seen.boards[0].T_lidar_board * turned, T));
+        }
+        EXPECT_LT(nearest, 0.015) << same_azimuths << revolutions;
+      }
+    }
+  }
+}
+
 TEST(RingBoards, FindsTwoPlatesAndSaysSoWhereThereIsNone) {
   Random random(4);
   const BoardModel board = make_board();
