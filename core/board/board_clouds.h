@@ -50,6 +50,9 @@ struct CloudBoard {
   int rings = 0;                     ///< That crossed it; 0: the LiDAR has none.
 };
 
+/// The same plate with another of its turns (BoardModel::plate_turns) as its pose.
+void take_turn(CloudBoard& found, const SE3& turn);
+
 struct CloudBoards {
   std::vector<CloudBoard> boards;
   std::string why_none;  ///< In words, where there is none.

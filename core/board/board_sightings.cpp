@@ -224,17 +224,7 @@ BoardSighting resolved(const BoardSighting& sighting, std::size_t alternative, c
     for (int& id : out.image->ids) id = board.id_at(back * board.corner(id));
     out.image->alternatives = {SE3{}};
   }
-  if (out.cloud) {
-    out.cloud->T_lidar_board = out.T_sensor_board;
-    if (out.cloud->squares) out.cloud->squares->T_lidar_pattern = out.cloud->squares->T_lidar_pattern * turn;
-    for (BorderPoint& p : out.cloud->border) {
-      Vector3d normal = Vector3d::Zero();
-      normal[p.axis] = p.sign;
-      normal = back.R * normal;
-      p.axis = std::abs(normal.x()) > std::abs(normal.y()) ? 0 : 1;
-      p.sign = normal[p.axis] > 0.0 ? 1 : -1;
-    }
-  }
+  if (out.cloud) take_turn(*out.cloud, turn);
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/board/squares_fit.h"
 
@@ -13,6 +14,7 @@ using Eigen::Vector2d;
 constexpr std::size_t most_scored = 20000;
 constexpr std::size_t least_scored = 300;
 constexpr double clear_contrast = 0.8;  // difference of the colours' means over their spread
+constexpr double as_clear = 0.9;        // of the clearest: then the place nearest to the outline's tells
 constexpr double beside_line = 0.12;    // of a square: nearer to a line the beam meets both colours
 constexpr double slope_reach = 0.25;    // of a square
 constexpr double across_sigmas = 3.0;
@@ -113,6 +115,42 @@ SquaresPlace centred(const std::vector<SquareSpot>& spots, const BoardModel& boa
   return at;
 }
 
+struct Laid {
+  SE3 turn;  ///< Of the plate.
+  SquaresPlace place;
+  double contrast = 0.0;
+};
+
+std::vector<SquareSpot> turned_back(std::vector<SquareSpot> spots, const SE3& turn) {
+  for (SquareSpot& spot : spots) spot.at = (turn.inverse() * Vector3d(spot.at.x(), spot.at.y(), 0.0)).head<2>();
+  return spots;
+}
+
+// Where one end of the plate has its own colours, the first square is the dark one; the pattern of the other end on
+// this one has them the other way round.
+bool is_better(const Laid& a, const Laid& b, const BoardModel& board) {
+  const bool tells = (board.columns() + board.rows()) % 2 != 0;
+  const double by_a = tells ? a.contrast : std::abs(a.contrast);
+  const double by_b = tells ? b.contrast : std::abs(b.contrast);
+  if (std::min(by_a, by_b) < as_clear * std::max(by_a, by_b)) return by_a > by_b;
+  return a.place.shift.norm() + place_floor_m < b.place.shift.norm();
+}
+
+// In each turn of the plate in which the squares would lie elsewhere on it.
+Laid laid_best(const std::vector<SquareSpot>& spots, const BoardModel& board) {
+  std::vector<SE3> turns = board.plate_turns();
+  // After half a turn squares in the middle of an oblong plate lie where they did.
+  if (turns.size() == 2 && board.offset().isZero()) turns.resize(1);
+  std::optional<Laid> best;
+  for (const SE3& turn : turns) {
+    const std::vector<SquareSpot> seen = turned_back(spots, turn);
+    Laid laid{turn, centred(seen, board, sharpest(seen, board)), 0.0};
+    laid.contrast = contrast_at(seen, board, laid.place);
+    if (!best || is_better(laid, *best, board)) best = laid;
+  }
+  return *best;
+}
+
 // How much farther dark squares seem, by the points' distances from the plate, which then lies where bright squares do.
 void take_difference_out(const BoardModel& board, CloudBoard& found) {
   SquareCue& cue = *found.squares;
@@ -156,9 +194,12 @@ void look_at_squares(std::span<const Point> points, const BoardModel& board, Clo
   std::vector<SquareSpot> spots;
   const std::size_t every = std::max<std::size_t>(1, all.size() / most_scored);
   for (std::size_t k = 0; k < all.size(); k += every) spots.push_back(all[k]);
-  SquaresPlace place = centred(spots, board, sharpest(spots, board));
-  const double contrast = contrast_at(spots, board, place);
+  const Laid laid = laid_best(spots, board);
+  SquaresPlace place = laid.place;
+  const double contrast = laid.contrast;
   if (std::abs(contrast) < clear_contrast) return;
+  take_turn(found, laid.turn);
+  spots = turned_back(std::move(spots), laid.turn);
   SquareCue& cue = found.squares.emplace();
   cue.contrast = std::abs(contrast);
   cue.first_is_dark = contrast > 0.0;

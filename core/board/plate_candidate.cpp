@@ -197,4 +197,18 @@ std::string why_no_plate(const std::vector<PlateFit>& fits, const BoardModel& bo
          " (where that is the board, correct its size in the rig file)";
 }
 
+void take_turn(CloudBoard& found, const SE3& turn) {
+  const SE3 back = turn.inverse();
+  found.T_lidar_board = found.T_lidar_board * turn;
+  if (found.squares) found.squares->T_lidar_pattern = found.squares->T_lidar_pattern * turn;
+  for (BorderPoint& p : found.border) {
+    Vector3d normal = Vector3d::Zero();
+    normal[p.axis] = p.sign;
+    normal = back.R * normal;
+    p.axis = std::abs(normal.x()) > std::abs(normal.y()) ? 0 : 1;
+    p.sign = normal[p.axis] > 0.0 ? 1 : -1;
+  }
+  if (std::abs(turn.R(0, 1)) > 0.5) std::swap(found.growth_m.x(), found.growth_m.y());
+}
+
 }  // namespace rigcal

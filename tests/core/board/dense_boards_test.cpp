@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "core/board/board_clouds.h"
+#include "core/board/board_sightings.h"
 #include "tests/support/ring_scans.h"
 
 namespace rigcal {
@@ -93,6 +93,29 @@ TEST(DenseBoards, PlacesTheSquaresAndKnowsHowMuchFartherDarkOnesSeem) {
     ASSERT_TRUE(found.squares);
     EXPECT_LT(nearest_turn(found, T, board), 0.004) << farther;
     EXPECT_NEAR(found.squares->dark_farther_m, farther, 0.001);
+  }
+}
+
+// The plate's outline is fitted either way up; the squares lie beside its middle.
+TEST(DenseBoards, PlacesSquaresBesideTheMiddleOfThePlateEitherWayUp) {
+  Random random(7);
+  for (const int rows : {4, 5}) {
+    for (const double offset : {0.01, 0.05}) {
+      const BoardModel board({"checkerboard", {7, rows}, 0.1, {1.0, 0.7}, {offset, 0.0}});
+      for (const double turn : {0.6, 0.6 + pi}) {
+        const SE3 T = plate_at(0.0, 3.2, turn, 0.25);
+        const CloudBoards seen = find_dense_boards(scan(T, board, {}, random), board);
+        ASSERT_EQ(seen.boards.size(), 1u) << seen.why_none;
+        ASSERT_TRUE(seen.boards[0].squares);
+        const BoardSighting sighting = cloud_sighting(0, 0, seen.boards[0], board);
+        double off = 1e9;
+        for (const SE3& left : sighting.alternatives) {
+          off = std::min(off, board.corner_distance(sighting.T_sensor_board * left, T));
+        }
+        EXPECT_LT(off, 0.004) << rows << offset << turn;
+        EXPECT_EQ(sighting.alternatives.size(), rows == 4 ? 1u : 2u);
+      }
+    }
   }
 }
 
