@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
+#include "core/base/text.h"
 #include "core/board/board_adjustment.h"
 #include "core/board/markers.h"
 #include "core/pipeline/board_finding.h"
@@ -15,6 +17,7 @@ namespace rigcal {
 namespace {
 
 constexpr double wrong_scale = 0.02;
+constexpr std::size_t least_lost_together = 3;
 constexpr std::size_t least_for_hold_out = 8;  // boards, of which every fourth is held out
 
 Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }
@@ -133,6 +136,7 @@ class BoardCalibration {
     for (const BoardPlace& place : found_.places) {
       held += place.why_out.empty() && place.sightings.size() > 1 ? 1.0 : 0.0;
       if (place.why_out.empty()) continue;
+      left_out_.insert(stop_number(place.stop));
       context_.reporter.warn("stop " + std::to_string(stop_number(place.stop)) + " was left out: " + place.why_out);
     }
     stage.counts = {{"boards", held}, {"chi2", found_.chi2}};
@@ -217,14 +221,52 @@ class BoardCalibration {
     return static_cast<int>(stops.size());
   }
 
+  // Stops at which it and the sensor that placed it saw a board, in order, and whether its board went with another's.
+  [[nodiscard]] std::map<int, bool> shared_stops(std::size_t s) const {
+    const auto saw = [](const std::vector<BoardSighting>& sightings, std::size_t sensor, int stop) {
+      return std::any_of(sightings.begin(), sightings.end(), [&](const BoardSighting& b) {
+        return static_cast<std::size_t>(b.sensor) == sensor && b.stop == stop;
+      });
+    };
+    std::map<int, bool> out;
+    for (const BoardSighting& b : seen_[s].sightings) {
+      if (saw(all_, static_cast<std::size_t>(placed_[s].via), b.stop)) out[b.stop] = false;
+    }
+    for (const BoardPlace& place : found_.places) {
+      const bool holds = place.why_out.empty() && place.sightings.size() > 1 && saw(place.sightings, s, place.stop);
+      if (const auto stop = out.find(place.stop); stop != out.end() && holds) stop->second = true;
+    }
+    return out;
+  }
+
+  void note_lost(std::size_t s, BoardEvidence& evidence) const {
+    std::size_t on_end = 0;
+    std::size_t longest = 0;
+    for (const auto& [stop, goes] : shared_stops(s)) {
+      on_end = goes ? 0 : on_end + 1;
+      longest = std::max(longest, on_end);
+      if (!goes) evidence.lost.push_back(stop_number(stop));
+    }
+    evidence.lost_together = evidence.lost.size() >= least_lost_together && longest == evidence.lost.size();
+  }
+
+  void warn_of_lost(const BoardEvidence& e) const {
+    std::vector<std::string> numbers;
+    for (const int stop : e.lost) {
+      if (!left_out_.contains(stop)) numbers.push_back(std::to_string(stop));
+    }
+    if (numbers.empty()) return;
+    context_.reporter.warn((numbers.size() == 1 ? "stop " : "stops ") + joined(numbers, ", ") + " hold nothing of " +
+                           e.name + ": the board that it saw there goes with no other sensor's");
+  }
+
   [[nodiscard]] Verdict blind(std::size_t s) const {
     Verdict verdict;
     fail(verdict, why_not_placed(s));
     return verdict;
   }
 
-  [[nodiscard]] Verdict judge(std::size_t s) const {
-    if (!placed_[s].known) return blind(s);
+  [[nodiscard]] BoardEvidence evidence_of(std::size_t s) const {
     const auto via = static_cast<std::size_t>(placed_[s].via);
     BoardEvidence e;
     e.name = rig_.sensors[s].name;
@@ -243,7 +285,13 @@ class BoardCalibration {
       e.via_agreeing =
           std::min(placed_[via].pair.agreeing, shared_places(via, static_cast<std::size_t>(placed_[via].via)));
     }
-    Verdict out = judge_by_boards(e, options_.require, advice_on_poses(found_, s));
+    note_lost(s, e);
+    return e;
+  }
+
+  [[nodiscard]] Verdict judge(std::size_t s) const {
+    if (!placed_[s].known) return blind(s);
+    Verdict out = judge_by_boards(evidence_of(s), options_.require, advice_on_poses(found_, s));
     if (out.status != Status::failed && scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
       weaken(out, "the board's squares have another size than the rig file says (see the warnings)");
     }
@@ -267,6 +315,7 @@ class BoardCalibration {
       const bool is_blind_base = static_cast<int>(s) == rig_.base && seen_[s].sightings.empty();
       if (static_cast<int>(s) != rig_.base || is_blind_base) {
         const Verdict verdict = is_blind_base ? blind(s) : judge(s);
+        if (placed_[s].known && !is_blind_base) warn_of_lost(evidence_of(s));
         sensor.status = verdict.status;
         sensor.reasons = verdict.reasons;
         sensor.T_base_sensor.reset();
@@ -321,6 +370,7 @@ class BoardCalibration {
   std::vector<BoardPlace> places_;
   BoardAdjustOptions adjust_options_;
   BoardAdjustment found_;
+  std::set<int> left_out_;  ///< By the adjustment, which are warned of: numbers of stops.
   std::vector<double> hold_out_;
   std::string doubt_;  ///< Of the rig file's inner_corners.
   double scale_ = 0.0;

@@ -14,6 +14,7 @@ namespace rigcal {
 namespace {
 
 constexpr int least_boards = 3;
+constexpr double most_lost = 0.25;  // of the stops at which both saw a board
 constexpr double most_hold_out = 2.0;
 constexpr double sure_sigmas = 3.0;
 constexpr double range_worth_m = 0.008;  // offsets smaller than this any LiDAR has
@@ -78,7 +79,12 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
                         ", whose own place hangs on the board at " + counted(*e.via_agreeing, "stop") +
                         " only; show it in ten poses");
   }
-  if (2 * e.agreeing < e.shared) {
+  if (e.lost_together) {
+    weaken(verdict, "from stop " + std::to_string(e.lost.front()) + " to stop " + std::to_string(e.lost.back()) +
+                        " the board lies elsewhere by it than by " + e.via + ", though it goes with " +
+                        counted(e.agreeing, "other stop") +
+                        ": a mount that slipped or was moved during the recording; fasten it and record again");
+  } else if (static_cast<double>(e.shared - e.agreeing) >= most_lost * e.shared) {
     weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
                         " stops at which it and " + e.via +
                         " saw a board do these agree; check the board and the cameras' intrinsics in the rig file, and "

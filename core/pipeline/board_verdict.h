@@ -17,6 +17,8 @@ struct BoardEvidence {
   std::string via;                  ///< The sensor that it shares most boards with,
   int shared = 0;                   ///< at so many stops,
   int agreeing = 0;                 ///< at so many of which the boards agree.
+  std::vector<int> lost;            ///< Of the others those, by number, at which its board goes with no other sensor's,
+  bool lost_together = false;       ///< and whether these are three or more on end.
   double runner_up = 0.0;           ///< Score of the best other place over this one's.
   bool via_failed = false;          ///< What is wrong with that sensor's place is wrong with this one's.
   std::optional<int> via_agreeing;  ///< And of its own boards, where it is not the base.

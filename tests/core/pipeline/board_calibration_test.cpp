@@ -218,5 +218,19 @@ TEST_F(BoardCalibrationTest, SaysThatSquaresWereCountedForCorners) {
                                        HasSubstr("count the corners between the squares")));
 }
 
+// Half of the poses agree, and the place is theirs.
+TEST_F(BoardCalibrationTest, SaysThatTheMountSlippedHalfway) {
+  with_lidar();
+  options_.require = {0.05, to_rad(2.0)};
+  for (int k = 0; k < 10; ++k) {
+    if (k == 5) T_front_side_.t.x() += 0.1;
+    show({plate_at(0.2 * ((3 * k) % 10) - 0.9, 2.0 + 0.1 * (k % 3), 0.6 + 0.1 * (k % 4), 0.3 * ((k % 3) - 1))}, size_);
+  }
+  const SensorResult lidar = side();
+  EXPECT_EQ(lidar.status, Status::weak);
+  EXPECT_THAT(lidar.reasons, Contains(HasSubstr("a mount that slipped")));
+  EXPECT_THAT(reporter_.warnings, Contains(HasSubstr("hold nothing of side")));
+}
+
 }  // namespace
 }  // namespace rigcal

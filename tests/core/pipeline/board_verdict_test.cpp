@@ -117,6 +117,23 @@ TEST(JudgeByBoards, DoesNotAskForPosesThatWereShownAndDisagree) {
   EXPECT_THAT(verdict.reasons[0], HasSubstr("saw the board together at 2 stops only; show it in ten poses"));
 }
 
+TEST(JudgeByBoards, DoubtsAPlaceThatAQuarterOfTheBoardsContradicts) {
+  BoardEvidence evidence = twelve_boards(1e-10);
+  evidence.agreeing = 10;
+  evidence.lost = {3, 7};
+  EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
+  evidence.agreeing = 9;
+  evidence.lost = {3, 7, 9};
+  EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::weak);
+  evidence.shared = 16;
+  evidence.agreeing = 13;
+  EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
+  evidence.lost_together = true;
+  const Verdict verdict = judge_by_boards(evidence, {}, "");
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("from stop 3 to stop 9 the board lies elsewhere by it than by front"));
+}
+
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
   const Verdict verdict = judge_by_boards(twelve_boards(1e-4), {}, "add poses at the left of what it sees");
   EXPECT_EQ(verdict.status, Status::weak);
