@@ -32,6 +32,11 @@ Expected<Findings> run_planes(const ExperimentOptions& options, const RunContext
   const Expected<MountingFigures> mountings = try_mountings(options.mountings, options.seed, context);
   if (!mountings) return mountings.error();
   experiment.mountings = *mountings;
+  for (const bool with_guess : {false, true}) {
+    const auto figures = try_right_angles(options.mountings, with_guess, options.seed, context);
+    if (!figures) return figures.error();
+    (with_guess ? experiment.right_angles_guessed : experiment.right_angles) = *figures;
+  }
   Expected<VehicleExperiment> vehicle = drive_vehicle(options.places, options.seed, context);
   if (!vehicle) return vehicle.error();
   experiment.vehicle = std::move(*vehicle);

@@ -14,7 +14,7 @@
 #include "core/pipeline/corner_calibration.h"
 #include "core/voxel/patch_of_points.h"
 #include "simdata/scene/random_vectors.h"
-#include "simdata/targets/corner_clouds.h"
+#include "simdata/targets/corner_scans.h"
 
 namespace rigcal {
 namespace {
@@ -151,10 +151,35 @@ PatchCells patch_of(const std::vector<Vector3d>& points, int lidar) {
 }
 
 struct Mounted {
-  bool right = false;
-  bool good = false;
+  bool is_right = false;
+  Status status = Status::failed;
   double seconds = 0.0;
 };
+
+Mounted calibrate(const sim::CornerClouds& clouds, const SE3& truth, const std::optional<SE3>& guess) {
+  Rig rig;
+  rig.sensors.resize(2);
+  rig.sensors[0].name = "a";
+  rig.sensors[1].name = "b";
+  for (Sensor& sensor : rig.sensors) sensor.lidar.emplace();
+  LidarRecording recording;
+  recording.lidar_sensors = {0, 1};
+  recording.stops = {{0, 0, 0}};
+  recording.patches = {patch_of(clouds.a.points, 0), patch_of(clouds.b.points, 1)};
+  SilentReporter silent;
+  CornerCalibrationOptions options;
+  options.require = right;
+  const auto start = SteadyClock::now();
+  const auto result = calibrate_by_planes(rig, recording, {SE3{}, guess}, options, RunContext{silent});
+  Mounted out;
+  out.seconds = seconds_since(start);
+  if (!result || !result->sensors[1].T_base_sensor) return out;
+  const SE3& found = *result->sensors[1].T_base_sensor;
+  out.is_right =
+      rotation_distance(found.R, truth.R) < right.rotation_rad && (found.t - truth.t).norm() < right.translation_m;
+  out.status = result->sensors[1].status;
+  return out;
+}
 
 Mounted try_mounting(std::uint64_t seed) {
   Random random(seed, 7);
@@ -166,28 +191,52 @@ Mounted try_mounting(std::uint64_t seed) {
   const Vector3d axis = sim::random_direction(random);
   options.T_a_b.R = exp_so3(random.uniform(0.0, pi) * axis);
   options.T_a_b.t = 0.5 * sim::random_normal3(random);
-  const auto clouds = sim::make_corner_clouds(options);
-  Rig rig;
-  rig.sensors.resize(2);
-  rig.sensors[0].name = "a";
-  rig.sensors[1].name = "b";
-  for (Sensor& sensor : rig.sensors) sensor.lidar.emplace();
-  LidarRecording recording;
-  recording.lidar_sensors = {0, 1};
-  recording.stops = {{0, 0, 0}};
-  recording.patches = {patch_of(clouds.a.points, 0), patch_of(clouds.b.points, 1)};
-  SilentReporter silent;
-  const auto start = SteadyClock::now();
-  CornerCalibrationOptions asked;
-  asked.require = right;
-  const auto result = calibrate_by_planes(rig, recording, {SE3{}, std::nullopt}, asked, RunContext{silent});
-  Mounted out;
-  out.seconds = seconds_since(start);
-  if (!result || !result->sensors[1].T_base_sensor) return out;
-  const SE3& found = *result->sensors[1].T_base_sensor;
-  out.right = rotation_distance(found.R, options.T_a_b.R) < right.rotation_rad &&
-              (found.t - options.T_a_b.t).norm() < right.translation_m;
-  out.good = result->sensors[1].status == Status::good;
+  return calibrate(sim::make_corner_clouds(options), options.T_a_b, std::nullopt);
+}
+
+Vector3d random_between(const Vector3d& low, const Vector3d& high, Random& random) {
+  Vector3d out;
+  for (int k = 0; k < 3; ++k) out[k] = random.uniform(low[k], high[k]);
+  return out;
+}
+
+Mounted try_right_angle(bool with_guess, std::uint64_t seed) {
+  constexpr double guess_off_rad = to_rad(45.0);
+  Random random(seed, 9);
+  sim::CornerScanOptions options;
+  options.walls_m = random_between({3.0, 2.0, 1.2}, {5.0, 4.0, 2.7}, random);
+  options.T_a_b.R = exp_so3(random_between({-0.5, -0.3, -0.2}, {0.5, 0.3, 0.9}, random));
+  options.T_a_b.t = random_between({-0.3, -0.6, -0.3}, {0.3, 0.6, 0.3}, random);
+  options.field_b.half_width_rad = to_rad(45.0);
+  options.seed = seed;
+  std::optional<SE3> guess;
+  if (with_guess) guess = options.T_a_b * SE3{exp_so3(guess_off_rad * sim::random_direction(random)), Vector3d::Zero()};
+  return calibrate(sim::make_corner_scans(options), options.T_a_b, guess);
+}
+
+template <class Trial>
+Expected<MountingFigures> try_all(int trials, const std::string& what, std::uint64_t seed, const RunContext& context,
+                                  const Trial& trial) {
+  std::vector<Mounted> done(static_cast<std::size_t>(trials));
+  const auto all = independent_trials(trials, what, context, [&](int k) -> Expected<void> {
+    done[static_cast<std::size_t>(k)] = trial(seed + static_cast<std::uint64_t>(k));
+    return {};
+  });
+  if (!all) return all.error();
+  MountingFigures out;
+  out.trials = trials;
+  std::vector<double> seconds;
+  for (const Mounted& m : done) {
+    const bool is_good = m.status == Status::good;
+    out.right += m.is_right ? 1 : 0;
+    out.good += is_good ? 1 : 0;
+    out.weak += m.status == Status::weak ? 1 : 0;
+    out.wrong_good += is_good && !m.is_right ? 1 : 0;
+    out.right_flagged += m.is_right && !is_good ? 1 : 0;
+    seconds.push_back(m.seconds);
+  }
+  if (!seconds.empty()) out.worst_s = *std::max_element(seconds.begin(), seconds.end());
+  out.median_s = median(std::move(seconds));
   return out;
 }
 
@@ -216,25 +265,12 @@ Expected<std::vector<CornerRow>> repeat_table(int trials, std::uint64_t seed, co
 }
 
 Expected<MountingFigures> try_mountings(int trials, std::uint64_t seed, const RunContext& context) {
-  std::vector<Mounted> done(static_cast<std::size_t>(trials));
-  const auto all = independent_trials(trials, "mountings", context, [&](int k) -> Expected<void> {
-    done[static_cast<std::size_t>(k)] = try_mounting(seed + static_cast<std::uint64_t>(k));
-    return {};
-  });
-  if (!all) return all.error();
-  MountingFigures out;
-  out.trials = trials;
-  std::vector<double> seconds;
-  for (const Mounted& m : done) {
-    out.right += m.right ? 1 : 0;
-    out.good += m.good ? 1 : 0;
-    out.wrong_good += m.good && !m.right ? 1 : 0;
-    out.right_flagged += m.right && !m.good ? 1 : 0;
-    seconds.push_back(m.seconds);
-  }
-  if (!seconds.empty()) out.worst_s = *std::max_element(seconds.begin(), seconds.end());
-  out.median_s = median(std::move(seconds));
-  return out;
+  return try_all(trials, "mountings", seed, context, try_mounting);
+}
+
+Expected<MountingFigures> try_right_angles(int trials, bool with_guess, std::uint64_t seed, const RunContext& context) {
+  return try_all(trials, "right angles", seed, context,
+                 [&](std::uint64_t each) { return try_right_angle(with_guess, each); });
 }
 
 }  // namespace rigcal

@@ -52,15 +52,26 @@ Json figures_json(const ErrorFigures& f) {
           {"translation_stddev_m", f.translation_stddev_m}};
 }
 
+std::string mountings_text(const MountingFigures& m, const std::string& what) {
+  return fmt::format(
+      "{} {}: {} right, {} called good, {} weak, {} wrong ones called good, {} right ones flagged; {:.3f} s each "
+      "(median), {:.3f} s the longest\n",
+      m.trials, what, m.right, m.good, m.weak, m.wrong_good, m.right_flagged, m.median_s, m.worst_s);
+}
+
+Json mountings_json(const MountingFigures& m) {
+  return {{"trials", m.trials},     {"right", m.right},           {"good", m.good},
+          {"weak", m.weak},         {"wrong_good", m.wrong_good}, {"right_flagged", m.right_flagged},
+          {"median_s", m.median_s}, {"worst_s", m.worst_s}};
+}
+
 }  // namespace
 
 std::string planes_experiment_text(const PlanesExperiment& experiment) {
-  const MountingFigures& m = experiment.mountings;
   return table_text(experiment, true) + table_text(experiment, false) +
-         fmt::format(
-             "{} random mountings: {} right, {} called good, {} wrong ones called good, {} right ones flagged; "
-             "{:.3f} s each (median), {:.3f} s the longest\n\n",
-             m.trials, m.right, m.good, m.wrong_good, m.right_flagged, m.median_s, m.worst_s) +
+         mountings_text(experiment.mountings, "random mountings") +
+         mountings_text(experiment.right_angles, "corners of right angles in two fields of view") +
+         mountings_text(experiment.right_angles_guessed, "of these with a guess 45 degrees off") + "\n" +
          vehicle_text(experiment.vehicle);
 }
 
@@ -80,14 +91,9 @@ std::string planes_experiment_json(const PlanesExperiment& experiment) {
                              {"published_failed", row.published_failed},
                              {"failed", row.failed}});
   }
-  const MountingFigures& m = experiment.mountings;
-  json["mountings"] = {{"trials", m.trials},
-                       {"right", m.right},
-                       {"good", m.good},
-                       {"wrong_good", m.wrong_good},
-                       {"right_flagged", m.right_flagged},
-                       {"median_s", m.median_s},
-                       {"worst_s", m.worst_s}};
+  json["mountings"] = mountings_json(experiment.mountings);
+  json["right_angles"] = mountings_json(experiment.right_angles);
+  json["right_angles_guessed"] = mountings_json(experiment.right_angles_guessed);
   json["vehicle"] = Json::array();
   for (const VehicleRow& row : experiment.vehicle.rows) {
     for (const WayFigures& way : row.ways) {

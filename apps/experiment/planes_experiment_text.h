@@ -13,6 +13,8 @@ struct PlanesExperiment {
   int trials = 0;
   std::vector<CornerRow> table;
   MountingFigures mountings;
+  MountingFigures right_angles;          ///< Without a guess.
+  MountingFigures right_angles_guessed;  ///< With one that is 45 degrees wrong.
   VehicleExperiment vehicle;
 };
 

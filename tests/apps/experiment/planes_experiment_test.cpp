@@ -35,6 +35,20 @@ TEST(TryMountings, FindsThemAndTellsHowLongOneTook) {
   EXPECT_GE(figures->worst_s, figures->median_s);
 }
 
+TEST(TryRightAngles, CallsNoWrongOrderGoodAndFollowsAGuess) {
+  SilentReporter silent;
+  const auto open = try_right_angles(16, false, 12, {silent});
+  ASSERT_TRUE(open);
+  EXPECT_GE(open->trials - open->right, 3);
+  EXPECT_EQ(open->wrong_good, 0);
+  EXPECT_GE(open->weak, 8);
+  const auto guessed = try_right_angles(16, true, 12, {silent});
+  ASSERT_TRUE(guessed);
+  EXPECT_GT(guessed->right, open->right);
+  EXPECT_EQ(guessed->wrong_good, 0);
+  EXPECT_GE(2 * guessed->good, guessed->right);
+}
+
 TEST(TryMountings, EndsWhenTold) {
   SilentReporter silent;
   std::stop_source stop;
