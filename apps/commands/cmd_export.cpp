@@ -49,9 +49,9 @@ std::string result_text(const ExportOptions& options, const ResultExport& done) 
 }
 
 std::string result_json(const ExportOptions& options, const ResultExport& done) {
-  const nlohmann::ordered_json json{
-      {"rigcal", format_version}, {"command", "export"},       {"format", options.format},        {"out", options.out},
-      {"sensors", done.sensors},  {"left_out", done.left_out}, {"status", to_string(done.status)}};
+  nlohmann::ordered_json json{{"rigcal", format_version}, {"command", "export"},     {"format", options.format},
+                              {"out", options.out},       {"sensors", done.sensors}, {"left_out", done.left_out}};
+  if (done.is_judged) json["status"] = to_string(done.status);
   return json_text(json);
 }
 

@@ -92,6 +92,7 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
         "some");
   }
   done.status = result.status;
+  done.is_judged = result.is_judged;
   for (const SensorResult& sensor : result.sensors) {
     if (!sensor.T_base_sensor) done.left_out.push_back(sensor.name);
   }

@@ -15,6 +15,7 @@ struct ResultExport {
   std::vector<std::string> left_out;  ///< Failed ones.
   std::vector<std::string> warnings;
   Status status = Status::good;  ///< The worst of the sensors.
+  bool is_judged = true;         ///< See CalibrationResult.
 };
 
 /// Writes a result folder or an extrinsics.yaml in the format of another tool. `rig_path` may be empty; the rig file

@@ -102,6 +102,7 @@ struct CalibrationResult {
   std::string base;
   std::string method;
   Status status = Status::failed;     ///< The worst of the sensors.
+  bool is_judged = true;              ///< False: transforms of which nobody says how good they are, as a rig file's.
   std::vector<SensorResult> sensors;  ///< In the order of the rig file, the base included.
   std::vector<StopPose> trajectory;
   std::vector<StageReport> stages;

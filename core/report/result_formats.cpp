@@ -112,6 +112,7 @@ Expected<CalibrationResult> result_from(const ExtrinsicsFile& file, const std::s
     base.T_base_sensor = SE3{};
     result.sensors.insert(result.sensors.begin(), base);
   }
+  result.is_judged = !file.status.empty();
   result.status = Status::good;
   for (const SensorResult& sensor : result.sensors) result.status = std::max(result.status, sensor.status);
   return result;

@@ -171,8 +171,10 @@ Json json_of(const CameraIntrinsics& camera) {
           {"distortion", camera.distortion}};
 }
 
-Json json_of(const SensorResult& sensor, bool is_base) {
-  Json json{{"status", to_string(sensor.status)}, {"reasons", sensor.reasons}};
+Json json_of(const SensorResult& sensor, bool is_base, bool is_judged) {
+  Json json;
+  if (is_judged) json["status"] = to_string(sensor.status);
+  json["reasons"] = sensor.reasons;
   for (const WeakDirection& weak : sensor.weak_directions) json["weak_directions"].push_back(weak_json(weak));
   if (!sensor.T_base_sensor) return json;
   const SE3& T = *sensor.T_base_sensor;
@@ -225,11 +227,11 @@ std::string report_json(const CalibrationResult& result) {
 std::string result_json(const CalibrationResult& result, const PlacedRig& placed) {
   Json json{{"rigcal", format_version}, {"base", result.base}};
   if (!result.method.empty()) json["method"] = result.method;
-  json["status"] = to_string(result.status);
+  if (result.is_judged) json["status"] = to_string(result.status);
   json["convention"] = "p_base = R p_sensor + t";
   json["sensors"] = Json::object();
   for (const SensorResult& sensor : result.sensors) {
-    json["sensors"][sensor.name] = json_of(sensor, sensor.name == result.base);
+    json["sensors"][sensor.name] = json_of(sensor, sensor.name == result.base, result.is_judged);
   }
   for (const PlacedSensor& sensor : placed.sensors) {
     if (sensor.intrinsics != nullptr) json["sensors"][sensor.name]["intrinsics"] = json_of(*sensor.intrinsics);

@@ -102,7 +102,10 @@ TEST_F(ExportResult, WritesATruthByTheSchemaOfResults) {
                                                   "  mid40: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n"
                                                   "stops:\n  - {stop: 0, start_ns: 0, end_ns: 1, T_G_base: "
                                                   "{translation: [0, 0, 0], rotation_xyzw: [0, 0, 0, 1]}}\n";
-  EXPECT_EQ(rigcal("export ground_truth.yaml --format json --out truth.json").code, 0);
+  const ProgramRun run = rigcal("export ground_truth.yaml --format json --out truth.json --json");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_TRUE(fits_schema("export.json", parse_json(run.out)));
+  EXPECT_FALSE(parse_json(run.out).contains("status")) << "nobody judged it";
   auto truth = json_of_file(scratch / "truth.json");
   EXPECT_FALSE(truth["sensors"]["mid40"].contains("covariance")) << "it is not known exactly, it is not known";
   EXPECT_TRUE(fits_schema("extrinsics.json", truth));

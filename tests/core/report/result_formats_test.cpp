@@ -328,6 +328,21 @@ TEST_F(ResultFormats, JsonDoesNotMakeACovarianceUp) {
   EXPECT_TRUE(json["sensors"]["avia"].contains("stddev")) << "the base is where it is by definition";
 }
 
+TEST_F(ResultFormats, JsonCallsGoodNothingThatNobodyJudged) {
+  ExtrinsicsFile file;
+  file.base = "avia";
+  file.names = {"mid40_left"};
+  file.T_base_sensor = {{"mid40_left", truth("mid40_left")}};
+  const Expected<CalibrationResult> guess = result_from(file);
+  ASSERT_TRUE(guess);
+  auto json = parse_json(export_result(*guess, nullptr, ResultFormat::json)->text);
+  EXPECT_TRUE(fits_schema("extrinsics.json", json));
+  EXPECT_FALSE(json.contains("status"));
+  EXPECT_FALSE(json["sensors"]["mid40_left"].contains("status"));
+  json["method"] = "targetless";
+  EXPECT_FALSE(fits_schema("extrinsics.json", json)) << "what calibrate finds is judged";
+}
+
 TEST_F(ResultFormats, NameEveryFailedAndWeakSensor) {
   for (const std::string& name : result_format_names()) {
     if (name == "mlcc") continue;  // refused
