@@ -7,6 +7,7 @@
 
 #include "core/base/text.h"
 #include "core/board/board_adjustment.h"
+#include "core/board/board_halves.h"
 #include "core/board/markers.h"
 #include "core/pipeline/board_finding.h"
 #include "core/pipeline/board_verdict.h"
@@ -49,6 +50,9 @@ class BoardCalibration {
     if (context_.cancelled()) return stopped();
     adjust();
     hold_out();
+    if (context_.cancelled()) return stopped();
+    clock_.begin("halves");
+    halves_ = compare_board_halves(found_, board_, adjust_options_);
     if (context_.cancelled()) return stopped();
     return conclude();
   }
@@ -256,8 +260,9 @@ class BoardCalibration {
       if (!left_out_.contains(stop)) numbers.push_back(std::to_string(stop));
     }
     if (numbers.empty()) return;
-    context_.reporter.warn((numbers.size() == 1 ? "stop " : "stops ") + joined(numbers, ", ") + " hold nothing of " +
-                           e.name + ": the board that it saw there goes with no other sensor's");
+    context_.reporter.warn((numbers.size() == 1 ? "stop " : "stops ") + joined(numbers, ", ") +
+                           (numbers.size() == 1 ? " holds" : " hold") + " nothing of " + e.name +
+                           ": the board that it saw there goes with no other sensor's");
   }
 
   [[nodiscard]] Verdict blind(std::size_t s) const {
@@ -285,6 +290,8 @@ class BoardCalibration {
       e.via_agreeing =
           std::min(placed_[via].pair.agreeing, shared_places(via, static_cast<std::size_t>(placed_[via].via)));
     }
+    e.halves = halves_[s];
+    e.halves.first_later_stop = stop_number(e.halves.first_later_stop);
     note_lost(s, e);
     return e;
   }
@@ -372,6 +379,7 @@ class BoardCalibration {
   BoardAdjustment found_;
   std::set<int> left_out_;  ///< By the adjustment, which are warned of: numbers of stops.
   std::vector<double> hold_out_;
+  std::vector<BoardHalves> halves_;
   std::string doubt_;  ///< Of the rig file's inner_corners.
   double scale_ = 0.0;
   StageClock clock_;

@@ -15,6 +15,9 @@ namespace {
 
 constexpr int least_boards = 3;
 constexpr double most_lost = 0.25;  // of the stops at which both saw a board
+// Of what is asked for: the middle between halves of the boards may be that far from either. Plates and lasers that are
+// not quite even set halves of real recordings farther apart than their noise has it.
+constexpr double most_apart = 2.0;
 constexpr double most_hold_out = 2.0;
 constexpr double sure_sigmas = 3.0;
 constexpr double range_worth_m = 0.008;  // offsets smaller than this any LiDAR has
@@ -96,6 +99,14 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
   if (t > require.translation_m || r > require.rotation_rad) {
     weaken(verdict, "95 % bounds are " + mm(t) + " and " + deg(r) + ", wanted are " + mm(require.translation_m) +
                         " and " + deg(require.rotation_rad) + (advice.empty() ? "; add board poses" : "; " + advice));
+  }
+  if (e.halves.compared && e.halves.chi2 > differing_chi2 &&
+      (e.halves.translation_m > most_apart * require.translation_m ||
+       e.halves.rotation_rad > most_apart * require.rotation_rad)) {
+    weaken(verdict, "boards before stop " + std::to_string(e.halves.first_later_stop) + " and from it on give places " +
+                        mm(e.halves.translation_m) + " and " + deg(e.halves.rotation_rad) +
+                        " apart: a mount that slipped or was moved during the recording, or intrinsics in the rig "
+                        "file that are off; look after both and record again");
   }
   if (e.hold_out > most_hold_out) {
     weaken(verdict, "boards that were left out are off by " + number(e.hold_out, 1) +

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/board/board_adjustment.h"
+#include "core/board/board_halves.h"
 #include "core/quality/lidar_quality.h"
 #include "core/quality/result.h"
 #include "core/quality/verdict.h"
@@ -26,6 +26,7 @@ struct BoardEvidence {
   Matrix6d covariance = Matrix6d::Zero();
   bool observable = true;
   bool converged = true;
+  BoardHalves halves;     ///< With the number of its stop.
   double hold_out = 0.0;  ///< Residuals of boards that were left out, over their noise; 0: too few boards.
 };
 

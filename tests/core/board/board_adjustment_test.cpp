@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/board/board_costs.h"
+#include "core/board/board_halves.h"
 #include "core/geometry/numeric_derivative.h"
 #include "tests/support/make_planes.h"
 
@@ -304,6 +305,34 @@ TEST(BoardAdjustment, ThrowsOutABoardThatMoved) {
   }
   EXPECT_LE(out, 2);  // that stop, perhaps as two boards
   EXPECT_LT((found.sensors[1].T_base_sensor.t - world.T_lidar_camera.t).norm(), 0.012);
+}
+
+TEST(BoardHalves, TellAMountThatSlippedByLessThanBoardsAreToldApartBy) {
+  for (const double slip_m : {0.0, 0.03}) {
+    Random random(12);
+    World world = make_world(12, 0.0, random);
+    for (BoardSighting& s : world.sightings) {
+      if (s.stop < 6 || s.sensor != 0) continue;
+      const Vector3d by(0.0, slip_m, 0.0);
+      s.T_sensor_board.t += by;
+      s.cloud->T_lidar_board.t += by;
+      for (Vector3d& p : s.cloud->points) p += by;
+      for (BorderPoint& b : s.cloud->border) b.p += by;
+    }
+    const BoardAdjustment found = calibrate(world.sightings);
+    const auto halves = compare_board_halves(found, test_board(), {});
+    ASSERT_EQ(halves.size(), 2u);
+    EXPECT_FALSE(halves[0].compared);
+    ASSERT_TRUE(halves[1].compared);
+    EXPECT_EQ(halves[1].first_later_stop, 6);
+    if (slip_m > 0.0) {
+      EXPECT_GT(halves[1].chi2, 22.5);
+      EXPECT_NEAR(halves[1].translation_m, slip_m, 0.01);
+    } else {
+      EXPECT_LT(halves[1].chi2, 22.5);
+      EXPECT_LT(halves[1].translation_m, 0.012);
+    }
+  }
 }
 
 TEST(BoardPlaces, KeepTheSameBoardTogetherWhicheverWayItWasTurned) {

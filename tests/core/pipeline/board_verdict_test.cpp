@@ -134,6 +134,20 @@ TEST(JudgeByBoards, DoubtsAPlaceThatAQuarterOfTheBoardsContradicts) {
   EXPECT_THAT(verdict.reasons[0], HasSubstr("from stop 3 to stop 9 the board lies elsewhere by it than by front"));
 }
 
+TEST(JudgeByBoards, DoubtsAPlaceBetweenHalvesThatAreFarApart) {
+  BoardEvidence evidence = twelve_boards(1e-10);
+  evidence.halves = {true, 6, 30.0, to_rad(0.01), 0.015};
+  const Requirement require{0.01, to_rad(0.1)};
+  EXPECT_EQ(judge_by_boards(evidence, require, "").status, Status::good);
+  evidence.halves.translation_m = 0.025;
+  const Verdict verdict = judge_by_boards(evidence, require, "");
+  EXPECT_EQ(verdict.status, Status::weak);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("boards before stop 6 and from it on give places 25.0 mm and"));
+  evidence.halves.chi2 = 20.0;
+  EXPECT_EQ(judge_by_boards(evidence, require, "").status, Status::good);
+}
+
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
   const Verdict verdict = judge_by_boards(twelve_boards(1e-4), {}, "add poses at the left of what it sees");
   EXPECT_EQ(verdict.status, Status::weak);
