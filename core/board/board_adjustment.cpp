@@ -64,16 +64,16 @@ struct IntrinsicsPrior {
 
 // Before Ceres 2.1 (Ubuntu 22.04) the same things have other names.
 #if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
-void hold_element(ceres::Problem& problem, double* block, int size, int element) {
-  problem.SetManifold(block, new ceres::SubsetManifold(size, {element}));
+void hold_elements(ceres::Problem& problem, double* block, int size, const std::vector<int>& elements) {
+  problem.SetManifold(block, new ceres::SubsetManifold(size, elements));
 }
 
 int free_elements(const ceres::Problem& problem, const double* block) {
   return problem.ParameterBlockTangentSize(block);
 }
 #else
-void hold_element(ceres::Problem& problem, double* block, int size, int element) {
-  problem.SetParameterization(block, new ceres::SubsetParameterization(size, {element}));
+void hold_elements(ceres::Problem& problem, double* block, int size, const std::vector<int>& elements) {
+  problem.SetParameterization(block, new ceres::SubsetParameterization(size, elements));
 }
 
 int free_elements(const ceres::Problem& problem, const double* block) { return problem.ParameterBlockLocalSize(block); }
@@ -132,6 +132,7 @@ class Adjuster {
   void find_covariances() {
     work_.covariances.assign(work_.sensors.size(), Matrix6d::Zero());
     work_.range_offset_sigma_m.assign(work_.sensors.size(), 0.0);
+    work_.focal_sigma.assign(work_.sensors.size(), 0.0);
     work_.growth_sigma_m.assign(work_.sensors.size(), Eigen::Vector2d::Zero());
     // A sensor of which nothing takes part is held by nothing.
     work_.observable.clear();
@@ -183,6 +184,10 @@ class Adjuster {
       }
       if (const auto k = at.find(&sensors_[s].range_offset); k != at.end()) {
         work_.range_offset_sigma_m[s] = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
+      }
+      if (const auto k = at.find(sensors_[s].intrinsics.data()); k != at.end()) {
+        const double sigma = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
+        work_.focal_sigma[s] = sigma / sensors_[s].intrinsics[0];
       }
       for (std::size_t axis = 0; axis < 2; ++axis) {
         if (const auto k = at.find(&sensors_[s].growth[axis]); k != at.end()) {
@@ -285,11 +290,15 @@ class Adjuster {
   }
 
   void hold_intrinsics(SensorBlock& block, const CameraIntrinsics& given) {
-    if (!options_.refine_intrinsics || options_.sensors_fixed) {
+    if ((!options_.refine_intrinsics && !options_.free_focal_lengths) || options_.sensors_fixed) {
       problem_->SetParameterBlockConstant(block.intrinsics.data());
       return;
     }
-    if (distortion_count(given.model) < 5) hold_element(*problem_, block.intrinsics.data(), intrinsics_count, 8);
+    if (!options_.refine_intrinsics) {
+      hold_elements(*problem_, block.intrinsics.data(), intrinsics_count, {2, 3, 4, 5, 6, 7, 8});
+    } else if (distortion_count(given.model) < 5) {
+      hold_elements(*problem_, block.intrinsics.data(), intrinsics_count, {8});
+    }
     auto* prior = new ceres::AutoDiffCostFunction<IntrinsicsPrior, intrinsics_count, intrinsics_count>(
         new IntrinsicsPrior{ChangingCamera::values_of(given)});
     problem_->AddResidualBlock(prior, nullptr, block.intrinsics.data());

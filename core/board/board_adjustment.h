@@ -40,7 +40,8 @@ struct BoardPlace {
                                                    const std::vector<char>& is_placed = {});
 
 struct BoardAdjustOptions {
-  bool refine_intrinsics = false;  ///< Of what boards do not tell they stay near those of the sensors.
+  bool refine_intrinsics = false;   ///< Of what boards do not tell they stay near those of the sensors.
+  bool free_focal_lengths = false;  ///< Of given intrinsics these alone: a check.
   /// How far a LiDAR's ranges may be off; 0: not at all. Where the boards do not tell, the offset stays near zero.
   double range_offset_sigma_m = 0.03;
   double growth_sigma_m = 0.02;
@@ -59,6 +60,7 @@ struct BoardAdjustment {
   std::vector<Matrix6d> covariances;         ///< Of each sensor's T_base_sensor, right perturbation; zero where fixed.
   std::vector<double> range_offset_sigma_m;  ///< One for each sensor.
   std::vector<Eigen::Vector2d> growth_sigma_m;
+  std::vector<double> focal_sigma;  ///< Of each camera's focal length along x, where it was free: a share of it.
   double cost_before = 0.0;
   double cost_after = 0.0;
   int iterations = 0;

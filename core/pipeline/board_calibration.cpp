@@ -51,6 +51,8 @@ class BoardCalibration {
     adjust();
     hold_out();
     if (context_.cancelled()) return stopped();
+    try_focal_lengths();
+    if (context_.cancelled()) return stopped();
     clock_.begin("halves");
     halves_ = compare_board_halves(found_, board_, adjust_options_);
     if (context_.cancelled()) return stopped();
@@ -190,6 +192,26 @@ class BoardCalibration {
     }
   }
 
+  // A wrong focal length is taken up by the camera's place and the ranges, and no residual shows it.
+  void try_focal_lengths() {
+    focal_.assign(sensors_.size(), {});
+    if (options_.refine_intrinsics) return;
+    clock_.begin("focal lengths");
+    BoardAdjustOptions options = adjust_options_;
+    options.noise_passes = 0;
+    options.drop_outliers = false;
+    options.free_focal_lengths = true;
+    const BoardAdjustment free = adjust_boards(found_.sensors, found_.places, board_, options);
+    for (std::size_t s = 0; s < sensors_.size(); ++s) {
+      const BoardSensor& sensor = free.sensors[s];
+      if (!sensor.camera || !free.converged) continue;
+      focal_[s].off = found_.sensors[s].camera->fx / sensor.camera->fx - 1.0;
+      focal_[s].sigma = free.focal_sigma[s];
+      focal_[s].moves_m = (sensor.T_base_sensor.t - found_.sensors[s].T_base_sensor.t).norm();
+      focal_[s].moves_rad = rotation_distance(sensor.T_base_sensor.R, found_.sensors[s].T_base_sensor.R);
+    }
+  }
+
   [[nodiscard]] std::string why_not_placed(std::size_t s) const {
     const SensorBoards& boards = seen_[s];
     if (!boards.why_not.empty()) return boards.why_not;
@@ -292,6 +314,7 @@ class BoardCalibration {
     }
     e.halves = halves_[s];
     e.halves.first_later_stop = stop_number(e.halves.first_later_stop);
+    e.focal = focal_[s];
     note_lost(s, e);
     return e;
   }
@@ -380,6 +403,7 @@ class BoardCalibration {
   std::set<int> left_out_;  ///< By the adjustment, which are warned of: numbers of stops.
   std::vector<double> hold_out_;
   std::vector<BoardHalves> halves_;
+  std::vector<FocalDoubt> focal_;
   std::string doubt_;  ///< Of the rig file's inner_corners.
   double scale_ = 0.0;
   StageClock clock_;

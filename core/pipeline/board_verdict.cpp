@@ -108,6 +108,13 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
                         " apart: a mount that slipped or was moved during the recording, or intrinsics in the rig "
                         "file that are off; look after both and record again");
   }
+  if (e.focal.sigma > 0.0 && std::abs(e.focal.off) > sure_sigmas * e.focal.sigma &&
+      (e.focal.moves_m > require.translation_m || e.focal.moves_rad > require.rotation_rad)) {
+    weaken(verdict, "by the boards its focal length is " + number(100.0 * std::abs(e.focal.off), 1) + " % too " +
+                        (e.focal.off > 0.0 ? "long" : "short") + " in the rig file, which moves it by " +
+                        mm(e.focal.moves_m) + " and " + deg(e.focal.moves_rad) +
+                        "; calibrate its intrinsics anew, or have them found by --refine-intrinsics");
+  }
   if (e.hold_out > most_hold_out) {
     weaken(verdict, "boards that were left out are off by " + number(e.hold_out, 1) +
                         " times their noise; look for poses in which the board moved");

@@ -11,6 +11,14 @@
 
 namespace rigcal {
 
+/// What the boards say of a camera's given focal length, where it is left to them.
+struct FocalDoubt {
+  double off = 0.0;    ///< By such a share it is too long,
+  double sigma = 0.0;  ///< with this sigma; 0: not known.
+  double moves_m = 0.0;
+  double moves_rad = 0.0;  ///< By so much the camera's place depends on it.
+};
+
 /// What speaks for or against the place of one sensor that boards hold.
 struct BoardEvidence {
   std::string name;
@@ -26,6 +34,7 @@ struct BoardEvidence {
   Matrix6d covariance = Matrix6d::Zero();
   bool observable = true;
   bool converged = true;
+  FocalDoubt focal;
   BoardHalves halves;     ///< With the number of its stop.
   double hold_out = 0.0;  ///< Residuals of boards that were left out, over their noise; 0: too few boards.
 };

@@ -307,6 +307,27 @@ TEST(BoardAdjustment, ThrowsOutABoardThatMoved) {
   EXPECT_LT((found.sensors[1].T_base_sensor.t - world.T_lidar_camera.t).norm(), 0.012);
 }
 
+TEST(BoardAdjustment, TellsAFocalLengthThatIsOff) {
+  Random random(13);
+  const World world = make_world(12, 0.0, random);
+  for (const double share : {1.0, 1.02}) {
+    std::vector<BoardSensor> sensors = make_sensors(world.T_lidar_camera);
+    sensors[1].camera->fx *= share;
+    sensors[1].camera->fy *= share;
+    BoardAdjustOptions options;
+    options.free_focal_lengths = true;
+    const auto found =
+        adjust_boards(sensors, board_places(world.sightings, sensors, test_board()), test_board(), options);
+    EXPECT_TRUE(found.converged);
+    EXPECT_GT(found.focal_sigma[1], 0.0);
+    EXPECT_LT(found.focal_sigma[1], 0.005);
+    EXPECT_NEAR(found.sensors[1].camera->fx, 640.0, 4.0 * 640.0 * found.focal_sigma[1]);
+    EXPECT_EQ(found.sensors[1].camera->cx, test_camera().cx);
+    options.free_focal_lengths = false;
+    EXPECT_EQ(adjust_boards(sensors, found.places, test_board(), options).sensors[1].camera->fx, 640.0 * share);
+  }
+}
+
 TEST(BoardHalves, TellAMountThatSlippedByLessThanBoardsAreToldApartBy) {
   for (const double slip_m : {0.0, 0.03}) {
     Random random(12);

@@ -148,6 +148,20 @@ TEST(JudgeByBoards, DoubtsAPlaceBetweenHalvesThatAreFarApart) {
   EXPECT_EQ(judge_by_boards(evidence, require, "").status, Status::good);
 }
 
+TEST(JudgeByBoards, DoubtsAFocalLengthThatMovesTheCamera) {
+  BoardEvidence evidence = twelve_boards(1e-10);
+  const Requirement require{0.01, to_rad(0.1)};
+  evidence.focal = {0.004, 0.0015, 0.008, to_rad(0.06)};
+  EXPECT_EQ(judge_by_boards(evidence, require, "").status, Status::good);
+  evidence.focal = {0.013, 0.0015, 0.027, to_rad(0.06)};
+  const Verdict verdict = judge_by_boards(evidence, require, "");
+  EXPECT_EQ(verdict.status, Status::weak);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("its focal length is 1.3 % too long in the rig file, which moves it by"));
+  evidence.focal.sigma = 0.005;
+  EXPECT_EQ(judge_by_boards(evidence, require, "").status, Status::good);
+}
+
 TEST(AdviceOnPoses, StandsInTheVerdictWhereMoreIsWanted) {
   const Verdict verdict = judge_by_boards(twelve_boards(1e-4), {}, "add poses at the left of what it sees");
   EXPECT_EQ(verdict.status, Status::weak);
