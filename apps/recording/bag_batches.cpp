@@ -19,6 +19,7 @@ namespace rigcal {
 namespace {
 
 constexpr int messages_at_once = 32;  // some milliseconds of work
+constexpr std::int64_t lone_cloud_ns = 100'000'000;
 constexpr std::int64_t long_untimed_ns = 250'000'000;
 constexpr double worthy_loss = 1e-3;
 // Standard gravity; a resting unit shows 1 in g and this in m/s^2, so their geometric mean tells them apart.
@@ -107,7 +108,7 @@ class BagBatches final : public BatchSource {
     BagMessage message;
     for (int i = 0; i < messages_at_once; ++i) {
       const Expected<bool> more = bag_.next(message);
-      if (more && !*more) imu_.flush();
+      if (more && !*more) end();
       if (!more || !*more) return more;
       if (const Expected<void> taken = take(message); !taken) return taken.error();
       imu_.hand_on(message.stamp_ns);
@@ -122,6 +123,8 @@ class BagBatches final : public BatchSource {
   Expected<void> take(const BagMessage& message);
   Expected<Topic*> topic_of(const BagConnection& connection);
   void add_points(Topic& topic, const BagMessage& message, RosType type);
+  void give_first(Topic& topic, std::int64_t span_ns);
+  void end();
   void add_imu(Topic& topic, const BagMessage& message);
   void add_image(Topic& topic, const BagMessage& message, RosType type);
   [[nodiscard]] std::optional<Error> shared() const;
@@ -204,18 +207,26 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
   topic.counts.noise += left_out.noise;
   topic.counts.out_of_range += left_out.out_of_range;
   topic.counts.points += batch_.points.size();
-  if (topic.first) {
-    topic.first->shot_interval_ns = static_cast<double>(topic.times.usual_ns());
-    topic.first->stamp_ns -= topic.times.usual_ns();
-    if (sinks_.points) sinks_.points(*topic.first);
-    topic.first.reset();
-  }
+  give_first(topic, topic.times.usual_ns());
   if (!known) {
     topic.first = batch_;
   } else if (sinks_.points) {
     sinks_.points(batch_);
   }
   imu_.seen(topic.wish->sensor, topic.times.end_ns());
+}
+
+void BagBatches::give_first(Topic& topic, std::int64_t span_ns) {
+  if (!topic.first) return;
+  topic.first->shot_interval_ns = static_cast<double>(span_ns);
+  topic.first->stamp_ns -= span_ns;
+  if (sinks_.points) sinks_.points(*topic.first);
+  topic.first.reset();
+}
+
+void BagBatches::end() {
+  for (auto& [name, topic] : topics_) give_first(topic, lone_cloud_ns);
+  imu_.flush();
 }
 
 void BagBatches::add_imu(Topic& topic, const BagMessage& message) {

@@ -10,9 +10,9 @@
 namespace rigcal {
 namespace {
 
-// The slowest LiDARs that turn take 0.2 s, and drivers gather for a second; times that claim more are not believed.
+// The slowest LiDARs that turn take 0.2 s, and drivers gather for a second; times that claim more are not believed, and
+// what comes more rarely did not take all the time between.
 constexpr std::int64_t longest_cloud_ns = 2'000'000'000;
-constexpr std::int64_t longest_step_ns = 10'000'000'000;
 constexpr std::size_t steps_of_median = 15;
 
 // No recorder is as quick; what a stamp loses as a floating-point number is less.
@@ -41,7 +41,7 @@ std::int64_t CloudTimes::usual_ns() const {
 // The step from the cloud before.
 std::int64_t CloudTimes::note_end(std::int64_t end_ns) {
   const std::int64_t step_ns =
-      end_ns_ ? std::clamp<std::int64_t>(stamp_difference(end_ns, *end_ns_), 0, longest_step_ns) : 0;
+      end_ns_ ? std::clamp<std::int64_t>(stamp_difference(end_ns, *end_ns_), 0, longest_cloud_ns) : 0;
   if (end_ns_) steps_ns_.push_back(step_ns);
   if (steps_ns_.size() > steps_of_median) steps_ns_.pop_front();
   end_ns_ = end_ns;

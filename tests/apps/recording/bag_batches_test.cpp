@@ -140,6 +140,20 @@ TEST(BagBatches, ACloudWithoutTimesIsAsLongAsTheTopicsPeriod) {
   EXPECT_EQ(summary.warnings[1].find("/points: its clouds take 1.0 s and do not say when"), 0U);
 }
 
+TEST(BagBatches, ALoneCloudWithoutTimesIsGivenAtTheEnd) {
+  BagBytes bag;
+  bag.add("/points", cloud_type, cloud_md5, 10'000 * ms,
+          cloud_message(0, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}}, {1, 1, 12, 12, false}, RosBytes(12, 0x40)));
+  int given = 0;
+  const auto points = [&](PointBatch& batch) {
+    ++given;
+    EXPECT_EQ(batch.stamp_ns / ms, 9900);
+    EXPECT_EQ(batch.points.size(), 1U);
+  };
+  read_all(bag, rig_of_one_lidar(LidarModel::other), {points, {}, {}});
+  EXPECT_EQ(given, 1);
+}
+
 // As bag.write(topic, message, message.header.stamp) makes them.
 TEST(BagBatches, ARecordTimeThatIsTheHeadersStampIsNoArrival) {
   const auto first_stamp = [](std::int64_t record_after_ns) {
