@@ -22,7 +22,6 @@ using Eigen::Vector2d;
 using Eigen::Vector2f;
 
 constexpr int least_side = 16;
-constexpr float no_gradient = 0.01F;  // Rounding.
 
 // Sums over some points of a chain.
 struct ChainSums {
@@ -97,14 +96,10 @@ class EdgeFinder {
   }
 
   // Of one component: a fifth of any picture is calm, and there the length of the gradient is Rayleigh distributed.
-  // What is clipped (the sky, a lamp) has none at all, and says nothing of the noise elsewhere.
   [[nodiscard]] double gradient_noise() const {
     std::vector<float> values;
     values.reserve(gradient_.values.size() / 7 + 1);
-    for (std::size_t i = 0; i < gradient_.values.size(); i += 7) {
-      if (gradient_.values[i] > no_gradient) values.push_back(gradient_.values[i]);
-    }
-    if (values.empty()) return 0.0;
+    for (std::size_t i = 0; i < gradient_.values.size(); i += 7) values.push_back(gradient_.values[i]);
     return of_rank(values, values.size() / 5) / std::sqrt(-2.0 * std::log(0.8));
   }
 
