@@ -93,7 +93,7 @@ TEST_F(CameraInputs, ImagesNamedByTheirStampsGetATableOfFrames) {
   std::ofstream(folder / "notes.txt") << "clouded over";
   const ProgramRun run = rigcal("import session/lidar.pcapng --rig session/rig.yaml --images stamped --out of_stamps");
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("1 files are not used, since their names are no numbers, the first: notes.txt"));
+  EXPECT_THAT(run.err, HasSubstr("1 files are not used, since they are neither .png nor .jpg, the first: notes.txt"));
   EXPECT_THAT(run.out, HasSubstr(", 8 images"));
   const auto imported = read_frames((scratch / "of_stamps/images/left/frames.csv").string());
   ASSERT_TRUE(imported) << imported.error().message();

@@ -117,16 +117,17 @@ TEST(JudgeByBoards, DoesNotAskForPosesThatWereShownAndDisagree) {
   EXPECT_THAT(verdict.reasons[0], HasSubstr("saw the board together at 2 stops only; show it in ten poses"));
 }
 
-TEST(JudgeByBoards, DoubtsAPlaceThatAQuarterOfTheBoardsContradicts) {
+TEST(JudgeByBoards, DoubtsAPlaceThatMoreThanAThirdOfTheBoardsContradicts) {
   BoardEvidence evidence = twelve_boards(1e-10);
-  evidence.agreeing = 10;
-  evidence.lost = {3, 7};
+  evidence.agreeing = 8;
+  evidence.lost = {3, 5, 7, 9};
   EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
-  evidence.agreeing = 9;
-  evidence.lost = {3, 7, 9};
+  evidence.agreeing = 7;
+  evidence.lost = {1, 3, 5, 7, 9};
   EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::weak);
   evidence.shared = 16;
   evidence.agreeing = 13;
+  evidence.lost = {3, 7, 9};
   EXPECT_EQ(judge_by_boards(evidence, {}, "").status, Status::good);
   evidence.lost_together = true;
   const Verdict verdict = judge_by_boards(evidence, {}, "");
