@@ -143,6 +143,18 @@ std::string some_of(std::vector<std::string> files) {
   return joined(files, ", ") + (count > most ? " and " + std::to_string(count - most) + " more" : "");
 }
 
+// That the first and the last stops are apart, where that says something; else 0.
+double times_bounds(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
+  const FirstAndLast& times = e.first_and_last;
+  if (times.gain <= limits.moved_gain || times.chi2 <= differing_chi2) return 0.0;
+  return bounds_apart(times.apart_m, times.apart_rad, e, require);
+}
+
+std::string times_words(const CameraEstimate& e) {
+  return "its first and its last stops give poses " + mm(e.first_and_last.apart_m) + " and " +
+         deg(e.first_and_last.apart_rad) + " apart, each where its own images fit better";
+}
+
 // Files of images that show next to none of the edges that those of most stops do.
 std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThresholds& limits) {
   std::vector<double> shares;
@@ -161,12 +173,8 @@ std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThre
 // What the offsets of partners do not show: where there is nothing, none are found.
 void judge_stops(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
                  Verdict& verdict) {
-  const FirstAndLast& times = e.first_and_last;
-  if (times.gain > limits.moved_gain && times.chi2 > differing_chi2 &&
-      bounds_apart(times.apart_m, times.apart_rad, e, require) > limits.halves_share) {
-    weaken(verdict, "its first and its last stops give poses " + mm(times.apart_m) + " and " + deg(times.apart_rad) +
-                        " apart, each where its own images fit better: it was moved or bumped in between; fasten it "
-                        "and record anew");
+  if (times_bounds(e, require, limits) > limits.halves_share) {
+    weaken(verdict, times_words(e) + ": it was moved or bumped in between; fasten it and record anew");
   }
   const std::string mend =
       ": the camera or the rig was moved there, or they were taken elsewhere; leave them out, or record anew";
@@ -200,6 +208,12 @@ Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requir
     fail(verdict, "either half of its stops gives another pose, " + apart_words(e) + " apart, " + why +
                       ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
                       "stops, and check that it sits firmly");
+    return verdict;
+  }
+  if (times_bounds(e, require, limits) > limits.farthest_halves_share && !is_confirmed(e, require, limits)) {
+    fail(verdict, times_words(e) +
+                      ", and grey values do not lead to its own: a false match, or it was moved during "
+                      "the recording; give a closer initial_extrinsics, or fasten it and record anew");
     return verdict;
   }
   if (e.hold_out == 0.0 && e.views >= least_views_to_hold_out && !is_confirmed(e, require, limits)) {

@@ -144,6 +144,14 @@ TEST(CameraVerdict, WeakensACameraThatWasMovedOnTheWay) {
   CameraEstimate e = sound();
   e.first_and_last = moved;
   expect_weak(e, "give poses 33.0 mm and 0.260 degrees apart");
+  e.information.reset();
+  EXPECT_EQ(judge(e).status, Status::failed) << "and nothing confirms it";
+  EXPECT_THAT(judge(e).reasons, ElementsAre(HasSubstr("a false match, or it was moved")));
+  e.first_and_last.apart_m = 0.025;
+  e.first_and_last.apart_rad = to_rad(0.2);
+  expect_weak(e, "give poses 25.0 mm");
+  e = sound();
+  e.first_and_last = moved;
   e.first_and_last.gain = 1.1;
   EXPECT_EQ(judge(e).status, Status::good) << "where they explain no more, they ended at a false match";
   e.first_and_last = moved;
