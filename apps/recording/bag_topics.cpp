@@ -24,12 +24,9 @@ std::string list_topics(std::vector<TopicName> there, std::string_view wanted) {
     std::stable_sort(there.begin(), there.end(),
                      [&](const TopicName& a, const TopicName& b) { return distance(a) < distance(b); });
   }
-  std::string text;
-  for (std::size_t i = 0; i < there.size(); ++i) {
-    if (i == most_named) return text + " and " + std::to_string(there.size() - i) + " more";
-    text += (i > 0 ? ", " : "") + there[i].topic + " (" + there[i].type + ")";
-  }
-  return text;
+  std::vector<std::string> names;
+  for (const TopicName& name : there) names.push_back(name.topic + " (" + name.type + ")");
+  return joined_some(names, most_named);
 }
 
 const char* wanted_types(TopicUse use) {

@@ -84,6 +84,12 @@ std::string joined(const std::vector<std::string>& parts, std::string_view separ
   return text;
 }
 
+std::string joined_some(const std::vector<std::string>& parts, std::size_t most) {
+  if (parts.size() <= most) return joined(parts, ", ");
+  const std::vector<std::string> some(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(most));
+  return joined(some, ", ") + " and " + std::to_string(parts.size() - most) + " more";
+}
+
 std::string small_letters(std::string_view text) {
   std::string small(text);
   for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

@@ -20,6 +20,9 @@ namespace rigcal {
 /// "a, b, c" by the separator ", ".
 [[nodiscard]] std::string joined(const std::vector<std::string>& parts, std::string_view separator);
 
+/// "a, b, c", of more than `most` those, and how many there are beside: "a, b and 3 more".
+[[nodiscard]] std::string joined_some(const std::vector<std::string>& parts, std::size_t most);
+
 /// With the letters A to Z made small, all else as it is. Independent of the locale.
 [[nodiscard]] std::string small_letters(std::string_view text);
 

@@ -1,7 +1,8 @@
 #include "core/board/board_halves.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "core/geometry/matrix6.h"
 
 namespace rigcal {
 namespace {
@@ -53,7 +54,7 @@ std::vector<BoardHalves> compare_board_halves(const BoardAdjustment& found, cons
     const Matrix6d covariance = earlier.found.covariances[s] + later.found.covariances[s];
     out[s].compared = true;
     out[s].first_later_stop = middle->stop;
-    out[s].chi2 = apart.dot(covariance.ldlt().solve(apart));
+    out[s].chi2 = apart.dot(solve_symmetric6(covariance, apart));
     out[s].rotation_rad = apart.head<3>().norm();
     out[s].translation_m = apart.tail<3>().norm();
   }

@@ -96,8 +96,8 @@ struct CameraEstimate {
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;
   /// Of the map's edges, what the images of the held-out stops show by more than chance, over what those of the others
-  /// do (1: as much); and what those of each stop do at the result, in the order of the stops. None where nothing could
-  /// be held out.
+  /// do (1: as much), with the pose from the others; and what those of each stop do there, in the order of the stops.
+  /// None where nothing could be held out.
   std::optional<double> hold_out_share;
   std::vector<StopAgreement> stops;
   FirstAndLast first_and_last;

@@ -41,6 +41,8 @@ struct SegmentFit {
   Eigen::Matrix<double, camera_parameters, 3> mixed = Eigen::Matrix<double, camera_parameters, 3>::Zero();
 
   [[nodiscard]] double share() const { return samples > 0 ? weight / samples : 0.0; }
+  /// How much of it image edges explain, 0 .. 1.
+  [[nodiscard]] double explained() const { return robust * share(); }
   /// By what its sums enter the whole.
   [[nodiscard]] double information() const { return robust / (samples * sigma_px * sigma_px); }
 };

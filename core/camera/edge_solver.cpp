@@ -127,7 +127,7 @@ EdgeSums sum_segments(const CameraScene& scene, const CameraIntrinsics& intrinsi
   for (std::size_t k = 0; k < views.size(); ++k) {
     for (const SegmentFit& fit : fits[k]) {
       if (fit.samples == 0) continue;
-      sums.explained += views[k].weight * fit.robust * fit.share();
+      sums.explained += views[k].weight * fit.explained();
       sums.segments += views[k].weight;
       lines[fit.line].add(fit, views[k].weight * fit.information());
     }

@@ -31,7 +31,7 @@ std::vector<CameraState> beside(const CameraIntrinsics& intrinsics, const Camera
 double explained(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera,
                  const MatchOptions& options) {
   double sum = 0.0;
-  for (const SegmentFit& fit : match_view(scene, view, camera, options)) sum += fit.robust * fit.share();
+  for (const SegmentFit& fit : match_view(scene, view, camera, options)) sum += fit.explained();
   return sum;
 }
 

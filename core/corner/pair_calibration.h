@@ -26,8 +26,8 @@ struct PairPlacement {
   PlaneMatches matches;
   double score = 0.0;            ///< Share of what the poorer cloud saw that lies on the other's.
   double runner_up_score = 0.0;  ///< The best distinctly other place that neither gravity nor guess excludes.
-  double other_order_score =
-      0.0;  ///< The best of those where three planes of b lie on other ones of a, as both see them.
+  /// The best of those where three planes of b lie on other ones of a, as both see them.
+  double other_order_score = 0.0;
   /// Where fewer than three planes hold it, or these are uneven: how all that was seen lies on each other.
   std::optional<ShapeMatch> by_shapes;
 };

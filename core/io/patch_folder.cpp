@@ -96,13 +96,7 @@ std::string reason_of_file(const std::string& name) {
   return "a cloud is named by the number of its stop, like 3.pcd";
 }
 
-/// Ten of them by name.
-std::string list_of(const std::vector<std::string>& names) {
-  constexpr std::size_t told = 10;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(told, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
-  return names.size() > told ? text + " and " + std::to_string(names.size() - told) + " more" : text;
-}
+constexpr std::size_t most_named = 10;
 
 /// Of folders of sensors in which no file is read.
 Error no_clouds(const std::string& path, const std::vector<std::string>& unknown) {
@@ -117,7 +111,7 @@ Error no_clouds(const std::string& path, const std::vector<std::string>& unknown
 
 Error no_sensor_folder(const std::string& path, const Rig& rig, const std::vector<std::string>& names) {
   if (auto foreign = foreign_folder_error(path)) return *std::move(foreign);
-  const std::string what = "has no folder for any LiDAR of the rig; there are " + list_of(names);
+  const std::string what = "has no folder for any LiDAR of the rig; there are " + joined_some(names, most_named);
   std::string mend = "rename them, or set 'folder' in the rig file; wanted are";
   bool first = true;
   for (const Sensor& sensor : rig.sensors) {
@@ -187,8 +181,10 @@ std::vector<std::string> reasons_of_unknown(const PatchFolder& folder) {
   }
   std::vector<std::string> reasons;
   if (!strangers.empty())
-    reasons.push_back("not used, since no sensor of the rig has that name or folder: " + list_of(strangers));
-  for (const auto& [reason, names] : misnamed) reasons.push_back("not used, since " + reason + ": " + list_of(names));
+    reasons.push_back("not used, since no sensor of the rig has that name or folder: " +
+                      joined_some(strangers, most_named));
+  for (const auto& [reason, names] : misnamed)
+    reasons.push_back("not used, since " + reason + ": " + joined_some(names, most_named));
   return reasons;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "core/base/text.h"
@@ -10,6 +9,7 @@
 #include "core/board/board_halves.h"
 #include "core/board/markers.h"
 #include "core/pipeline/board_finding.h"
+#include "core/pipeline/board_losses.h"
 #include "core/pipeline/board_verdict.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/verdict_text.h"
@@ -18,7 +18,6 @@ namespace rigcal {
 namespace {
 
 constexpr double wrong_scale = 0.02;
-constexpr std::size_t least_lost_together = 3;
 constexpr std::size_t least_for_hold_out = 8;  // boards, of which every fourth is held out
 
 Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }
@@ -142,7 +141,7 @@ class BoardCalibration {
     for (const BoardPlace& place : found_.places) {
       held += place.why_out.empty() && place.sightings.size() > 1 ? 1.0 : 0.0;
       if (place.why_out.empty()) continue;
-      left_out_.insert(stop_number(place.stop));
+      left_out_.insert(place.stop);
       context_.reporter.warn("stop " + std::to_string(stop_number(place.stop)) + " was left out: " + place.why_out);
     }
     stage.counts = {{"boards", held}, {"chi2", found_.chi2}};
@@ -247,43 +246,18 @@ class BoardCalibration {
     return static_cast<int>(stops.size());
   }
 
-  // Stops at which it and the sensor that placed it saw a board, in order, and whether its board went with another's.
-  [[nodiscard]] std::map<int, bool> shared_stops(std::size_t s) const {
-    const auto saw = [](const std::vector<BoardSighting>& sightings, std::size_t sensor, int stop) {
-      return std::any_of(sightings.begin(), sightings.end(), [&](const BoardSighting& b) {
-        return static_cast<std::size_t>(b.sensor) == sensor && b.stop == stop;
-      });
-    };
-    std::map<int, bool> out;
-    for (const BoardSighting& b : seen_[s].sightings) {
-      if (saw(all_, static_cast<std::size_t>(placed_[s].via), b.stop)) out[b.stop] = false;
-    }
-    for (const BoardPlace& place : found_.places) {
-      const bool holds = place.why_out.empty() && place.sightings.size() > 1 && saw(place.sightings, s, place.stop);
-      if (const auto stop = out.find(place.stop); stop != out.end() && holds) stop->second = true;
-    }
-    return out;
+  [[nodiscard]] BoardLosses losses_of(std::size_t s) const {
+    return lost_boards(static_cast<int>(s), placed_[s].via, all_, found_.places);
   }
 
-  void note_lost(std::size_t s, BoardEvidence& evidence) const {
-    std::size_t on_end = 0;
-    std::size_t longest = 0;
-    for (const auto& [stop, goes] : shared_stops(s)) {
-      on_end = goes ? 0 : on_end + 1;
-      longest = std::max(longest, on_end);
-      if (!goes) evidence.lost.push_back(stop_number(stop));
-    }
-    evidence.lost_together = evidence.lost.size() >= least_lost_together && longest == evidence.lost.size();
-  }
-
-  void warn_of_lost(const BoardEvidence& e) const {
+  void warn_of_lost(std::size_t s) const {
     std::vector<std::string> numbers;
-    for (const int stop : e.lost) {
-      if (!left_out_.contains(stop)) numbers.push_back(std::to_string(stop));
+    for (const int stop : losses_of(s).stops) {
+      if (!left_out_.contains(stop)) numbers.push_back(std::to_string(stop_number(stop)));
     }
     if (numbers.empty()) return;
     context_.reporter.warn((numbers.size() == 1 ? "stop " : "stops ") + joined(numbers, ", ") +
-                           (numbers.size() == 1 ? " holds" : " hold") + " nothing of " + e.name +
+                           (numbers.size() == 1 ? " holds" : " hold") + " nothing of " + rig_.sensors[s].name +
                            ": the board that it saw there goes with no other sensor's");
   }
 
@@ -315,7 +289,9 @@ class BoardCalibration {
     e.halves = halves_[s];
     e.halves.first_later_stop = stop_number(e.halves.first_later_stop);
     e.focal = focal_[s];
-    note_lost(s, e);
+    const BoardLosses lost = losses_of(s);
+    for (const int stop : lost.stops) e.lost.push_back(stop_number(stop));
+    e.lost_together = lost.together;
     return e;
   }
 
@@ -345,7 +321,7 @@ class BoardCalibration {
       const bool is_blind_base = static_cast<int>(s) == rig_.base && seen_[s].sightings.empty();
       if (static_cast<int>(s) != rig_.base || is_blind_base) {
         const Verdict verdict = is_blind_base ? blind(s) : judge(s);
-        if (placed_[s].known && !is_blind_base) warn_of_lost(evidence_of(s));
+        if (placed_[s].known && !is_blind_base) warn_of_lost(s);
         sensor.status = verdict.status;
         sensor.reasons = verdict.reasons;
         sensor.T_base_sensor.reset();
@@ -400,7 +376,7 @@ class BoardCalibration {
   std::vector<BoardPlace> places_;
   BoardAdjustOptions adjust_options_;
   BoardAdjustment found_;
-  std::set<int> left_out_;  ///< By the adjustment, which are warned of: numbers of stops.
+  std::set<int> left_out_;  ///< Stops that the adjustment left out, of which it was warned.
   std::vector<double> hold_out_;
   std::vector<BoardHalves> halves_;
   std::vector<FocalDoubt> focal_;

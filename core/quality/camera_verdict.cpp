@@ -11,6 +11,8 @@
 namespace rigcal {
 namespace {
 
+constexpr std::size_t most_files = 6;  // that a reason names
+
 // Every fourth stop is held out.
 constexpr int least_views_to_hold_out = 4;
 
@@ -136,13 +138,6 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
   }
 }
 
-std::string some_of(std::vector<std::string> files) {
-  constexpr std::size_t most = 6;
-  const std::size_t count = files.size();
-  if (count > most) files.resize(most);
-  return joined(files, ", ") + (count > most ? " and " + std::to_string(count - most) + " more" : "");
-}
-
 // That the first and the last stops are apart, where that says something; else 0.
 double times_bounds(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
   const FirstAndLast& times = e.first_and_last;
@@ -179,7 +174,8 @@ void judge_stops(const CameraEstimate& e, const Requirement& require, const Came
   const std::string mend =
       ": the camera or the rig was moved there, or they were taken elsewhere; leave them out, or record anew";
   if (const std::vector<std::string> files = unlike_images(e, limits); !files.empty()) {
-    weaken(verdict, "its images " + some_of(files) + " show next to none of the edges that the others do" + mend);
+    weaken(verdict, "its images " + joined_some(files, most_files) +
+                        " show next to none of the edges that the others do" + mend);
   } else if (e.hold_out_share && *e.hold_out_share < limits.hold_out_share) {
     weaken(verdict, "the images of the stops that were held out show " +
                         number(100.0 * std::max(0.0, *e.hold_out_share), 0) + " % of the edges that the others do" +

@@ -39,11 +39,10 @@ struct CameraThresholds {
 /// agree: the information between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what
 /// was not found, did not converge, fits held-out stops worse than its start, or is another pose for either half of the
 /// stops without the word of the information: by far more than its sigma, or where a lens that seems to be another one,
-/// or information that leads nowhere, speaks against it, too; of what first and last stops are
-/// three times the bounds apart, and of what nothing was seen in the held-out stops, both without that word. Where a
-/// lens of the other distortion model explains clearly more, that is the first reason of what is not good. Reasons are
-/// sentences a user can act on. `refined`: the intrinsics were to be found, too, and need not agree with the rig
-/// file's.
+/// or information that leads nowhere, speaks against it, too; or whose first and last stops are three times the
+/// bounds apart, or of which nothing was seen in the held-out stops, both without that word. Where a lens of the other
+/// distortion model explains clearly more, that is the first reason of what is not good. Reasons are sentences a user
+/// can act on. `refined`: the intrinsics were to be found, too, and need not agree with the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
                                    bool refined = false, const CameraThresholds& thresholds = {});
 

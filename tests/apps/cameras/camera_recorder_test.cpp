@@ -80,6 +80,23 @@ class CameraRecorderLive : public testing::Test {
     EXPECT_TRUE(recorder.has_value()) << recorder.error().message();
     return *std::move(recorder);
   }
+  /// Of a camera that waits for pulses.
+  std::shared_ptr<CameraRecorder> record_triggered(const std::string& trigger) {
+    auto recorder = record(rig_with("driver: aravis, device: \"" + camera::address_of(device) +
+                                        "\", exposure_us: 1000, trigger: {source: Line0" + trigger + "}",
+                                    "trigger: {gpiochip: gpiochip0, line: 17}\n"));
+    EXPECT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+    return recorder;
+  }
+  /// Once so many are written and it is finished.
+  std::vector<FrameRecord> frames_of(CameraRecorder& recorder, std::uint64_t count) {
+    EXPECT_TRUE(wait_for([&] { return recorder.status().written >= count; }));
+    recorder.finish();
+    const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+    EXPECT_TRUE(frames.has_value()) << frames.error().message();
+    EXPECT_TRUE(recorder.status().matching.has_value());
+    return frames ? *frames : std::vector<FrameRecord>{};
+  }
   static bool wait_for(const std::function<bool()>& condition, int seconds = 30) {
     for (int i = 0; i < 20 * seconds; ++i) {
       if (condition()) return true;
@@ -129,10 +146,7 @@ TEST_F(CameraRecorderLive, WritesImagesThatAreWhatTheCameraSent) {
 }
 
 TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
-  const std::string settings = "driver: aravis, device: \"" + camera::address_of(device) +
-                               "\", exposure_us: 1000, trigger: {source: Line0, delay_us: 10}";
-  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
-  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const auto recorder = record_triggered(", delay_us: 10");
   const net::SessionClock clock(start);
   std::vector<std::int64_t> pulses;
   // Unevenly, so that no pulse can be mistaken for another.
@@ -143,17 +157,14 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
     recorder->add_pulse({i, pulses.back()});
     std::this_thread::sleep_for(std::chrono::milliseconds(60 + 25 * (i % 3)));
   }
-  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 20; }));
-  recorder->finish();
-  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
-  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  const std::vector<FrameRecord> frames = frames_of(*recorder, 20);
   const CaptureCamera status = recorder->status();
   ASSERT_TRUE(status.matching.has_value());
-  EXPECT_EQ(frames->size(), status.written);
+  EXPECT_EQ(frames.size(), status.written);
   EXPECT_EQ(status.matching->frames, status.written);
   EXPECT_GE(status.matching->matched + 2, status.written);
   std::uint64_t matched = 0;
-  for (const FrameRecord& frame : *frames) {
+  for (const FrameRecord& frame : frames) {
     if (!frame.trigger) continue;
     ++matched;
     EXPECT_EQ(frame.stamp_ns, pulses[static_cast<std::size_t>(*frame.trigger)] + 10'000 + 500'000);
@@ -164,10 +175,7 @@ TEST_F(CameraRecorderLive, ImagesGetThePulsesThatReleasedThem) {
 TEST_F(CameraRecorderLive, ImagesGetTheirPulsesFromACameraWithoutAClock) {
   device.device.clock_drift = -1.0;
   serve();
-  const std::string settings =
-      "driver: aravis, device: \"" + camera::address_of(device) + "\", exposure_us: 1000, trigger: {source: Line0}";
-  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
-  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const auto recorder = record_triggered("");
   const net::SessionClock clock(start);
   for (int i = 0; i < 12; ++i) {
     const std::int64_t now = net::read_clocks().monotonic_ns;
@@ -175,8 +183,7 @@ TEST_F(CameraRecorderLive, ImagesGetTheirPulsesFromACameraWithoutAClock) {
     recorder->add_pulse({i, clock.from_monotonic(now)});
     std::this_thread::sleep_for(std::chrono::milliseconds(250 + 50 * (i % 3)));
   }
-  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 10; }));
-  recorder->finish();
+  static_cast<void>(frames_of(*recorder, 10));
   const CaptureCamera status = recorder->status();
   ASSERT_TRUE(status.matching.has_value());
   EXPECT_EQ(status.matching->strays, 0U);
@@ -184,10 +191,7 @@ TEST_F(CameraRecorderLive, ImagesGetTheirPulsesFromACameraWithoutAClock) {
 }
 
 TEST_F(CameraRecorderLive, ImagesOfFallingEdgesHaveTheStampsOfThese) {
-  const std::string settings = "driver: aravis, device: \"" + camera::address_of(device) +
-                               "\", exposure_us: 1000, trigger: {source: Line0, activation: falling, delay_us: 10}";
-  auto recorder = record(rig_with(settings, "trigger: {gpiochip: gpiochip0, line: 17}\n"));
-  ASSERT_TRUE(wait_for([&] { return recorder->status().state == "waits"; }));
+  const auto recorder = record_triggered(", activation: falling, delay_us: 10");
   const net::SessionClock clock(start);
   std::vector<std::int64_t> ends;
   for (int i = 0; i < 24; ++i) {
@@ -199,15 +203,12 @@ TEST_F(CameraRecorderLive, ImagesOfFallingEdgesHaveTheStampsOfThese) {
     recorder->end_pulse({i, ends.back()});
     std::this_thread::sleep_for(std::chrono::milliseconds(60 + 25 * (i % 3)));
   }
-  EXPECT_TRUE(wait_for([&] { return recorder->status().written >= 20; }));
-  recorder->finish();
-  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
-  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  const std::vector<FrameRecord> frames = frames_of(*recorder, 20);
   const CaptureCamera status = recorder->status();
   ASSERT_TRUE(status.matching.has_value());
   EXPECT_EQ(status.matching->pulses, 24U);
   EXPECT_GE(status.matching->matched + 2, status.written);
-  for (const FrameRecord& frame : *frames) {
+  for (const FrameRecord& frame : frames) {
     if (!frame.trigger) continue;
     EXPECT_EQ(frame.stamp_ns, ends[static_cast<std::size_t>(*frame.trigger)] + 10'000 + 500'000);
   }

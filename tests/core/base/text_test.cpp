@@ -45,6 +45,8 @@ TEST(Joined, HasTheSeparatorInBetween) {
   EXPECT_EQ(joined({}, ", "), "");
   EXPECT_EQ(joined({"a"}, ", "), "a");
   EXPECT_EQ(joined({"a", "b", "c"}, "; "), "a; b; c");
+  EXPECT_EQ(joined_some({"a", "b", "c"}, 3), "a, b, c");
+  EXPECT_EQ(joined_some({"a", "b", "c"}, 2), "a, b and 1 more");
 }
 
 TEST(SmallLetters, AreMadeOfThoseOfAsciiAlone) {

@@ -15,6 +15,15 @@ std::vector<TableNews> hear(AsciiProtocol& table, std::string_view bytes) {
   return table.take_news();
 }
 
+/// Of a table that cannot be asked, and says OK when it is there.
+AsciiOptions of_no_answers(const std::string& move) {
+  AsciiOptions words;
+  words.move = move;
+  words.ask = "";
+  words.done = "OK";
+  return words;
+}
+
 TEST(AsciiProtocol, TurnsFromWhereItIsToWhereItIsTold) {
   AsciiProtocol table({});
   table.open(0.0);
@@ -63,11 +72,7 @@ TEST(AsciiProtocol, ATurnThatIsToldAgainOnItsWayEndsWhereItWasToEnd) {
 }
 
 TEST(AsciiProtocol, ATurnThatIsToldAgainIsTheSameWhereNobodyKnowsTheAngle) {
-  AsciiOptions words;
-  words.move = "TO {angle} BY {step}";
-  words.ask = "";
-  words.done = "OK";
-  AsciiProtocol table(words);
+  AsciiProtocol table(of_no_answers("TO {angle} BY {step}"));
   table.open(0.0);
   for (int i = 0; i < 2; ++i) {
     table.turn_by(18.0, 60.0 * i);
@@ -78,11 +83,7 @@ TEST(AsciiProtocol, ATurnThatIsToldAgainIsTheSameWhereNobodyKnowsTheAngle) {
 
 // Its answer may have got lost, not the step.
 TEST(AsciiProtocol, AStepOfATableThatCannotBeAskedIsNotToldTwice) {
-  AsciiOptions words;
-  words.move = "R{step};";
-  words.ask = "";
-  words.done = "OK";
-  AsciiProtocol table(words);
+  AsciiProtocol table(of_no_answers("R{step};"));
   table.open(0.0);
   table.turn_by(18.0, 0.0);
   EXPECT_EQ(table.take_output(), "R18.000;\n");
@@ -98,11 +99,7 @@ TEST(AsciiProtocol, AStepOfATableThatCannotBeAskedIsNotToldTwice) {
 }
 
 TEST(AsciiProtocol, WhereItsLineIsOpenedAnewItsAnglesGoOn) {
-  AsciiOptions words;
-  words.move = "TO {angle}";
-  words.ask = "";
-  words.done = "OK";
-  AsciiProtocol table(words);
+  AsciiProtocol table(of_no_answers("TO {angle}"));
   table.open(0.0);
   table.turn_by(18.0, 0.0);
   EXPECT_EQ(table.take_output(), "TO 18.000\n");
@@ -114,10 +111,7 @@ TEST(AsciiProtocol, WhereItsLineIsOpenedAnewItsAnglesGoOn) {
 }
 
 TEST(AsciiProtocol, WordsOfItsOwn) {
-  AsciiOptions words;
-  words.move = "R{step};";
-  words.ask = "";
-  words.done = "OK";
+  AsciiOptions words = of_no_answers("R{step};");
   words.fault = "!";
   ASSERT_EQ(fault_of(words), "");
   AsciiProtocol table(words);
