@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -95,6 +96,17 @@ struct PlaceBlock {
   double x[6] = {};
 };
 
+// Rotation and translation each by one factor: so few boards do not tell directions apart.
+void widen(Matrix6d& covariance, const Matrix6d& between) {
+  Vector6d factor = Vector6d::Ones();
+  for (int part = 0; part < 6; part += 3) {
+    const Matrix3d ratio = covariance.block<3, 3>(part, part).ldlt().solve(between.block<3, 3>(part, part));
+    const double mean = ratio.trace() / 3.0;
+    if (mean > 1.0) factor.segment<3>(part).setConstant(std::sqrt(mean));  // not where it is no number
+  }
+  covariance = factor.asDiagonal() * covariance * factor.asDiagonal();
+}
+
 class Adjuster {
  public:
   Adjuster(BoardAdjustment& work, const std::vector<BoardSensor>& given, const BoardModel& board,
@@ -167,7 +179,7 @@ class Adjuster {
         for (int k = J.rows[row]; k < J.rows[row + 1]; ++k) H(J.cols[i], J.cols[k]) += J.values[i] * J.values[k];
       }
     }
-    const Eigen::VectorXd between = jackknife_sigmas(J, residuals, shared);
+    const Eigen::MatrixXd between = jackknife_covariance(J, residuals, shared);
     work_.chi2 = 2.0 * cost / std::max(1.0, degrees_of_freedom() - size);
     // Unknowns in their own units before the condition is judged.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
@@ -179,14 +191,18 @@ class Adjuster {
     covariance = scale.asDiagonal() * covariance * scale.asDiagonal();
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
       if (const auto k = at.find(sensors_[s].x); k != at.end()) {
-        work_.covariances[s] = covariance.block<6, 6>(k->second, k->second);
+        work_.covariances[s] = covariance.block<6, 6>(k->second, k->second) * std::max(1.0, work_.chi2);
+        if (boards_that_hold(s) >= least_jackknife_boards) {
+          widen(work_.covariances[s], between.block<6, 6>(k->second, k->second));
+        }
         work_.observable[s] = open.middleRows<6>(k->second).squaredNorm() < least_open_share ? 1 : 0;
       }
       if (const auto k = at.find(&sensors_[s].range_offset); k != at.end()) {
-        work_.range_offset_sigma_m[s] = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
+        work_.range_offset_sigma_m[s] =
+            std::sqrt(std::max(covariance(k->second, k->second), between(k->second, k->second)));
       }
       if (const auto k = at.find(sensors_[s].intrinsics.data()); k != at.end()) {
-        const double sigma = std::max(std::sqrt(covariance(k->second, k->second)), between[k->second]);
+        const double sigma = std::sqrt(std::max(covariance(k->second, k->second), between(k->second, k->second)));
         work_.focal_sigma[s] = sigma / sensors_[s].intrinsics[0];
       }
       for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -199,6 +215,14 @@ class Adjuster {
 
  private:
   [[nodiscard]] static bool takes_part(const BoardPlace& place) { return place.why_out.empty(); }
+
+  [[nodiscard]] int boards_that_hold(std::size_t sensor) const {
+    return static_cast<int>(std::count_if(work_.places.begin(), work_.places.end(), [&](const BoardPlace& place) {
+      return takes_part(place) && place.sightings.size() > 1 &&
+             std::any_of(place.sightings.begin(), place.sightings.end(),
+                         [&](const BoardSighting& seen) { return static_cast<std::size_t>(seen.sensor) == sensor; });
+    }));
+  }
 
   void build() {
     ceres::Problem::Options keep;

@@ -57,7 +57,9 @@ struct BoardAdjustOptions {
 struct BoardAdjustment {
   std::vector<BoardSensor> sensors;
   std::vector<BoardPlace> places;
-  std::vector<Matrix6d> covariances;         ///< Of each sensor's T_base_sensor, right perturbation; zero where fixed.
+  /// Of each sensor's T_base_sensor, right perturbation; zero where fixed. Rotation and translation are each as wide as
+  /// the boards differ, where that is more than the noise of what was seen of them has it.
+  std::vector<Matrix6d> covariances;
   std::vector<double> range_offset_sigma_m;  ///< One for each sensor.
   std::vector<Eigen::Vector2d> growth_sigma_m;
   std::vector<double> focal_sigma;  ///< Of each camera's focal length along x, where it was free: a share of it.

@@ -7,7 +7,6 @@
 namespace rigcal {
 namespace {
 
-constexpr std::size_t least_boards = 5;
 constexpr int own_size = 6;
 
 // Normal equations of the shared unknowns and of one board's pose.
@@ -42,9 +41,9 @@ struct Normals {
 
 }  // namespace
 
-Eigen::VectorXd jackknife_sigmas(const ceres::CRSMatrix& J, const std::vector<double>& residuals, int shared) {
+Eigen::MatrixXd jackknife_covariance(const ceres::CRSMatrix& J, const std::vector<double>& residuals, int shared) {
   const auto boards = static_cast<std::size_t>((J.num_cols - shared) / own_size);
-  if (shared == 0 || boards < least_boards) return Eigen::VectorXd::Zero(shared);
+  if (shared == 0 || boards < least_jackknife_boards) return Eigen::MatrixXd::Zero(shared, shared);
   Normals rest(shared);
   std::vector<Normals> all(boards, rest);
   for (int row = 0; row < J.num_rows; ++row) {
@@ -61,10 +60,10 @@ Eigen::VectorXd jackknife_sigmas(const ceres::CRSMatrix& J, const std::vector<do
     // At the minimum all gradients sum up to zero: without this board the step is by its own.
     moves.col(static_cast<Eigen::Index>(k)) = (sum - all[k].reduced()).ldlt().solve(all[k].gradient);
   }
-  if (!moves.allFinite()) return Eigen::VectorXd::Zero(shared);
-  const Eigen::VectorXd mean = moves.rowwise().mean();
+  if (!moves.allFinite()) return Eigen::MatrixXd::Zero(shared, shared);
+  moves.colwise() -= moves.rowwise().mean().eval();
   const auto count = static_cast<double>(boards);
-  return ((count - 1.0) / count * (moves.colwise() - mean).rowwise().squaredNorm()).cwiseSqrt();
+  return (count - 1.0) / count * moves * moves.transpose();
 }
 
 }  // namespace rigcal

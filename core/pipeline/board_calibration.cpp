@@ -45,7 +45,11 @@ class BoardCalibration {
   Expected<CalibrationResult> run() {
     find_boards();
     if (context_.cancelled()) return stopped();
+    clock_.begin("placement");
     place_all();
+    if (context_.cancelled()) return stopped();
+    if (options_.refine_intrinsics) place_by_better_intrinsics();
+    check_scale();
     if (context_.cancelled()) return stopped();
     adjust();
     hold_out();
@@ -85,6 +89,9 @@ class BoardCalibration {
                              ", and bounds and --require are in metres; give it in metres, too, where statuses matter");
     }
     doubt_ = doubt_of_corners(all_, board_);
+  }
+
+  void check_scale() {
     scale_ = scale_between(all_);
     if (scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
       context_.reporter.warn("by the LiDARs the squares of the board measure " + number(scale_ * board_.square(), 4) +
@@ -96,8 +103,8 @@ class BoardCalibration {
 
   // Sensor after sensor, always the one that shares most boards with one that is placed.
   void place_all() {
-    clock_.begin("placement");
-    sensors_.resize(rig_.sensors.size());
+    sensors_.assign(rig_.sensors.size(), {});
+    placed_.assign(rig_.sensors.size(), {});
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
       sensors_[s].name = rig_.sensors[s].name;
       sensors_[s].camera = seen_[s].camera;
@@ -128,6 +135,24 @@ class BoardCalibration {
     places_ = board_places(all_, sensors_, board_, is_placed);
     // Boards that one sensor alone saw tell of its intrinsics, and else of nothing.
     if (!options_.refine_intrinsics) std::erase_if(places_, [](const BoardPlace& p) { return p.sightings.size() < 2; });
+  }
+
+  // Rough intrinsics place boards so roughly that sightings of one no longer meet: with those that the others give, all
+  // are looked at once more.
+  void place_by_better_intrinsics() {
+    adjust_options_.refine_intrinsics = true;
+    const BoardAdjustment first = adjust_boards(sensors_, places_, board_, adjust_options_);
+    if (!first.converged) return;
+    for (BoardSighting& seen : all_) {
+      const auto s = static_cast<std::size_t>(seen.sensor);
+      if (!seen.image || first.observable[s] == 0) continue;
+      seen_[s].camera = first.sensors[s].camera;
+      const CameraModel model(*seen_[s].camera);
+      if (const std::optional<ImagePose> pose = find_image_pose(*seen.image, board_, model)) {
+        seen = image_sighting(seen.sensor, seen.stop, *seen.image, *pose, board_, model);
+      }
+    }
+    place_all();
   }
 
   void adjust() {
@@ -277,7 +302,7 @@ class BoardCalibration {
     e.agreeing = std::min(placed_[s].pair.agreeing, shared_places(s, via));
     e.runner_up = placed_[s].pair.runner_up;
     e.several_boards = saw_several(s) || saw_several(via);
-    e.covariance = found_.covariances[s] * std::max(1.0, found_.chi2);
+    e.covariance = found_.covariances[s];
     e.observable = found_.observable[s] != 0;
     e.converged = found_.converged;
     e.hold_out = hold_out_[s];
@@ -327,7 +352,7 @@ class BoardCalibration {
         sensor.T_base_sensor.reset();
         if (verdict.status != Status::failed) {
           sensor.T_base_sensor = found_.sensors[s].T_base_sensor;
-          sensor.covariance = found_.covariances[s] * std::max(1.0, found_.chi2);
+          sensor.covariance = found_.covariances[s];
         }
       }
       if (sensor.T_base_sensor && !found_.sensors[s].camera) sensor.range_offset = remarkable_offset(found_, s);

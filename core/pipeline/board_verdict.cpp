@@ -14,12 +14,9 @@ namespace rigcal {
 namespace {
 
 constexpr int least_boards = 3;
-// Of the stops at which both saw a board. With intrinsics that are still to be found a real pair loses 4 of 13 at
-// first.
-constexpr double most_lost = 1.0 / 3.0;
-// Of what is asked for: the middle between halves of the boards may be that far from either. Plates and lasers that are
-// not quite even set halves of real recordings farther apart than their noise has it.
-constexpr double most_apart = 2.0;
+constexpr double most_lost = 0.25;  // of the stops at which both saw a board
+// Of what is asked for: what is found lies between what halves of the boards tell.
+constexpr double most_apart = 1.0;
 constexpr double most_hold_out = 2.0;
 constexpr double sure_sigmas = 3.0;
 constexpr double range_worth_m = 0.008;  // offsets smaller than this any LiDAR has
@@ -89,7 +86,7 @@ Verdict judge_by_boards(const BoardEvidence& e, const Requirement& require, cons
                         " the board lies elsewhere by it than by " + e.via + ", though it goes with " +
                         counted(e.agreeing, "other stop") +
                         ": a mount that slipped or was moved during the recording; fasten it and record again");
-  } else if (static_cast<double>(e.shared - e.agreeing) > most_lost * e.shared) {
+  } else if (static_cast<double>(e.shared - e.agreeing) >= most_lost * e.shared) {
     weaken(verdict, "only at " + std::to_string(e.agreeing) + " of the " + std::to_string(e.shared) +
                         " stops at which it and " + e.via +
                         " saw a board do these agree; check the board and the cameras' intrinsics in the rig file, and "

@@ -138,7 +138,9 @@ TEST_F(CalibrateBoard, FindsARealStereoPairAndItsIntrinsics) {
   const ProgramRun done = run("--refine-intrinsics --require 100mm,1deg");
   EXPECT_EQ(done.code, 0) << done.err << done.out;
   EXPECT_TRUE(fits_schema("calibrate.json", parse_json(done.out)));
-  EXPECT_NEAR(result().T_base_sensor.at("right").inverse().t.x(), -3.3267, 0.01);
+  // An independent solution (OpenCV's) has these figures, and all 13 boards hold.
+  EXPECT_LT((result().T_base_sensor.at("right").inverse().t - Vector3d(-3.3267, 0.0372, -0.0032)).norm(), 0.005);
+  EXPECT_THAT(text_of(scratch_ / "result/report.json"), ContainsRegex("\"boards\": ?13(\\.0)?[,}\n]"));
   EXPECT_THAT(text_of(scratch_ / "result/extrinsics.yaml"),
               HasSubstr("intrinsics: {model: radtan, width: 640, height: 480"));
 }

@@ -286,6 +286,36 @@ TEST(BoardAdjustment, KnowsRangesNoBetterThanTheBoardsAgreeOnThem) {
   EXPECT_LT(sigmas, 0.015);
 }
 
+TEST(BoardAdjustment, KnowsACameraNoBetterThanTheBoardsAgreeOnIt) {
+  double nees = 0.0;
+  double sigmas_m = 0.0;
+  constexpr int trials = 12;
+  for (int trial = 0; trial < trials; ++trial) {
+    Random random(300 + static_cast<std::uint64_t>(trial));
+    World world = make_world(10, 0.0, random);
+    // Each plate as a whole is seen to the side and turned, which its own residuals do not show.
+    for (BoardSighting& s : world.sightings) {
+      if (!s.cloud) continue;
+      const Vector3d about = s.T_sensor_board.t;
+      const Matrix3d R = exp_so3(0.02 * Vector3d(random.normal(), random.normal(), random.normal()));
+      const Vector3d by = 0.01 * Vector3d(random.normal(), random.normal(), random.normal());
+      for (Vector3d& p : s.cloud->points) p = R * (p - about) + about + by;
+      for (BorderPoint& b : s.cloud->border) b.p = R * (b.p - about) + about + by;
+    }
+    BoardAdjustOptions options;
+    options.drop_outliers = false;
+    const BoardAdjustment found = calibrate(world.sightings, options);
+    const Vector6d xi = (found.sensors[1].T_base_sensor.inverse() * world.T_lidar_camera).log();
+    nees += xi.dot(found.covariances[1].ldlt().solve(xi)) / 6.0 / trials;
+    sigmas_m += std::sqrt(found.covariances[1].bottomRightCorner<3, 3>().trace()) / trials;
+  }
+  EXPECT_GT(nees, 0.4);
+  EXPECT_LT(nees, 2.0);
+  EXPECT_LT(sigmas_m, 0.05);
+  RecordProperty("nees", std::to_string(nees));
+  RecordProperty("sigma_m", std::to_string(sigmas_m));
+}
+
 TEST(BoardAdjustment, ThrowsOutABoardThatMoved) {
   Random random(6);
   World world = make_world(10, 0.0, random);

@@ -161,6 +161,7 @@ TEST_F(RealRings, GiveTheExtrinsicsThatTheirHalvesAgreeOn) {
   std::vector<double> apart_deg(splits);
   std::vector<double> apart_m(splits);
   std::vector<double> offsets_apart_m(splits);
+  std::vector<Vector6d> apart(splits);
   parallel_for(splits, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const auto half = shuffled[k].begin() + poses / 2;
@@ -170,6 +171,7 @@ TEST_F(RealRings, GiveTheExtrinsicsThatTheirHalvesAgreeOn) {
       const SE3& T_b = b.sensors[1].T_base_sensor;
       apart_deg[k] = to_deg(rotation_distance(T_a.R, T_b.R));
       apart_m[k] = (T_a.t - T_b.t).norm();
+      apart[k] = (T_a.inverse() * T_b).log();
       offsets_apart_m[k] = std::abs(a.sensors[0].range_offset_m - b.sensors[0].range_offset_m);
     }
   });
@@ -179,6 +181,16 @@ TEST_F(RealRings, GiveTheExtrinsicsThatTheirHalvesAgreeOn) {
   const double offset_sigma_m = median(offsets_apart_m) / (2.0 * 0.67);
   EXPECT_LT(offset_sigma_m, 1.5 * world_->all.range_offset_sigma_m[0]);
   EXPECT_GT(offset_sigma_m, 0.4 * world_->all.range_offset_sigma_m[0]);
+  // Four times the variance of the whole, each of rotation and translation.
+  const Matrix6d& covariance = world_->all.covariances[1];
+  Vector6d squares = Vector6d::Zero();
+  for (const Vector6d& xi : apart) squares += xi.cwiseAbs2() / static_cast<double>(splits);
+  for (int part = 0; part < 6; part += 3) {
+    const double ratio = std::sqrt(squares.segment<3>(part).sum() / (4.0 * covariance.block<3, 3>(part, part).trace()));
+    EXPECT_LT(ratio, 1.35) << part;
+    EXPECT_GT(ratio, 0.5) << part;
+    RecordProperty(part == 0 ? "sigmas_apart_rotation" : "sigmas_apart_translation", std::to_string(ratio));
+  }
   RecordProperty("range_offset_sigma_by_halves_mm", std::to_string(1e3 * offset_sigma_m));
   RecordProperty("halves_apart_deg", std::to_string(median(apart_deg)));
   RecordProperty("halves_apart_mm", std::to_string(1e3 * median(apart_m)));
