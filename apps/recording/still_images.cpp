@@ -7,6 +7,7 @@
 
 #include "apps/recording/stamp_guess.h"
 #include "core/base/parallel.h"
+#include "core/camera/working_size.h"
 #include "core/io/image_file.h"
 
 namespace rigcal {
@@ -258,7 +259,8 @@ void read_images_ahead(const Rig& rig, const std::vector<Stop>& stops, const std
       if (ahead.has(camera.name, images.front().stop, files)) continue;
       StopOutcome outcome = read_stop(images, camera, {silent, {}});
       if (!outcome.complaints.empty() || !outcome.image) continue;
-      outcome.image->features = std::make_shared<const ImageFeatures>(find_features(outcome.image->image));
+      const int halvings = camera.camera->intrinsics ? halvings_of(*camera.camera->intrinsics) : 0;
+      outcome.image->features = std::make_shared<const ImageFeatures>(find_features(outcome.image->image, halvings));
       if (!ahead.keep(camera.name, images.front().stop, std::move(files), std::move(outcome))) return;
     }
   }

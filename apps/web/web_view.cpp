@@ -39,7 +39,7 @@ std::optional<std::string> paint(const Sensor& camera, const ListedImage& listed
   if (!image || !camera.camera->intrinsics) return std::nullopt;
   SilentReporter silent;
   image->pixel_format = camera.camera->pixel_format;
-  const std::vector<CameraView> grey = camera_views({{0, listed.path, std::move(*image)}}, camera.name, {silent});
+  const std::vector<CameraView> grey = camera_views({{0, listed.path, std::move(*image)}}, 0, camera.name, {silent});
   if (grey.empty()) return std::nullopt;
   OverlayPoses poses;
   const std::optional<std::size_t> stop = view != nullptr ? stop_of(*view, listed.number) : std::nullopt;

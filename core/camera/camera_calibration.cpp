@@ -116,6 +116,7 @@ class CameraCalibration {
   [[nodiscard]] bool is_of_another_lens_perhaps() const {
     if (stops_of(views_) < least_stops_for_intrinsics) return false;  // any lens explains a few images
     return is_doubtful() || is_off(estimate_.focal_scale) || is_off(estimate_.k1_change) ||
+           is_off_px(estimate_.cx_change_px) || is_off_px(estimate_.cy_change_px) ||
            estimate_.halves_m > unlike_halves_m || estimate_.halves_rad > unlike_halves_rad;
   }
 
@@ -315,6 +316,8 @@ class CameraCalibration {
     estimate_.iterations += end.iterations;
     estimate_.focal_scale = end.focal_scale;
     estimate_.k1_change = end.k1_change;
+    estimate_.cx_change_px = end.cx_change_px;
+    estimate_.cy_change_px = end.cy_change_px;
     estimate_.radial_trend = end.radial_trend;
     estimate_.converged = best_.converged;
     estimate_.found = true;

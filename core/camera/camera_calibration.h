@@ -102,9 +102,11 @@ struct CameraEstimate {
   std::vector<StopAgreement> stops;
   FirstAndLast first_and_last;
 
-  /// All three 0 where there are too few stops to tell (fewer than four).
-  ScalarEstimate focal_scale;  ///< fx / (the rig file's fx) - 1, freely estimated.
-  ScalarEstimate k1_change;    ///< k1 - (the rig file's k1), likewise.
+  /// All five 0 where there are too few stops to tell (fewer than four).
+  ScalarEstimate focal_scale;   ///< fx / (the rig file's fx) - 1, freely estimated.
+  ScalarEstimate k1_change;     ///< k1 - (the rig file's k1), likewise.
+  ScalarEstimate cx_change_px;  ///< cx - (the rig file's cx), likewise, and
+  ScalarEstimate cy_change_px;  ///< cy.
   /// Of the residuals along the radius, pixels at the image's corner, intrinsics as given.
   ScalarEstimate radial_trend;
 

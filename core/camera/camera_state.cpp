@@ -5,7 +5,8 @@
 namespace rigcal {
 
 CameraState moved(const CameraState& state, const CameraVector& step) {
-  return {state.T_base_camera * SE3::exp(step.head<6>()), state.focal_scale + step[6], state.k1_change + step[7]};
+  return {state.T_base_camera * SE3::exp(step.head<6>()), state.focal_scale + step[6], state.k1_change + step[7],
+          state.principal_change_px + step.tail<2>()};
 }
 
 CameraIntrinsics changed(const CameraIntrinsics& intrinsics, const CameraState& state) {
@@ -13,6 +14,8 @@ CameraIntrinsics changed(const CameraIntrinsics& intrinsics, const CameraState& 
   out.fx *= 1.0 + state.focal_scale;
   out.fy *= 1.0 + state.focal_scale;
   if (!out.distortion.empty()) out.distortion[0] += state.k1_change;
+  out.cx += state.principal_change_px.x();
+  out.cy += state.principal_change_px.y();
   return out;
 }
 
@@ -45,6 +48,7 @@ std::optional<EdgeProjection> project_edge(const CameraAtStop& camera, const Lid
   out.jacobian.col(6) = (derivatives.by_intrinsics.col(0) * in.fx + derivatives.by_intrinsics.col(1) * in.fy) /
                         (1.0 + camera.focal_scale);
   out.jacobian.col(7) = derivatives.by_intrinsics.col(4);
+  out.jacobian.rightCols<2>().setIdentity();
   return out;
 }
 

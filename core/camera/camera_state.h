@@ -7,15 +7,18 @@
 
 namespace rigcal {
 
-/// What is estimated of a camera: its pose, and how its focal lengths and k1 depart from the rig file.
+/// What is estimated of a camera: its pose, and how its focal lengths, k1 and principal point depart from the rig file.
 struct CameraState {
   SE3 T_base_camera;
   double focal_scale = 0.0;  ///< fx = (1 + focal_scale) times the rig file's, fy likewise.
   double k1_change = 0.0;
+  Eigen::Vector2d principal_change_px = Eigen::Vector2d::Zero();  ///< Of cx and cy.
 };
 
-/// Order of its parameters: [rotation rad; translation m] in T exp(xi), focal scale, k1.
-constexpr int camera_parameters = 8;
+/// Order of its parameters: [rotation rad; translation m] in T exp(xi), focal scale, k1, cx, cy.
+constexpr int pose_parameters = 6;
+constexpr int lens_parameters = 4;
+constexpr int camera_parameters = pose_parameters + lens_parameters;
 using CameraVector = Eigen::Matrix<double, camera_parameters, 1>;
 using CameraMatrix = Eigen::Matrix<double, camera_parameters, camera_parameters>;
 

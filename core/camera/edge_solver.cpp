@@ -26,13 +26,17 @@ constexpr double restless_sigmas = 0.5;
 constexpr double longest_rad = to_rad(1.5);
 constexpr double longest_m = 0.08;
 
+constexpr double fast = 1e-9;
+constexpr double fast_px = 1e-6;
+
 void add_priors(const CameraState& state, const EdgePriors& priors, bool intrinsics, EdgeSums& sums) {
   CameraVector off = prior_offset(priors, state);
   CameraVector sigma = prior_sigma(priors);
   // Held fast where they are.
   if (!intrinsics) {
-    off.tail<2>().setZero();
-    sigma.tail<2>().setConstant(1e-9);
+    off.tail<lens_parameters>().setZero();
+    sigma.segment<2>(pose_parameters).setConstant(fast);
+    sigma.tail<2>().setConstant(fast_px);
   }
   const CameraVector weight = sigma.array().square().inverse();
   sums.information.diagonal() += weight;
@@ -88,14 +92,15 @@ std::vector<SolveLevel> quick_levels() {
 
 CameraVector prior_offset(const EdgePriors& priors, const CameraState& state) {
   CameraVector off;
-  off << (priors.T_base_camera.inverse() * state.T_base_camera).log(), state.focal_scale, state.k1_change;
+  off << (priors.T_base_camera.inverse() * state.T_base_camera).log(), state.focal_scale, state.k1_change,
+      state.principal_change_px;
   return off;
 }
 
 CameraVector prior_sigma(const EdgePriors& priors) {
   CameraVector sigma;
   sigma << Vector3d::Constant(priors.rotation_rad), Vector3d::Constant(priors.translation_m), priors.focal_scale,
-      priors.k1;
+      priors.k1, Eigen::Vector2d::Constant(std::max(priors.principal_px, fast_px));
   return sigma;
 }
 

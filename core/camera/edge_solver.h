@@ -13,6 +13,7 @@ struct EdgePriors {
   double translation_m = 0.12;
   double focal_scale = 0.002;
   double k1 = 0.005;
+  double principal_px = 0.0;  ///< 0: it is where the rig file says.
 };
 
 /// How far a state is from them, and their sigmas, in the order of the parameters.
@@ -22,7 +23,7 @@ struct EdgePriors {
 /// Matching gets finer from level to level.
 struct SolveLevel {
   MatchOptions match;
-  bool intrinsics = true;  ///< Focal scale and k1 are free (under their priors).
+  bool intrinsics = true;  ///< They are free, under their priors.
   int max_iterations = 12;
 };
 

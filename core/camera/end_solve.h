@@ -14,6 +14,8 @@ struct CameraEnd {
   ScalarEstimate focal_scale;  ///< Freely estimated, as in CameraEstimate.
   ScalarEstimate k1_change;
   ScalarEstimate radial_trend;
+  ScalarEstimate cx_change_px;
+  ScalarEstimate cy_change_px;
   int iterations = 0;
 };
 
@@ -26,9 +28,13 @@ constexpr std::size_t least_stops_for_intrinsics = 4;
 /// Whether a freely estimated departure from the rig file is more than chance.
 [[nodiscard]] bool is_off(const ScalarEstimate& change);
 
-/// Matches finely from a start, once under the priors and once with free intrinsics: what these should be shows only
-/// where nothing pulls them back. Where they are clearly others, or are asked for (`refine_intrinsics`), the end is the
-/// free one. It depends on the start alone, not on what other starts ended with. `views` are what is seen from there.
+/// The same of the place of a principal point, in pixels.
+[[nodiscard]] bool is_off_px(const ScalarEstimate& change);
+
+/// Matches finely from a start, with all intrinsics free, with those but the principal point, and under the priors:
+/// what these should be shows only where nothing pulls them back. Where they are clearly others, the end is a free one;
+/// so it is where they are asked for (`refine_intrinsics`), but for a principal point that nothing contradicts. It
+/// depends on the start alone, not on what other starts ended with. `views` are what is seen from there.
 [[nodiscard]] CameraEnd solve_end(const CameraScene& scene, const CameraTask& camera, bool refine_intrinsics,
                                   const EdgePriors& priors, const CameraState& start, std::vector<EdgeView>& views,
                                   const RunContext& context);

@@ -94,6 +94,21 @@ GreyImage to_grey(const Image& image, int bits) {
   return is_mosaic(image) ? without_mosaic(std::move(grey)) : grey;
 }
 
+GreyImage halved(GreyImage grey, int times) {
+  for (int k = 0; k < times; ++k) {
+    GreyImage half{grey.width / 2, grey.height / 2, {}};
+    half.values.reserve(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height));
+    for (int y = 0; y < half.height; ++y) {
+      for (int x = 0; x < half.width; ++x) {
+        half.values.push_back(0.25F * (grey.at(2 * x, 2 * y) + grey.at(2 * x + 1, 2 * y) + grey.at(2 * x, 2 * y + 1) +
+                                       grey.at(2 * x + 1, 2 * y + 1)));
+      }
+    }
+    grey = std::move(half);
+  }
+  return grey;
+}
+
 float grey_spread(const GreyImage& grey) {
   // Shares of so many pixels are those of all, and of all kinds of columns and rows as the step is odd.
   constexpr std::size_t looked_at = 50'000;

@@ -18,6 +18,10 @@ namespace rigcal {
 /// is moved. Colour becomes luma (BT.601). The image must be consistent.
 [[nodiscard]] GreyImage to_grey(const Image& image, int bits);
 
+/// The mean of each square of two by two pixels, so often after each other; a row or column that is left over at the
+/// end is dropped.
+[[nodiscard]] GreyImage halved(GreyImage grey, int times);
+
 /// How much an image shows: the difference between its 1 % and 99 % grey values. A covered lens and one that looks into
 /// the sun show next to none.
 [[nodiscard]] float grey_spread(const GreyImage& grey);

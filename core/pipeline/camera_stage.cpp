@@ -1,12 +1,14 @@
 #include "core/pipeline/camera_stage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/base/parallel.h"
 #include "core/camera/camera_minima.h"
 #include "core/camera/map_samples.h"
 #include "core/camera/sample_blocks.h"
+#include "core/camera/working_size.h"
 #include "core/edges/grey_image.h"
 #include "core/edges/outlines.h"
 #include "core/pipeline/camera_mixups.h"
@@ -114,10 +116,12 @@ class CameraStage {
     if (std::string reason = missing(sensor); !reason.empty()) return failed(sensor.name, std::move(reason));
     clock_.begin(sensor.name + " images");
     context_.reporter.progress(sensor.name, -1.0);
-    CameraTask task{camera.sensor, sensor.name, *sensor.camera->intrinsics, camera.guess_T_base_camera, {}};
+    const int halvings = halvings_of(*sensor.camera->intrinsics);
+    CameraTask task{
+        camera.sensor, sensor.name, halved(*sensor.camera->intrinsics, halvings), camera.guess_T_base_camera, {}};
     StillImages still = camera.read_images(context_);
     leave_out_lost_stops(still);
-    task.views = camera_views(still.images, sensor.name, context_);
+    task.views = camera_views(still.images, halvings, sensor.name, context_);
     if (context_.cancelled()) return cancelled_error("stopped before the end, nothing was written");
     if (task.views.empty()) {
       return failed(sensor.name, still.images.empty() ? still.why_none
@@ -137,7 +141,7 @@ class CameraStage {
     }
     tell(*estimate, stage);
     for (Overlay& overlay : draw_overlays(scene_, task, *estimate)) result_.overlays.push_back(std::move(overlay));
-    SensorResult found = conclude(task, std::move(*estimate), verdict);
+    SensorResult found = conclude(task, in_full(task, std::move(*estimate)), verdict);
     if (found.T_base_sensor) keep_colours(still.images);
     return found;
   }
@@ -206,8 +210,20 @@ class CameraStage {
     return estimate;
   }
 
+  [[nodiscard]] const CameraIntrinsics& given(const CameraTask& task) const {
+    return *rig_.sensors[static_cast<std::size_t>(task.sensor)].camera->intrinsics;
+  }
+
+  [[nodiscard]] CameraEstimate in_full(const CameraTask& task, CameraEstimate estimate) const {
+    return at_full_size(std::move(estimate), given(task), halvings_of(given(task)));
+  }
+
   [[nodiscard]] Verdict judge(const CameraTask& task, const CameraEstimate& estimate) const {
-    return judge_camera(estimate, task.name, require_, options_.refine_intrinsics);
+    CameraThresholds limits;
+    const double scale = std::ldexp(1.0, halvings_of(given(task)));
+    limits.worse_px *= scale;
+    limits.radial_trend_px *= scale;
+    return judge_camera(in_full(task, estimate), task.name, require_, options_.refine_intrinsics, limits);
   }
 
   // Where a guess leads to no end, or to a false one, it may be wrong itself (a camera that is mounted upside down),
@@ -251,7 +267,7 @@ class CameraStage {
       sensor.T_base_sensor = estimate.pose.T_base_camera;
       sensor.covariance = estimate.pose.covariance;
     }
-    CameraEvidence evidence{task.name, task.guess_T_base_camera, task.intrinsics, options_.refine_intrinsics, {}, {}};
+    CameraEvidence evidence{task.name, task.guess_T_base_camera, given(task), options_.refine_intrinsics, {}, {}};
     for (const CameraView& view : task.views) evidence.images.push_back({view.stop, view.file});
     evidence.estimate = std::move(estimate);
     result_.cameras.push_back(std::move(evidence));
@@ -325,8 +341,8 @@ std::vector<BeamWidth> beam_widths(const Rig& rig, const std::vector<int>& lidar
   return beams;
 }
 
-ImageFeatures find_features(const Image& image) {
-  ImageFeatures features{to_grey(image, value_bits(image)), nullptr};
+ImageFeatures find_features(const Image& image, int halvings) {
+  ImageFeatures features{halved(to_grey(image, value_bits(image)), halvings), nullptr, halvings};
   features.edges = std::make_shared<const std::vector<ImageEdge>>(find_image_edges(features.grey));
   return features;
 }
@@ -358,7 +374,7 @@ CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording, c
   return scene;
 }
 
-std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
+std::vector<CameraView> camera_views(const std::vector<StillImage>& images, int halvings, const std::string& camera,
                                      const RunContext& context) {
   const std::vector<int> bits = bits_of(images);
   std::vector<CameraView> views(images.size());
@@ -366,10 +382,10 @@ std::vector<CameraView> camera_views(const std::vector<StillImage>& images, cons
   parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ImageFeatures* known = images[k].features.get();
-      if (known != nullptr && bits[k] == value_bits(images[k].image)) {
+      if (known != nullptr && known->halvings == halvings && bits[k] == value_bits(images[k].image)) {
         views[k] = {images[k].stop, images[k].file, known->grey, known->edges};
       } else {
-        views[k] = {images[k].stop, images[k].file, to_grey(images[k].image, bits[k]), nullptr};
+        views[k] = {images[k].stop, images[k].file, halved(to_grey(images[k].image, bits[k]), halvings), nullptr};
       }
       blank[k] = grey_spread(views[k].grey) < min_spread;
     }

@@ -18,10 +18,11 @@ namespace rigcal {
 
 /// What is looked for in an image, whatever the poses are.
 struct ImageFeatures {
-  GreyImage grey;  ///< On the scale of the image's own bits.
+  GreyImage grey;  ///< On the scale of the image's own bits, halved so often.
   std::shared_ptr<const std::vector<ImageEdge>> edges;
+  int halvings = 0;
 };
-[[nodiscard]] ImageFeatures find_features(const Image& image);
+[[nodiscard]] ImageFeatures find_features(const Image& image, int halvings);
 
 /// An image taken while the rig stood still.
 struct StillImage {
@@ -53,10 +54,10 @@ struct CameraRecording {
 [[nodiscard]] CameraScene make_camera_scene(const Rig& rig, const LidarRecording& recording,
                                             const LidarSolution& solution, const std::stop_token& stop = {});
 
-/// The images in grey, all of them on the scale of the one with the most bits, without those that show nothing (warned
-/// of by name).
-[[nodiscard]] std::vector<CameraView> camera_views(const std::vector<StillImage>& images, const std::string& camera,
-                                                   const RunContext& context);
+/// The images in grey, halved so often (core/camera/working_size.h), all of them on the scale of the one with the most
+/// bits, without those that show nothing (warned of by name).
+[[nodiscard]] std::vector<CameraView> camera_views(const std::vector<StillImage>& images, int halvings,
+                                                   const std::string& camera, const RunContext& context);
 
 /// The same images for the colours of the map, on the same scale.
 [[nodiscard]] std::vector<ColourPicture> colour_pictures(const std::vector<StillImage>& images);

@@ -74,7 +74,11 @@ bool is_confirmed(const CameraEstimate& e, const Requirement& require, const Cam
   return bounds_apart(between.t.norm(), log_so3(between.R).norm(), e, require) <= limits.confirming_share;
 }
 
-bool asks_for_another_lens(const CameraEstimate& e) { return is_off(e.focal_scale) || is_off(e.k1_change); }
+bool has_other_centre(const CameraEstimate& e) { return is_off_px(e.cx_change_px) || is_off_px(e.cy_change_px); }
+
+bool asks_for_another_lens(const CameraEstimate& e) {
+  return is_off(e.focal_scale) || is_off(e.k1_change) || has_other_centre(e);
+}
 
 // At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
 void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, bool is_doubtful, Verdict& verdict) {
@@ -87,6 +91,12 @@ void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, b
   if (is_off(e.k1_change)) {
     weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
                         " by " + number(std::abs(e.k1_change.value), 4) + " than the rig file's" + mend);
+  }
+  if (has_other_centre(e)) {
+    weaken(verdict, "the images fit better with a principal point that is " + px(std::abs(e.cx_change_px.value)) +
+                        " farther " + (e.cx_change_px.value > 0.0 ? "right" : "left") + " and " +
+                        px(std::abs(e.cy_change_px.value)) + " farther " +
+                        (e.cy_change_px.value > 0.0 ? "down" : "up") + " than the rig file's" + mend);
   }
   // A wrong focal length or k1 leaves such a trend, too; then they are the reason.
   if (verdict.reasons.empty() && sigmas(e.radial_trend) > limits.radial_trend_sigmas &&

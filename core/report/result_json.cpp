@@ -114,6 +114,8 @@ Json found_json(const CameraEvidence& camera) {
             {"hold_out", {{"over_noise", e.hold_out}, {"px", e.hold_out_px}, {"px_at_guess", e.hold_out_start_px}}},
             {"focal_scale", scalar(e.focal_scale)},
             {"k1_change", scalar(e.k1_change)},
+            {"cx_change_px", scalar(e.cx_change_px)},
+            {"cy_change_px", scalar(e.cy_change_px)},
             {"radial_trend_px", scalar(e.radial_trend)},
             {"halves", {{"mm", 1e3 * e.halves_m}, {"deg", to_deg(e.halves_rad)}, {"chi2", e.halves_chi2}}}};
   if (e.hold_out_share) json["hold_out"]["share"] = *e.hold_out_share;

@@ -9,6 +9,7 @@
 #include "apps/evaluation/known_rig.h"
 #include "apps/recording/recording.h"
 #include "core/base/random.h"
+#include "core/camera/working_size.h"
 #include "core/io/output_file.h"
 #include "core/quality/camera_verdict.h"
 #include "core/report/overlay.h"
@@ -25,6 +26,7 @@ struct TrialOptions {
   double start_deg = 5.0;  ///< How far off the start is, in a random direction.
   double start_mm = 100.0;
   double focal_error = 0.0;  ///< Percent; trials go up and down in turn.
+  double centre_px = 0.0;    ///< Of the principal point, right and down, then left and up.
   double k1_error = 0.0;
   int alien = 0;            ///< Each so manieth image is that of another stop; 0: none.
   double moved_px = 0.0;    ///< The camera is turned to the right by so many pixels
@@ -84,8 +86,9 @@ Expected<TrialSession> open_trial_session(const std::string& path, const TrialOp
     if (!T || !sensor.camera->intrinsics || (!options.camera.empty() && sensor.name != options.camera)) continue;
     const StillImages still = camera.read_images(context);
     if (still.images.empty()) return input_error(still.why_none, path);
-    CameraTask task{camera.sensor, sensor.name, *sensor.camera->intrinsics, {}, {}};
-    task.views = camera_views(still.images, sensor.name, context);
+    const int halvings = halvings_of(*sensor.camera->intrinsics);
+    CameraTask task{camera.sensor, sensor.name, halved(*sensor.camera->intrinsics, halvings), {}, {}};
+    task.views = camera_views(still.images, halvings, sensor.name, context);
     out.cameras.push_back({std::move(task), *T, {}, {}});
   }
   return out;
@@ -100,6 +103,8 @@ void spoil(const TrialOptions& options, int trial, CameraTask& task) {
   const double sign = trial % 2 == 0 ? 1.0 : -1.0;
   task.intrinsics.fx *= 1.0 + sign * 0.01 * options.focal_error;
   task.intrinsics.fy *= 1.0 + sign * 0.01 * options.focal_error;
+  task.intrinsics.cx += sign * options.centre_px;
+  task.intrinsics.cy += sign * options.centre_px;
   if (!task.intrinsics.distortion.empty()) task.intrinsics.distortion[0] += sign * options.k1_error;
 }
 
@@ -141,14 +146,16 @@ Trial compare(const std::string& base, const std::string& name, const SE3& T_bas
 void tell(const std::string& session, int number, const Trial& trial, const CameraEstimate& e, const Verdict& verdict,
           bool reasons) {
   std::printf(
-      "%s %d %s%s | f %+.3f%% (%.3f) k1 %+.4f (%.4f) trend %+.2f px | hold-out %.2f, halves %.1f mm %.3f deg, "
+      "%s %d %s%s | f %+.3f%% (%.3f) k1 %+.4f (%.4f) c %+.2f (%.2f) %+.2f (%.2f) px trend %+.2f px | hold-out %.2f, "
+      "halves %.1f mm %.3f deg, "
       "chi2 %.1f, runner-up %.2f, segments %zu, hold-out share %.2f, first and last %.1f mm %.3f deg chi2 %.0f gain "
       "%.2f\n",
       session.c_str(), number, trial_text(trial).c_str(),
       trial.is_right() == !trial.flagged ? "" : (trial.is_right() ? " FALSE ALARM" : " MISSED"),
       100.0 * e.focal_scale.value, 100.0 * e.focal_scale.sigma, e.k1_change.value, e.k1_change.sigma,
-      e.radial_trend.value, e.hold_out, 1e3 * e.halves_m, to_deg(e.halves_rad), e.disagreement_chi2, e.runner_up_ratio,
-      e.segments, e.hold_out_share.value_or(0.0), 1e3 * e.first_and_last.apart_m, to_deg(e.first_and_last.apart_rad),
+      e.cx_change_px.value, e.cx_change_px.sigma, e.cy_change_px.value, e.cy_change_px.sigma, e.radial_trend.value,
+      e.hold_out, 1e3 * e.halves_m, to_deg(e.halves_rad), e.disagreement_chi2, e.runner_up_ratio, e.segments,
+      e.hold_out_share.value_or(0.0), 1e3 * e.first_and_last.apart_m, to_deg(e.first_and_last.apart_rad),
       e.first_and_last.chi2, e.first_and_last.gain);
   if (reasons && !e.stops.empty()) {
     std::printf("    of their edges stops show, more than chance:");
@@ -273,6 +280,8 @@ int main(int count, char** arguments) {
   app.add_flag("--no-guess", options.no_guess, "Without any start: one trial a camera says it all");
   app.add_option("--focal-error", options.focal_error,
                  "Percent by which the focal lengths are wrong, up and down in turn");
+  app.add_option("--centre-px", options.centre_px,
+                 "By how many pixels the principal point is wrong both ways, right and down and left and up in turn");
   app.add_option("--k1-error", options.k1_error, "By how much k1 is wrong, up and down in turn");
   app.add_option("--alien", options.alien, "Every so manieth image is that of another stop")
       ->check(CLI::NonNegativeNumber);

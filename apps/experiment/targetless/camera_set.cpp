@@ -92,7 +92,7 @@ Expected<std::vector<CameraTask>> take_images(const Run& run, int images, const 
       const SE3 T_scene_camera = simulated->motion.T_scene_base_unswung(time_s) * camera.T_base_camera;
       const Image image = sim::expose(renderer.render(T_scene_camera, time_s), camera.chip, run.options.seed,
                                       camera.noise_of(static_cast<std::uint64_t>(stop)));
-      ImageFeatures features = find_features(image);
+      ImageFeatures features = find_features(image, 0);
       task.views.push_back({stop, camera.name + " " + std::to_string(stop), std::move(features.grey), features.edges});
     }
     out.push_back(std::move(task));

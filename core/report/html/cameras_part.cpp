@@ -51,10 +51,11 @@ std::string figures_of(const CalibrationResult& result) {
                     fixed_text(1e3 * e.halves_m, 1) + " mm, " + fixed_text(to_deg(e.halves_rad), 3) + "°",
                     e.runner_up ? fixed_text(e.runner_up_ratio, 2) : "none met"});
     if (e.focal_scale.sigma == 0.0) {
-      intrinsics.push_back({camera.name, "too few stops to tell", "–", "–", "as given"});
+      intrinsics.push_back({camera.name, "too few stops to tell", "–", "–", "–", "as given"});
       continue;
     }
     intrinsics.push_back({camera.name, with_sigma(e.focal_scale, 1e2, 3) + " %", with_sigma(e.k1_change, 1.0, 4),
+                          with_sigma(e.cx_change_px, 1.0, 2) + " and " + with_sigma(e.cy_change_px, 1.0, 2) + " px",
                           with_sigma(e.radial_trend, 1.0, 2) + " px",
                           camera.refined_intrinsics ? "found here" : "as given"});
   }
@@ -66,7 +67,8 @@ std::string figures_of(const CalibrationResult& result) {
       "The second opinion is the pose at which reflectivity and grey values tell most about each other. Halves: "
       "poses from either half of the stops. The runner-up is the best other pose, as a share of the winner's score.");
   if (intrinsics.empty()) return out;
-  return out + table({"camera", "focal length off by", "k1 off by", "radial trend at the corner", "intrinsics"},
+  return out + table({"camera", "focal length off by", "k1 off by", "principal point off by (cx and cy)",
+                      "radial trend at the corner", "intrinsics"},
                      intrinsics,
                      "How far the rig file's intrinsics seem to be off. More than three times the number behind ± is "
                      "more than chance.");

@@ -96,7 +96,7 @@ TEST_F(StillImagesTest, ThatWereReadAheadAreTakenFromThere) {
   }
   EXPECT_EQ(again.images[1].features, nullptr);
   ASSERT_NE(again.images[0].features, nullptr);
-  const ImageFeatures found = find_features(plainly.images[0].image);
+  const ImageFeatures found = find_features(plainly.images[0].image, 0);
   EXPECT_TRUE(again.images[0].features->grey.values == found.grey.values);
   ASSERT_FALSE(found.edges->empty());
   EXPECT_EQ(again.images[0].features->edges->size(), found.edges->size());

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
 #include "tests/core/camera/box_room.h"
 
 namespace rigcal {
@@ -61,6 +64,25 @@ TEST_F(EndSolveTest, FreesIntrinsicsForTheOneEndThatAsksForOthers) {
   EXPECT_EQ(after.priors.focal_scale, priors_.focal_scale);
   EXPECT_EQ(after.solution.information, before.solution.information);
   EXPECT_EQ(after.solution.state.T_base_camera.t, before.solution.state.T_base_camera.t);
+}
+
+TEST_F(EndSolveTest, FreesAPrincipalPointThatIsOffAndNoOther) {
+  const CameraEnd before = end();
+  EXPECT_EQ(before.priors.principal_px, 0.0);
+  EXPECT_FALSE(is_off_px(before.cx_change_px));
+  EXPECT_FALSE(is_off_px(before.cy_change_px));
+  EXPECT_GT(before.cy_change_px.sigma, 0.0);
+  EXPECT_LT(before.solution.state.principal_change_px.norm(), 1e-3);
+  EXPECT_LT(end(true).solution.state.principal_change_px.norm(), 1e-3) << "asked for, but nothing contradicts it";
+  task_.intrinsics.cx += 8.0;
+  const CameraEnd off = end();
+  EXPECT_TRUE(off.solution.converged);
+  EXPECT_TRUE(is_off_px(off.cx_change_px));
+  EXPECT_NEAR(off.cx_change_px.value, -8.0, 4.0 * off.cx_change_px.sigma);
+  EXPECT_EQ(off.solution.state.principal_change_px.x(), off.cx_change_px.value);
+  const SE3 apart = off.solution.state.T_base_camera.inverse() * before.solution.state.T_base_camera;
+  const CameraMatrix covariance = off.solution.information.inverse();
+  EXPECT_LT(apart.log().dot(covariance.topLeftCorner<6, 6>().ldlt().solve(apart.log())), 22.5);
 }
 
 TEST_F(EndSolveTest, BelievesTheRigFileRatherThanThreeStops) {

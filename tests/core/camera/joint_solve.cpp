@@ -26,6 +26,10 @@ PoseBlock block_of(const SE3& T) {
 
 SE3 pose_of(const double* block) { return {Eigen::Map<const Matrix3d>(block), Eigen::Map<const Vector3d>(block + 9)}; }
 
+CameraState state_of(const double* pose, const double* lens) {
+  return {pose_of(pose), lens[0], lens[1], {lens[2], lens[3]}};
+}
+
 #if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
 using CeresSteps = ceres::Manifold;
 #else
@@ -79,11 +83,11 @@ class SegmentCost final : public ceres::CostFunction {
   SegmentCost(const JointProblem& problem, int stop, std::vector<EdgeMatch> matches)
       : problem_(problem), stop_(stop), matches_(std::move(matches)) {
     set_num_residuals(static_cast<int>(matches_.size()));
-    mutable_parameter_block_sizes()->assign({pose_size, 2, 3});
+    mutable_parameter_block_sizes()->assign({pose_size, lens_parameters, 3});
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const CameraState state{pose_of(parameters[0]), parameters[1][0], parameters[1][1]};
+    const CameraState state = state_of(parameters[0], parameters[1]);
     const CameraModel model(changed(problem_.intrinsics, state));
     const CameraAtStop camera = camera_at(model, state, problem_.scene.T_G_base[static_cast<std::size_t>(stop_)]);
     for (std::size_t k = 0; k < matches_.size(); ++k) {
@@ -102,7 +106,8 @@ class SegmentCost final : public ceres::CostFunction {
         std::fill_n(by_pose, pose_size, 0.0);
         std::copy_n(row.data(), 6, by_pose);
       }
-      if (jacobians[1] != nullptr) std::copy_n(row.data() + 6, 2, jacobians[1] + 2 * k);
+      if (jacobians[1] != nullptr)
+        std::copy_n(row.data() + pose_parameters, lens_parameters, jacobians[1] + lens_parameters * k);
       if (jacobians[2] != nullptr) std::copy_n(by_shift.data(), 3, jacobians[2] + 3 * k);
     }
     return true;
@@ -130,12 +135,12 @@ class ShiftCost final : public ceres::SizedCostFunction<3, 3> {
 };
 
 // Where nothing else holds.
-class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_size, 2> {
+class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_size, lens_parameters> {
  public:
   explicit PriorCost(const EdgePriors& priors) : priors_(priors) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const CameraState state{pose_of(parameters[0]), parameters[1][0], parameters[1][1]};
+    const CameraState state = state_of(parameters[0], parameters[1]);
     const CameraVector weight = prior_sigma(priors_).array().inverse();
     Eigen::Map<CameraVector> out(residuals);
     out = weight.cwiseProduct(prior_offset(priors_, state));
@@ -147,10 +152,9 @@ class PriorCost final : public ceres::SizedCostFunction<camera_parameters, pose_
       for (int k = 0; k < 6; ++k) J(k, k) = weight[k];
     }
     if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, camera_parameters, 2, Eigen::RowMajor>> J(jacobians[1]);
+      Eigen::Map<Eigen::Matrix<double, camera_parameters, lens_parameters, Eigen::RowMajor>> J(jacobians[1]);
       J.setZero();
-      J(6, 0) = weight[6];
-      J(7, 1) = weight[7];
+      for (int k = 0; k < lens_parameters; ++k) J(pose_parameters + k, k) = weight[pose_parameters + k];
     }
     return true;
   }
@@ -202,10 +206,11 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
                             const EdgePriors& priors, const MatchOptions& options, std::span<const EdgeView> views) {
   const JointProblem shared{scene, intrinsics};
   PoseBlock pose = block_of(start.T_base_camera);
-  std::array<double, 2> lens{start.focal_scale, start.k1_change};
+  std::array<double, lens_parameters> lens{start.focal_scale, start.k1_change, start.principal_change_px.x(),
+                                           start.principal_change_px.y()};
   ceres::Problem problem;
   problem.AddParameterBlock(pose.data(), pose_size, new PoseSteps);
-  problem.AddParameterBlock(lens.data(), 2);
+  problem.AddParameterBlock(lens.data(), lens_parameters);
   problem.AddResidualBlock(new PriorCost(priors), nullptr, pose.data(), lens.data());
   std::vector<std::vector<WeightedSegment>> segments(views.size());
   const CameraModel model(changed(intrinsics, start));
@@ -256,7 +261,7 @@ JointSolution solve_jointly(const CameraScene& scene, const CameraIntrinsics& in
   JointSolution out;
   out.converged = summary.termination_type == ceres::CONVERGENCE;
   out.iterations = static_cast<int>(summary.iterations.size());
-  out.state = {pose_of(pose.data()), lens[0], lens[1]};
+  out.state = state_of(pose.data(), lens.data());
   out.state.T_base_camera.R = nearest_rotation(out.state.T_base_camera.R);
   return out;
 }

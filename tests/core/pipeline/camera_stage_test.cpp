@@ -32,7 +32,7 @@ Image stripes(int bits, int largest) {
 TEST(CameraViews, LeaveOutWhatShowsNothingByName) {
   NotingReporter reporter;
   const std::vector<StillImage> images{{0, "a.png", stripes(8, 200)}, {1, "b.png", stripes(8, 3)}};
-  const std::vector<CameraView> views = camera_views(images, "left", {reporter});
+  const std::vector<CameraView> views = camera_views(images, 0, "left", {reporter});
   ASSERT_EQ(views.size(), 1U);
   EXPECT_EQ(views[0].file, "a.png");
   EXPECT_THAT(reporter.warnings, ElementsAre(HasSubstr("b.png: the image of left is black")));
@@ -44,7 +44,7 @@ std::vector<StillImage> dark_and_bright() { return {{0, "a.png", stripes(16, 500
 TEST(CameraViews, OfOneCameraAreOnOneScale) {
   NotingReporter reporter;
   const std::vector<StillImage> images = dark_and_bright();
-  const std::vector<CameraView> views = camera_views(images, "left", {reporter});
+  const std::vector<CameraView> views = camera_views(images, 0, "left", {reporter});
   ASSERT_EQ(views.size(), 2U);
   EXPECT_NEAR(views[0].grey.at(4, 0), 500.0 / 4095.0 * 255.0, 0.01);
   EXPECT_NEAR(views[1].grey.at(4, 0), 4000.0 / 4095.0 * 255.0, 0.01);

@@ -171,6 +171,10 @@ TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {
   e.k1_change = {0.05, 0.004};
   expect_weak(e, "k1 larger by 0.0500");
   e = sound();
+  e.cx_change_px = {0.2, 0.3};
+  e.cy_change_px = {-3.0, 0.4};
+  expect_weak(e, "a principal point that is 0.20 px farther right and 3.00 px farther up than the rig file's");
+  e = sound();
   e.radial_trend = {-1.5, 0.1};
   expect_weak(e, "along the radius, 1.50 px at the corners");
 }
