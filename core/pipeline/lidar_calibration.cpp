@@ -10,6 +10,7 @@
 #include "core/pipeline/solving_base.h"
 #include "core/pipeline/solving_priors.h"
 #include "core/pipeline/stage_clock.h"
+#include "core/pipeline/stop_groups.h"
 #include "core/pipeline/stop_misfits.h"
 #include "core/pipeline/surface_trust.h"
 #include "core/pipeline/turn_misfits.h"
@@ -308,10 +309,41 @@ class Calibration {
         leave_out(misfit_stops(stops(), recording_.patches, solution_.use, solution_.refined.map),
                   "little of what was seen from it lies on what was seen from others (its pose is wrong, the rig was "
                   "bumped, or they look elsewhere)");
+    forget_lost_stops();
+    const bool alone = leave_out_groups();
+    return turned || apart || alone;
+  }
+
+  void forget_lost_stops() {
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       if (!solution_.start.stop_known[static_cast<std::size_t>(recording_.patches[k].stop)]) solution_.use[k] = 0;
     }
-    return turned || apart;
+  }
+
+  // What stands anywhere beside the others: each group fixes the LiDARs by itself, so that nothing else would tell. The
+  // largest stays.
+  bool leave_out_groups() {
+    const auto count = recording_.stops.size();
+    std::vector<char> used(count, 0);
+    for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
+      if (solution_.use[k]) used[static_cast<std::size_t>(recording_.patches[k].stop)] = 1;
+    }
+    std::vector<char> told(count, 0);
+    for (std::size_t j = 0; j < count; ++j) {
+      const bool by_gyro = j < recording_.R_previous_this.size() && recording_.R_previous_this[j];
+      told[j] = by_gyro || !recording_.trajectory.empty() ? 1 : 0;
+    }
+    const std::vector<std::vector<std::size_t>> groups = stop_groups(used, told, solution_.refined.map);
+    for (std::size_t g = 1; g < groups.size(); ++g) {
+      std::vector<int> numbers;
+      for (const std::size_t j : groups[g]) {
+        numbers.push_back(recording_.stops[j].index);
+        solution_.start.stop_known[j] = 0;
+      }
+      context_.reporter.warn(apart_words(numbers));
+    }
+    forget_lost_stops();
+    return groups.size() > 1;
   }
 
   // Ranges that are too long by a constant move a LiDAR's place by nearly as much and hide in it; those of dark
