@@ -168,11 +168,15 @@ class Calibration {
       solution_.use[k] = solution_.start.lidar_known[static_cast<std::size_t>(p.lidar)] &&
                          solution_.start.stop_known[static_cast<std::size_t>(p.stop)] && !p.cells.empty();
     }
+    const std::vector<std::optional<Matrix3d>>& by_gyro = recording_.R_previous_this;
+    const bool told = !recording_.trajectory.empty() ||
+                      std::any_of(by_gyro.begin(), by_gyro.end(), [](const auto& R) { return R.has_value(); });
+    const std::string mend = told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
                              " is left out: its pose was not found from the surfaces of " +
-                             rig_.sensors[static_cast<std::size_t>(sensor_of(solving_))].name);
+                             rig_.sensors[static_cast<std::size_t>(sensor_of(solving_))].name + mend);
     }
   }
 

@@ -12,9 +12,9 @@ std::string mm(double m) { return number(1e3 * m, 1) + " mm"; }
 std::string deg(double rad) { return number(to_deg(rad), 3) + " degrees"; }
 
 std::string assumed_steps_words() {
-  return "too little was seen from two stops: they hang together only if the table turned all round in equal steps, "
-         "and "
-         "sigma holds no longer if it did not, nor in a bare room; record more stops in smaller turns, or with a gyro";
+  return "too little was seen from two stops to find how far the table turned between them: they were placed as if it "
+         "had turned all round in equal steps, and sigma does not hold where steps were off that by more than some "
+         "degrees, nor in a bare room; record more stops in smaller, equal turns, or with a gyro";
 }
 
 std::string blind_base_words(const std::string& base) {
