@@ -193,6 +193,9 @@ void judge_stops(const CameraEstimate& e, const Requirement& require, const Came
   }
 }
 
+// A principal point that is some pixels off bends the pose of each stop another way, as a false match does.
+constexpr const char* wrong_intrinsics_words = "; intrinsics of another lens, or of another image size, do that, too";
+
 Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
                   const CameraThresholds& limits) {
   Verdict verdict;
@@ -213,13 +216,15 @@ Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requir
   if (const std::string why = why_false(e, require, refined, limits); !why.empty()) {
     fail(verdict, "either half of its stops gives another pose, " + apart_words(e) + " apart, " + why +
                       ": a false match, or it moved during the recording; give a closer initial_extrinsics, or add "
-                      "stops, and check that it sits firmly");
+                      "stops, and check that it sits firmly" +
+                      wrong_intrinsics_words);
     return verdict;
   }
   if (times_bounds(e, require, limits) > limits.farthest_halves_share && !is_confirmed(e, require, limits)) {
     fail(verdict, times_words(e) +
                       ", and grey values do not lead to its own: a false match, or it was moved during "
-                      "the recording; give a closer initial_extrinsics, or fasten it and record anew");
+                      "the recording; give a closer initial_extrinsics, or fasten it and record anew" +
+                      wrong_intrinsics_words);
     return verdict;
   }
   if (e.hold_out == 0.0 && e.views >= least_views_to_hold_out && !is_confirmed(e, require, limits)) {
