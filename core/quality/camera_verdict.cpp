@@ -148,6 +148,11 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
   }
 }
 
+// A third each, of those that have images.
+bool has_short_times(const CameraEstimate& e, const CameraThresholds& limits) {
+  return e.stops.size() / 3 < limits.enough_stops_of_third;
+}
+
 // That the first and the last stops are apart, where that says something; else 0.
 double times_bounds(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits) {
   const FirstAndLast& times = e.first_and_last;
@@ -178,8 +183,15 @@ std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThre
 // What the offsets of partners do not show: where there is nothing, none are found.
 void judge_stops(const CameraEstimate& e, const Requirement& require, const CameraThresholds& limits,
                  Verdict& verdict) {
-  if (times_bounds(e, require, limits) > limits.halves_share) {
-    weaken(verdict, times_words(e) + ": it was moved or bumped in between; fasten it and record anew");
+  // Few stops are apart by what they do not know, along a direction that they see badly: then not by themselves.
+  const double apart = times_bounds(e, require, limits);
+  if (apart > limits.halves_share) {
+    const bool is_by_far = !has_short_times(e, limits) || apart > limits.short_times_share;
+    if (is_by_far || halves_bounds(e, require) > limits.halves_share) {
+      weaken(verdict, times_words(e) +
+                          ": it may have been moved or bumped in between, or these stops alone tell too little; add "
+                          "stops, and check that it sits firmly");
+    }
   }
   const std::string mend =
       ": the camera or the rig was moved there, or they were taken elsewhere; leave them out, or record anew";

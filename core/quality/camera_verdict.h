@@ -19,6 +19,8 @@ struct CameraThresholds {
   double unlike_stops = 0.1;                  ///< and such a share of all, are not.
   double moved_gain = 1.3;                    ///< The first or the last stops explain so many times more at their own
                                               ///< pose than at that of all.
+  std::size_t enough_stops_of_third = 5;      ///< Where these are fewer stops, and halves agree, they count
+  double short_times_share = 2.0;             ///< from so far apart on, over the same as `halves_share`.
   double disagreement_chi2 = differing_chi2;  ///< Edges against information.
   double radial_trend_sigmas = 4.0;           ///< The trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
@@ -35,14 +37,15 @@ struct CameraThresholds {
 
 /// What the status of a camera means (docs/judging.md): good needs the 95 % bounds inside the requirement, a hold-out
 /// within twice the expected noise and not worse than the start, stops that show what the others do, first and last
-/// stops that give the same pose or explain no more at their own, the runner-up minimum rejected, and checks that
-/// agree: the information between reflectivity and grey value, either half of the stops, the intrinsics. Failed is what
-/// was not found, did not converge, fits held-out stops worse than its start, or is another pose for either half of the
-/// stops without the word of the information: by far more than its sigma, or where a lens that seems to be another one,
-/// or information that leads nowhere, speaks against it, too; or whose first and last stops are three times the
-/// bounds apart, or of which nothing was seen in the held-out stops, both without that word. Where a lens of the other
-/// distortion model explains clearly more, that is the first reason of what is not good. Reasons are sentences a user
-/// can act on. `refined`: the intrinsics were to be found, too, and need not agree with the rig file's.
+/// stops that give the same pose or explain no more at their own (of few stops: about the same pose), the runner-up
+/// minimum rejected, and checks that agree: the information between reflectivity and grey value, either half of the
+/// stops, the intrinsics. Failed is what was not found, did not converge, fits held-out stops worse than its start, or
+/// is another pose for either half of the stops without the word of the information: by far more than its sigma, or
+/// where a lens that seems to be another one, or information that leads nowhere, speaks against it, too; or whose first
+/// and last stops are three times the bounds apart, or of which nothing was seen in the held-out stops, both without
+/// that word. Where a lens of the other distortion model explains clearly more, that is the first reason of what is not
+/// good. Reasons are sentences a user can act on. `refined`: the intrinsics were to be found, too, and need not agree
+/// with the rig file's.
 [[nodiscard]] Verdict judge_camera(const CameraEstimate& estimate, const std::string& name, const Requirement& require,
                                    bool refined = false, const CameraThresholds& thresholds = {});
 

@@ -165,6 +165,22 @@ TEST(CameraVerdict, WeakensACameraThatWasMovedOnTheWay) {
   EXPECT_EQ(judge(e).status, Status::good) << "within what is asked for";
 }
 
+TEST(CameraVerdict, AsksMoreOfFirstAndLastStopsThatAreFew) {
+  CameraEstimate e = sound();
+  e.first_and_last = {0.016, to_rad(0.18), 300.0, 1.6};
+  EXPECT_EQ(judge(e).status, Status::good) << "four stops each, a second sign is missing";
+  e.halves_m = 0.014;
+  EXPECT_THAT(judge(e).reasons,
+              ElementsAre(AllOf(HasSubstr("give poses 16.0 mm"), HasSubstr("it may have been moved or bumped")),
+                          HasSubstr("either half of its stops")));
+  e.halves_m = 0.002;
+  e.first_and_last.apart_m = 0.021;
+  expect_weak(e, "give poses 21.0 mm");
+  e.first_and_last.apart_m = 0.016;
+  for (int stop = 12; stop < 15; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  expect_weak(e, "give poses 16.0 mm");
+}
+
 TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {
   CameraEstimate e = sound();
   e.focal_scale = {-0.01, 0.001};
