@@ -32,16 +32,27 @@ std::string overflow_text(const PointCounts& points) {
   return std::to_string(overflow) + " points came too densely to be held until their stop was sure, and are left out";
 }
 
+// A rest of this length is a stop, however far its turn swings, unless the rig trembles in it.
+bool rests_tremble(const StillFigures& gyro) { return gyro.longest_brief_rest_s > surely_seen_s; }
+
 // Empty where there were none.
 std::string brief_rests_text(const StillFigures& gyro) {
   if (gyro.brief_rests == 0) return {};
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
-      "%d %s between turns, of about %.1f s at most, %s too short for a stop, as the swing of a turn has to fade first",
-      gyro.brief_rests, gyro.brief_rests == 1 ? "pause" : "pauses", gyro.longest_brief_rest_s,
-      gyro.brief_rests == 1 ? "was" : "were");
-  return text;
+  const bool one = gyro.brief_rests == 1;
+  const std::string pauses = std::to_string(gyro.brief_rests) + (one ? " pause" : " pauses") +
+                             " between turns, of about " + fixed_text(gyro.longest_brief_rest_s, 1) + " s at most, " +
+                             (one ? "was" : "were");
+  if (!rests_tremble(gyro)) return pauses + " too short for a stop, as the swing of a turn has to fade first";
+  return pauses +
+         " no stop, though long enough: the rig seems to tremble (a table that hunts for its place, wind, a running "
+         "engine)";
+}
+
+std::string mend_of_rests(const StillFigures& gyro) {
+  if (!rests_tremble(gyro)) return "let the rig rest for two seconds and more at every stop";
+  return "switch off what shakes the rig, brake the table or let its drive rest at every stop, and stand it firmly, "
+         "out "
+         "of the wind";
 }
 
 // A steady slow rotation at every stop, faster than creep that adds up, looks to a gyro as its bias does.
@@ -60,7 +71,7 @@ bool rest_is_doubtful(const StopReading& summary) {
 void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
   char text[300];
   if (summary.source == StopSource::gyro && summary.gyro.brief_rests > 0)
-    warnings.push_back(brief_rests_text(summary.gyro) + ": let the rig rest for two seconds and more at every stop");
+    warnings.push_back(brief_rests_text(summary.gyro) + ": " + mend_of_rests(summary.gyro));
   if (summary.source == StopSource::points && summary.gyro.imu_samples > 0) {
     warnings.emplace_back(
         "the gyro shows no rest (does the rig tremble?): the stops were found from the points, and how far the rig "
@@ -146,8 +157,7 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
                   summary.gyro.longest_still_s, options.min_stop_s, to_deg(summary.gyro.gyro_noise_rad_s));
   }
   const std::string pauses = brief_rests_text(summary.gyro);
-  return input_error(text + (pauses.empty() ? pauses : "; " + pauses), source.path,
-                     "let it rest for two seconds and more at every stop");
+  return input_error(text + (pauses.empty() ? pauses : "; " + pauses), source.path, mend_of_rests(summary.gyro));
 }
 
 Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far) {

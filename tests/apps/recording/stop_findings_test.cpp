@@ -12,6 +12,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 std::uint64_t& dropped(StopReading& reading, DropReason reason) {
   return reading.points.dropped[static_cast<std::size_t>(reason)];
@@ -62,6 +63,27 @@ TEST(ReadingWarnings, DoubtTheStopsOfAGyroThatNoLidarEverSees) {
   StopReading unseen = reading;
   unseen.view.points = 0;
   EXPECT_THAT(reading_warnings({}, unseen), IsEmpty());
+}
+
+TEST(ReadingError, TellsARigThatTremblesFromOneThatRestsTooBriefly) {
+  StopReading reading;
+  reading.gyro.brief_rests = 4;
+  reading.gyro.longest_brief_rest_s = 1.2;
+  EXPECT_THAT(reading_error({}, {}, reading)->message(),
+              AllOf(HasSubstr("4 pauses between turns, of about 1.2 s at most, were too short for a stop"),
+                    HasSubstr("rest for two seconds and more")));
+  reading.gyro.longest_brief_rest_s = 4.3;
+  EXPECT_THAT(reading_error({}, {}, reading)->message(),
+              AllOf(HasSubstr("of about 4.3 s at most, were no stop, though long enough: the rig seems to tremble"),
+                    HasSubstr("switch off what shakes the rig"), Not(HasSubstr("too short for a stop")),
+                    Not(HasSubstr("two seconds"))));
+  StopRecord stop;
+  stop.stop = {0, 0, 8'000'000'000};
+  reading.stops.push_back(stop);
+  reading.gyro.brief_rests = 1;
+  EXPECT_THAT(reading_warnings({}, reading),
+              ElementsAre(AllOf(HasSubstr("1 pause between turns, of about 4.3 s at most, was no stop"),
+                                HasSubstr("switch off what shakes the rig"))));
 }
 
 TEST(NoPointsError, SaysWhatBecameOfThem) {
