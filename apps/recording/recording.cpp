@@ -97,8 +97,9 @@ struct LidarTally {
   std::uint64_t out_of_range = 0;
   std::uint64_t not_finite = 0;
   std::size_t clouds = 0;
-  std::size_t empty = 0;  ///< Clouds without a usable point,
-  std::string first_empty;
+  std::size_t unusable = 0;  ///< Clouds without a usable point,
+  std::size_t empty = 0;     ///< and those of them that have none at all: it looked at the sky, say.
+  std::string first_unusable;
   bool moved = false;  ///< A VIEWPOINT that is not the identity.
 
   void add(const PatchOutcome& outcome, const std::string& path) {
@@ -108,8 +109,13 @@ struct LidarTally {
     not_finite += outcome.summary.not_finite;
     moved |= outcome.summary.moved;
     ++clouds;
-    if (outcome.cells.points == 0 && ++empty == 1) first_empty = path;
+    if (outcome.cells.points > 0) return;
+    if (++unusable == 1) first_unusable = path;
+    if (outcome.summary.points == 0) ++empty;
   }
+
+  // All that it ever saw was left out.
+  [[nodiscard]] bool is_of_another_unit() const { return unusable == clouds && points > 0; }
 };
 
 void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, const std::vector<PatchJob>& jobs,
@@ -131,9 +137,11 @@ void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, c
       reporter.warn(name + ": " + std::to_string(tally.not_finite) +
                     " points with NaN or infinite coordinates left out");
     }
-    if (tally.empty > 0) {
-      reporter.warn(name + ": " + std::to_string(tally.empty) + " of its " + std::to_string(tally.clouds) +
-                    " clouds have no usable point, the first: " + tally.first_empty + "; are they in metres?");
+    if (tally.unusable > 0) {
+      reporter.warn(name + ": " + std::to_string(tally.unusable) + " of its " + std::to_string(tally.clouds) +
+                    " clouds have no usable point, the first: " + tally.first_unusable +
+                    (tally.empty > 0 ? "; " + std::to_string(tally.empty) + " have none at all" : std::string()) +
+                    (tally.is_of_another_unit() ? "; are they in metres?" : ""));
     }
     if (tally.moved) {
       reporter.warn(name +

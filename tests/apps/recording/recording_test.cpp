@@ -24,7 +24,10 @@ namespace rigcal {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::EndsWith;
+using testing::StartsWith;
 
 // A LiDAR's clouds at stops 3 and 4, a camera's images at stops 3, 5 and 9.
 class RecordingOfPatches : public testing::Test {
@@ -170,9 +173,37 @@ TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
   const std::string first = (folder_ / "patches/top/4.pcd").string();
   EXPECT_THAT(notes.warnings,
               ElementsAre("top: 3 points with NaN or infinite coordinates left out",
-                          "top: 2 of its 3 clouds have no usable point, the first: " + first + "; are they in metres?",
+                          "top: 2 of its 3 clouds have no usable point, the first: " + first,
                           testing::HasSubstr("top: its clouds have a VIEWPOINT, which is not applied"),
                           testing::HasSubstr("top: 2 of its 3 points in the stops lie farther than 60 m")));
+}
+
+// One that looks at the sky has empty clouds, or a few points far away, in metres.
+TEST_F(RecordingOfPatches, AsksForMetresWhereNoPointOfAnyCloudCanBeUsed) {
+  const auto warning_where = [&](const std::string& third, const std::string& others) {
+    for (const char* stop : {"3", "4", "5"}) {
+      const std::string& points = stop[0] == '3' ? third : others;
+      std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+          << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nWIDTH "
+          << (points.empty() ? 0 : 1) << "\nPOINTS " << (points.empty() ? 0 : 1) << "\nDATA ascii\n"
+          << points;
+    }
+    NotingReporter notes;
+    const auto recording =
+        read_recording({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {}}, CellOptions{}, {notes});
+    EXPECT_TRUE(recording);
+    const auto of_clouds = [](const std::string& warning) { return warning.find("usable") != std::string::npos; };
+    const auto at = std::find_if(notes.warnings.begin(), notes.warnings.end(), of_clouds);
+    return at == notes.warnings.end() ? std::string() : *at;
+  };
+  const std::string all = "top: 3 of its 3 clouds have no usable point, the first: ";
+  EXPECT_THAT(warning_where("4000 5000 6000\n", "4000 5000 6000\n"),
+              AllOf(StartsWith(all), EndsWith("3.pcd; are they in metres?")));
+  EXPECT_THAT(warning_where("4000 5000 6000\n", ""),
+              AllOf(StartsWith(all), EndsWith("3.pcd; 2 have none at all; are they in metres?")));
+  EXPECT_THAT(warning_where("", ""), AllOf(StartsWith(all), EndsWith("3.pcd; 3 have none at all")));
+  EXPECT_THAT(warning_where("1 2 3\n", ""),
+              AllOf(StartsWith("top: 2 of its 3"), EndsWith("4.pcd; 2 have none at all")));
 }
 
 // What its range leaves out was told of already.
