@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/base/median.h"
 #include "core/pipeline/place_findings.h"
 #include "core/pipeline/surface_trust.h"
 #include "core/pipeline/used_shares.h"
@@ -24,6 +25,18 @@ std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolu
     if (s.use[k] && recording.patches[k].lidar == lidar) stops.insert(recording.patches[k].stop);
   }
   return stops.size();
+}
+
+// Between stops whose poses are known; 0 where there are none.
+double usual_step_rad(const LidarSolution& s) {
+  std::vector<double> steps;
+  const SE3* before = nullptr;
+  for (std::size_t j = 0; j < s.state.T_G_base.size(); ++j) {
+    if (!s.start.stop_known[j]) continue;
+    if (before != nullptr) steps.push_back(rotation_distance(before->R, s.state.T_G_base[j].R));
+    before = &s.state.T_G_base[j];
+  }
+  return steps.empty() ? 0.0 : median(std::move(steps));
 }
 
 struct Findings {
@@ -69,6 +82,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.saw_too_far = recording.saw_too_far(static_cast<std::size_t>(lidar));
   const std::size_t places = stops_of(lidar, recording, s);
   e.took_part = places > 0;
+  e.stops = static_cast<int>(
+      std::count_if(s.start.stop_known.begin(), s.start.stop_known.end(), [](char known) { return known != 0; }));
+  e.step_rad = usual_step_rad(s);
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/base/text.h"
 #include "core/camera/camera_calibration.h"
 #include "core/quality/verdict_text.h"
 #include "core/voxel/cells.h"
@@ -13,10 +14,37 @@ namespace {
 // Rough poses are asked for to 10 degrees and 0.2 m.
 constexpr double far_from_guess_rad = to_rad(30.0);
 constexpr double far_from_guess_m = 0.5;
+// As much on common planes as of the base: what has less may be a false match.
+constexpr double sure_share = 0.4;
+// A start may be a result: then both are the same but for noise.
+constexpr double worse_ratio = 1.1;
+constexpr double worse_m = 1e-3;
+constexpr double disagreeing_hold_out = 2.0;
+// With fewer stops, wider steps or a narrower sector LiDARs that look apart need not have seen the same.
+constexpr int enough_stops = 4;
+constexpr double wide_step_rad = to_rad(60.0);
+constexpr double narrow_sector_rad = to_rad(180.0);
+// What never turned saw other things by moving on.
+constexpr double least_step_rad = to_rad(1.0);
 // Of what lies on planes in the better half.
 constexpr double one_half_share = 0.4;
 // Of what is asked for: stops and planes follow what slipped, and gates leave out what is far off.
 constexpr double slipped_share = 0.2;
+
+// Of how many stops, and how far apart, between `before` and `after`; empty where it is not known.
+std::string stops_words(const LidarEvidence& e, const std::string& before, const std::string& after) {
+  if (e.stops <= 0) return {};
+  std::string words = before + counted(e.stops, "stop");
+  if (e.stops > 1) words += ", " + number(to_deg(e.step_rad), 0) + " degrees from one to the next";
+  return words + after;
+}
+
+// Then the rig file need not be wrong where nothing fits.
+bool saw_too_little(const LidarEvidence& e) {
+  if (e.stops <= 0) return false;
+  return e.stops < enough_stops || e.step_rad > wide_step_rad ||
+         (e.step_rad > least_step_rad && (e.stops - 1) * e.step_rad < narrow_sector_rad);
+}
 
 void judge_observability(const LidarEvidence& e, Verdict& verdict) {
   const OpenDirections open = open_directions(e.covariance, e.T_base_sensor);
@@ -89,25 +117,57 @@ void judge_used_halves(const LidarEvidence& e, Verdict& verdict) {
                       "only; fasten it and record again");
 }
 
+// A guess speaks against places far from it.
+bool is_ambiguous(const LidarEvidence& e) {
+  return e.runner_up_score > (e.has_guess ? 0.9 : ambiguous_share) * e.match_score;
+}
+
+bool is_worse_than_start(const LidarEvidence& e) {
+  return e.hold_out_start_rms_m > 0.0 && !(e.hold_out_rms_m <= std::max(worse_ratio * e.hold_out_start_rms_m, worse_m));
+}
+
+// So that the rig file is what is wrong where it says another.
+bool is_place_sure(const LidarEvidence& e) {
+  return e.converged && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e);
+}
+
+bool is_far_from_guess(const LidarEvidence& e) {
+  return e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m;
+}
+
+std::string from_guess_words(const LidarEvidence& e) {
+  return number(to_deg(e.from_guess_rad), 0) + " degrees and " + number(e.from_guess_m, 2) +
+         " m from its own initial_extrinsics";
+}
+
 void judge_place(const LidarEvidence& e, Verdict& verdict) {
   if (!e.same_place_as.empty()) {
     weaken(verdict, "it stands just where " + e.same_place_as +
                         " does: both seem to have the same points; check their folders, topics and addresses");
   }
-  const std::string own = number(to_deg(e.from_guess_rad), 0) + " degrees and " + number(e.from_guess_m, 2) +
-                          " m from its own initial_extrinsics";
+  const bool is_sure = is_place_sure(e);
   if (e.guess_is_inverse) {
     weaken(verdict,
            "it stands where the inverse of its initial_extrinsics has it: invert those of the rig file (they "
            "are T_base_sensor: p_base = R p_sensor + t)");
-  } else if (!e.stands_at.empty()) {
-    weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + own +
+  } else if (!e.stands_at.empty() && is_sure) {
+    weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + from_guess_words(e) +
                         ": the units are in the wrong order; swap their broadcast codes, addresses or folders");
-  } else if (e.same_place_as.empty() && (e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m)) {
-    weaken(verdict, "it ended " + own +
-                        ": these are wrong (axes, order of the quaternion, direction), or its points are (mirrored, or "
-                        "of other axes); mend them or leave initial_extrinsics out");
+  } else if (e.same_place_as.empty() && is_far_from_guess(e)) {
+    weaken(verdict, "it ended " + from_guess_words(e) +
+                        (is_sure ? ": these are wrong (axes, order of the quaternion, direction), or its points are "
+                                   "(mirrored, or of other axes); mend them or leave initial_extrinsics out"
+                                 : ", but too little is shared to say which of the two is right; record more stops, in "
+                                   "smaller turns, in which it and the others see the same surfaces" +
+                                       stops_words(e, " (there were ", ")")));
   }
+}
+
+void judge_share(const LidarEvidence& e, Verdict& verdict) {
+  if (e.used_share >= sure_share) return;
+  weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
+                      " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
+                      "match, or its packets are stamped by another clock than the others'");
 }
 
 // Why there is no place to be judged; empty: there is one.
@@ -133,7 +193,15 @@ std::string why_no_place(const LidarEvidence& e) {
            "sees the same surfaces from neighbouring stops";
   }
   if (!e.found) {
-    return "no pose near its initial extrinsics lays its surfaces on those of " + e.base_name + " " + match +
+    const std::string none =
+        "no pose near its initial extrinsics lays its surfaces on those of " + e.base_name + " " + match;
+    if (saw_too_little(e)) {
+      return none + ": both need not have seen the same in so few stops, or so narrow a turn, or so wide steps" +
+             stops_words(e, " (", ")") +
+             "; record stops in smaller turns, all the way round, or add stops in which both see the same surfaces; "
+             "only then check initial_extrinsics (direction p_base = R p_sensor + t)";
+    }
+    return none +
            "; check initial_extrinsics (direction p_base = R p_sensor + t), or add stops in which both see the same "
            "surfaces";
   }
@@ -168,7 +236,7 @@ void judge_hold_out(const LidarEvidence& e, Verdict& verdict) {
            "too little was seen in the stops that were held out to check it; record more stops in which it "
            "and the others see the same surfaces");
   }
-  if (!(e.hold_out <= 2.0)) {
+  if (!(e.hold_out <= disagreeing_hold_out)) {
     weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
                         " times what noise explains; was it moved or bumped during the recording, or are its "
                         "packets stamped by another clock than the others'?");
@@ -187,24 +255,17 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   if (verdict.status == Status::failed) return verdict;
   judge_end(e, require, verdict);
   if (e.has_assumed_steps) weaken(verdict, assumed_steps_words());
-  // A guess speaks against places far from it.
-  if (e.runner_up_score > (e.has_guess ? 0.9 : ambiguous_share) * e.match_score) {
+  if (is_ambiguous(e)) {
     weaken(verdict, "another pose fits its surfaces nearly as well (" + number(100.0 * e.runner_up_score, 0) +
                         " % against " + number(100.0 * e.match_score, 0) +
                         " %); the scene is symmetric: give a closer guess or add stops");
   }
   judge_place(e, verdict);
-  if (!(e.used_share >= 0.4)) {
-    weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
-                        " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
-                        "match, or its packets are stamped by another clock than the others'");
-  }
+  judge_share(e, verdict);
   judge_hold_out(e, verdict);
   judge_halves(e, require, verdict);
   judge_used_halves(e, verdict);
-  // A start may be a result: then both are the same but for noise.
-  constexpr double worse_ratio = 1.1;
-  if (e.hold_out_start_rms_m > 0.0 && !(e.hold_out_rms_m <= std::max(worse_ratio * e.hold_out_start_rms_m, 1e-3))) {
+  if (is_worse_than_start(e)) {
     fail(verdict, "it fits held-out stops worse (" + mm(e.hold_out_rms_m) + ") than its start did (" +
                       mm(e.hold_out_start_rms_m) + ")");
   }

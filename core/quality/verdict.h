@@ -27,6 +27,8 @@ struct LidarEvidence {
   bool saw_too_far = false;     ///< Some of its points lie farther than cells reach.
   bool base_has_points = true;  ///< In a stop that took part, or given poses tell where it stood.
   bool took_part = true;        ///< One of the stops in which it saw something did.
+  int stops = 0;                ///< Whose poses are known; 0: not told.
+  double step_rad = 0.0;        ///< How far the rig turned from one of these to the next, usually.
   bool has_guess = true;
   bool found = true;               ///< The start laid it on the base's surfaces.
   bool has_assumed_steps = false;  ///< See Start.

@@ -9,9 +9,11 @@
 namespace rigcal {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 Matrix6d covariance(double rotation_rad, double translation_m) {
   Vector6d variances;
@@ -167,6 +169,53 @@ INSTANTIATE_TEST_SUITE_P(
         Flaw{"HoldOutDisagrees", [](LidarEvidence& e) { e.hold_out = 2.5; }, Status::weak, "held-out stops disagree"},
         Flaw{"WorseThanTheStart", [](LidarEvidence& e) { e.hold_out_start_rms_m = 0.0015; }, Status::failed, "worse"}),
     [](const auto& flaw) { return std::string(flaw.param.name); });
+
+// A rig file that is right must not be mended by a place that is wrong.
+TEST(JudgeLidar, BlamesTheRigFileOnlyWhereThePlaceIsSure) {
+  LidarEvidence far = sound();
+  far.from_guess_rad = to_rad(51.0);
+  far.from_guess_m = 0.36;
+  far.stops = 6;
+  far.step_rad = to_rad(6.0);
+  const std::vector<std::function<void(LidarEvidence&)>> doubts = {
+      [](LidarEvidence& e) { e.converged = false; },
+      [](LidarEvidence& e) { e.runner_up_score = 0.75; },
+      [](LidarEvidence& e) { e.used_share = 0.3; },
+      [](LidarEvidence& e) { e.hold_out_start_rms_m = 0.0015; },
+  };
+  for (const std::string other : {"", "c"}) {
+    far.stands_at = other;
+    EXPECT_THAT(judge_lidar(far, {}).reasons,
+                ElementsAre(HasSubstr(other.empty() ? ": these are wrong (axes" : "the units are in the wrong order")));
+    for (const auto& doubt : doubts) {
+      LidarEvidence e = far;
+      doubt(e);
+      const std::vector<std::string> reasons = judge_lidar(e, {}).reasons;
+      EXPECT_THAT(reasons, Contains(HasSubstr("it ended 51 degrees and 0.36 m from its own initial_extrinsics, but too "
+                                              "little is shared")));
+      EXPECT_THAT(reasons, Contains(HasSubstr("(there were 6 stops, 6 degrees from one to the next)")));
+      EXPECT_THAT(reasons, Not(Contains(HasSubstr("are wrong"))));
+      EXPECT_THAT(reasons, Not(Contains(HasSubstr("wrong order"))));
+    }
+  }
+}
+
+TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits) {
+  LidarEvidence e = sound();
+  e.found = false;
+  const auto reason_of = [&](int stops, double step_deg) {
+    e.stops = stops;
+    e.step_rad = to_rad(step_deg);
+    return judge_lidar(e, {}).reasons.at(0);
+  };
+  EXPECT_THAT(reason_of(2, 180.0), HasSubstr("(2 stops, 180 degrees from one to the next); record stops in smaller"));
+  EXPECT_THAT(reason_of(1, 0.0), HasSubstr("(1 stop); record stops"));
+  EXPECT_THAT(reason_of(5, 72.0), HasSubstr("only then check initial_extrinsics"));
+  EXPECT_THAT(reason_of(6, 6.0), HasSubstr("only then check initial_extrinsics"));
+  EXPECT_THAT(reason_of(12, 30.0), HasSubstr("; check initial_extrinsics"));
+  EXPECT_THAT(reason_of(12, 0.1), HasSubstr("; check initial_extrinsics")) << "a vehicle that drove straight on";
+  EXPECT_THAT(reason_of(0, 0.0), HasSubstr("; check initial_extrinsics"));
+}
 
 TEST(JudgeLidar, AsksForWhatTheUserAsksFor) {
   const LidarEvidence e = sound();  // 95 %: 2.8 mm and 0.028 degrees
