@@ -14,8 +14,10 @@ namespace {
 // Rough poses are asked for to 10 degrees and 0.2 m.
 constexpr double far_from_guess_rad = to_rad(30.0);
 constexpr double far_from_guess_m = 0.5;
-// As much on common planes as of the base: what has less may be a false match.
+// As much on common planes as of the base: what has less may be a false match, and what has less than half of that is
+// one where anything else speaks against it.
 constexpr double sure_share = 0.4;
+constexpr double mislaid_share = 0.2;
 // A start may be a result: then both are the same but for noise.
 constexpr double worse_ratio = 1.1;
 constexpr double worse_m = 1e-3;
@@ -170,6 +172,25 @@ void judge_share(const LidarEvidence& e, Verdict& verdict) {
                       "match, or its packets are stamped by another clock than the others'");
 }
 
+// What lies on next to nothing that others saw, and has another sign of a false match.
+std::string why_mislaid(const LidarEvidence& e) {
+  if (!(e.used_share < mislaid_share)) return {};
+  std::string sign;
+  if (!e.has_guess) {
+    sign = "it has no initial_extrinsics that would confirm it";
+  } else if (is_far_from_guess(e)) {
+    sign = "it ended " + from_guess_words(e);
+  } else if (!(e.hold_out <= disagreeing_hold_out)) {
+    sign = "held-out stops disagree by " + number(e.hold_out, 1) + " times what noise explains";
+  } else {
+    return {};
+  }
+  return "only " + number(100.0 * e.used_share, 0) +
+         " % as much of what it saw as of the base's lies on common planes, and " + sign +
+         ": a false match; give rough initial_extrinsics (10 degrees, 0.2 m) if they are missing or wrong, and record "
+         "stops in which it and the others see the same surfaces";
+}
+
 // Why there is no place to be judged; empty: there is one.
 std::string why_no_place(const LidarEvidence& e) {
   const std::string match = "(best match " + number(100.0 * e.match_score, 0) + " %)";
@@ -260,8 +281,12 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
                         " % against " + number(100.0 * e.match_score, 0) +
                         " %); the scene is symmetric: give a closer guess or add stops");
   }
-  judge_place(e, verdict);
-  judge_share(e, verdict);
+  if (const std::string why = why_mislaid(e); !why.empty()) {
+    fail(verdict, why);
+  } else {
+    judge_place(e, verdict);
+    judge_share(e, verdict);
+  }
   judge_hold_out(e, verdict);
   judge_halves(e, require, verdict);
   judge_used_halves(e, verdict);

@@ -67,7 +67,8 @@ struct Verdict {
 
 /// What the status of a LiDAR means (docs/judging.md): good needs the 95 % bounds inside the requirement, no direction
 /// that only a prior fixes, a hold-out within twice the expected noise and not worse than the start, and the runner-up
-/// minimum rejected; failed is what cannot be observed or does not converge. Reasons are sentences a user can act on.
+/// minimum rejected; failed is what cannot be observed, does not converge, or lies on next to nothing that others saw
+/// where it has no guess, is far from it, or held-out stops disagree, too. Reasons are sentences a user can act on.
 [[nodiscard]] Verdict judge_lidar(const LidarEvidence& evidence, const Requirement& require);
 
 }  // namespace rigcal

@@ -217,6 +217,29 @@ TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits
   EXPECT_THAT(reason_of(0, 0.0), HasSubstr("; check initial_extrinsics"));
 }
 
+TEST(JudgeLidar, FailsWhatLiesOnNextToNothingAndHasAnotherSignOfAFalseMatch) {
+  LidarEvidence e = sound();
+  e.used_share = 0.18;
+  EXPECT_EQ(judge_lidar(e, {}).status, Status::weak) << "a small common part";
+  const auto expect_failed = [](const LidarEvidence& mislaid, const std::string& sign) {
+    EXPECT_EQ(judge_lidar(mislaid, {}).status, Status::failed) << sign;
+    EXPECT_THAT(judge_lidar(mislaid, {}).reasons, Contains(HasSubstr("lies on common planes, and " + sign)));
+  };
+  LidarEvidence far = e;
+  far.from_guess_m = 1.4;
+  expect_failed(far, "it ended 0 degrees and 1.40 m");
+  LidarEvidence alone = e;
+  alone.has_guess = false;
+  expect_failed(alone, "it has no initial_extrinsics");
+  LidarEvidence unlike = e;
+  unlike.hold_out = 2.5;
+  expect_failed(unlike, "held-out stops disagree by 2.5 times");
+  for (LidarEvidence shared : {far, alone, unlike}) {
+    shared.used_share = 0.25;
+    EXPECT_EQ(judge_lidar(shared, {}).status, Status::weak);
+  }
+}
+
 TEST(JudgeLidar, AsksForWhatTheUserAsksFor) {
   const LidarEvidence e = sound();  // 95 %: 2.8 mm and 0.028 degrees
   EXPECT_EQ(judge_lidar(e, {0.0027, to_rad(0.1)}).status, Status::weak);
