@@ -49,10 +49,16 @@ void add_intrinsics(const std::map<std::string, CameraIntrinsics>& intrinsics, s
 }
 
 // A run knows its cameras; a rig file that has them knows better.
-void add_cameras(const std::vector<std::string>& cameras, std::optional<Rig>& rig) {
-  if (!rig) rig.emplace();
-  for (const std::string& name : cameras) {
+void add_cameras(const ReportFile& report, std::optional<Rig>& rig) {
+  for (const std::string& name : report.cameras) {
+    if (!rig) rig.emplace();
     if (rig->find(name) < 0) camera_of(*rig, name);
+  }
+  for (const auto& [name, used] : report.intrinsics) {
+    const int index = rig ? rig->find(name) : -1;
+    if (index < 0) continue;
+    std::optional<CameraSettings>& camera = rig->sensors[static_cast<std::size_t>(index)].camera;
+    if (camera && !camera->intrinsics) camera->intrinsics = used;
   }
 }
 
@@ -74,7 +80,7 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
     if (!loaded) return loaded.error();
     rig = std::move(*loaded);
   }
-  if (read->report) add_cameras(read->report->cameras, rig);
+  if (read->report) add_cameras(*read->report, rig);
   add_intrinsics(read->intrinsics, rig);
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {

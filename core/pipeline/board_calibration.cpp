@@ -186,7 +186,7 @@ class BoardCalibration {
 
   // Every fourth board apart: the sensors' places come from the others, and only its own pose is fitted to it.
   void hold_out() {
-    hold_out_.assign(sensors_.size(), 0.0);
+    hold_out_.assign(sensors_.size(), {});
     std::vector<BoardPlace> kept;
     std::vector<BoardPlace> held;
     for (const BoardPlace& place : found_.places) {
@@ -203,16 +203,21 @@ class BoardCalibration {
     options.sensors_fixed = true;
     const BoardAdjustment then = adjust_boards(others.sensors, held, board_, options);
     for (std::size_t s = 0; s < sensors_.size(); ++s) {
+      const bool is_camera = then.sensors[s].camera.has_value();
       double squares = 0.0;
+      double own_squares = 0.0;
       double count = 0.0;
       for (const BoardPlace& place : then.places) {
         for (const BoardSighting& seen : place.sightings) {
           if (static_cast<std::size_t>(seen.sensor) != s) continue;
-          squares += std::pow(residuals_of(seen, then.sensors[s], place.T_base_board, board_).normalised, 2);
+          const SightingResiduals left = residuals_of(seen, then.sensors[s], place.T_base_board, board_);
+          squares += std::pow(left.normalised, 2);
+          own_squares += std::pow(is_camera ? left.pixels : left.plane_m, 2);
           count += 1.0;
         }
       }
-      if (count > 0.0) hold_out_[s] = std::sqrt(squares / count);
+      if (count == 0.0) continue;
+      hold_out_[s] = {std::sqrt(squares / count), std::sqrt(own_squares / count), 0.0, is_camera ? "px" : "m"};
     }
   }
 
@@ -305,7 +310,7 @@ class BoardCalibration {
     e.covariance = found_.covariances[s];
     e.observable = found_.observable[s] != 0;
     e.converged = found_.converged;
-    e.hold_out = hold_out_[s];
+    e.hold_out = hold_out_[s].ratio;
     if (placed_[s].via != rig_.base) {
       e.via_failed = judge(via).status == Status::failed;
       e.via_agreeing =
@@ -357,11 +362,16 @@ class BoardCalibration {
       }
       if (sensor.T_base_sensor && !found_.sensors[s].camera) sensor.range_offset = remarkable_offset(found_, s);
       result.status = std::max(result.status, sensor.status);
-      if (options_.refine_intrinsics && found_.sensors[s].camera) add_intrinsics(s, result);
+      sensor.hold_out = hold_out_[s];
+      if (found_.sensors[s].camera) add_camera(s, result);
       result.sensors.push_back(std::move(sensor));
     }
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       result.trajectory.push_back({recording_.stops[j], SE3{}, false});
+    }
+    for (const BoardPlace& place : found_.places) {
+      const bool held = place.why_out.empty() && place.sightings.size() > 1;
+      if (held) result.trajectory[static_cast<std::size_t>(place.stop)].took_part = true;
     }
     for (const Patch& patch : recording_.patches) {
       const std::string& name = rig_.sensors[static_cast<std::size_t>(patch.sensor)].name;
@@ -371,12 +381,12 @@ class BoardCalibration {
     return result;
   }
 
-  void add_intrinsics(std::size_t s, CalibrationResult& result) const {
+  void add_camera(std::size_t s, CalibrationResult& result) const {
     CameraEvidence evidence;
     evidence.name = rig_.sensors[s].name;
     evidence.guess_T_base_camera = guess_[s];
     evidence.given = rig_.sensors[s].camera->intrinsics.value_or(*found_.sensors[s].camera);
-    evidence.refined_intrinsics = true;
+    evidence.refined_intrinsics = options_.refine_intrinsics;
     evidence.images = seen_[s].images;
     evidence.estimate.found = placed_[s].known;
     evidence.estimate.converged = found_.converged;
@@ -384,7 +394,8 @@ class BoardCalibration {
     evidence.estimate.pose = {found_.sensors[s].T_base_sensor, found_.covariances[s]};
     evidence.estimate.views = static_cast<int>(seen_[s].images.size());
     evidence.estimate.residual_px = found_.sensors[s].sigma_px;
-    evidence.estimate.hold_out = hold_out_[s];
+    evidence.estimate.hold_out = hold_out_[s].ratio;
+    evidence.estimate.hold_out_px = hold_out_[s].rms;
     result.cameras.push_back(std::move(evidence));
   }
 
@@ -402,7 +413,7 @@ class BoardCalibration {
   BoardAdjustOptions adjust_options_;
   BoardAdjustment found_;
   std::set<int> left_out_;  ///< Stops that the adjustment left out, of which it was warned.
-  std::vector<double> hold_out_;
+  std::vector<HoldOutFigures> hold_out_;
   std::vector<BoardHalves> halves_;
   std::vector<FocalDoubt> focal_;
   std::string doubt_;  ///< Of the rig file's inner_corners.

@@ -259,7 +259,8 @@ class CornerCalibration {
   void add_stops(CalibrationResult& result) const {
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       const bool first = !stops_.empty() && static_cast<int>(j) == stops_[0];
-      result.trajectory.push_back({recording_.stops[j], SE3{}, first});
+      const bool used = std::find(stops_.begin(), stops_.end(), static_cast<int>(j)) != stops_.end();
+      result.trajectory.push_back({recording_.stops[j], SE3{}, first, used});
     }
     for (const PatchCells& patch : recording_.patches) {
       StopPose& stop = result.trajectory[static_cast<std::size_t>(patch.stop)];

@@ -62,7 +62,10 @@ struct StopPose {
   Stop stop;
   SE3 T_G_base;
   bool known = true;                                 ///< False: the data do not fix this pose.
+  bool took_part = false;                            ///< Though it is not known: methods that ask for no poses.
   std::map<std::string, std::uint64_t> points = {};  ///< By the name of the sensor; those without any are left out.
+
+  [[nodiscard]] bool is_used() const { return known || took_part; }
 };
 
 /// One stage of the calibration for report.json. `counts` are named figures, for example {"cells", 451000}.

@@ -1,21 +1,24 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/rig/rig.h"
 
 namespace rigcal {
 
 /// What of a report.json others read again.
 struct ReportFile {
-  std::vector<std::string> warnings;  ///< Of the run.
-  std::vector<std::string> cameras;   ///< Names of those that had images and intrinsics.
+  std::vector<std::string> warnings;                   ///< Of the run.
+  std::vector<std::string> cameras;                    ///< Names of those that had images and intrinsics.
+  std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of these, where it has them.
 };
 
-/// Reads the report.json of a result folder; nothing where it is missing, unreadable or not ours. Error: a newer
-/// format.
+/// Reads the report.json of a result folder; nothing where there is none, or another program's. Errors: what is there
+/// cannot be read (cut, damaged), a newer format.
 [[nodiscard]] Expected<std::optional<ReportFile>> read_report(const std::string& folder);
 
 }  // namespace rigcal

@@ -158,6 +158,10 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
       out.text = mlcc_lines(placed);
       break;
     case ResultFormat::fast_livo:
+      if (std::none_of(placed.sensors.begin(), placed.sensors.end(),
+                       [](const PlacedSensor& sensor) { return !sensor.is_camera; }))
+        return input_error("has no LiDAR with a transform, and this format is of a LiDAR and its cameras", {},
+                           "choose another format");
       out.text = fast_livo_yaml(placed);
       break;
     case ResultFormat::json:

@@ -135,6 +135,17 @@ Json found_json(const CameraEvidence& camera) {
   return json;
 }
 
+Json json_of(const CameraIntrinsics& camera) {
+  return {{"model", camera.model == DistortionModel::radtan ? "radtan" : "equidistant"},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"fx", camera.fx},
+          {"fy", camera.fy},
+          {"cx", camera.cx},
+          {"cy", camera.cy},
+          {"distortion", camera.distortion}};
+}
+
 Json cameras_json(const CalibrationResult& result) {
   Json list = Json::array();
   for (const CameraEvidence& camera : result.cameras) {
@@ -144,6 +155,7 @@ Json cameras_json(const CalibrationResult& result) {
           {{"stop", result.trajectory[static_cast<std::size_t>(image.stop)].stop.index}, {"file", image.file}});
     }
     json["found"] = camera.estimate.found;
+    json["intrinsics"] = json_of(camera.refined_intrinsics ? camera.estimate.intrinsics : camera.given);
     json["wall_s"] = camera.estimate.wall_s;
     json["iterations"] = camera.estimate.iterations;
     if (camera.estimate.found) json.update(found_json(camera));
@@ -160,17 +172,6 @@ Json rows_of(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(json_of(Eigen::VectorXd(matrix.row(i).transpose())));
   return rows;
-}
-
-Json json_of(const CameraIntrinsics& camera) {
-  return {{"model", camera.model == DistortionModel::radtan ? "radtan" : "equidistant"},
-          {"width", camera.width},
-          {"height", camera.height},
-          {"fx", camera.fx},
-          {"fy", camera.fy},
-          {"cx", camera.cx},
-          {"cy", camera.cy},
-          {"distortion", camera.distortion}};
 }
 
 Json json_of(const SensorResult& sensor, bool is_base, bool is_judged) {
@@ -204,9 +205,9 @@ std::string report_json(const CalibrationResult& result) {
             {"status", to_string(result.status)}};
   json["sensors"] = Json::array();
   for (const SensorResult& sensor : result.sensors) json["sensors"].push_back(sensor_json(sensor));
-  const auto known = std::count_if(result.trajectory.begin(), result.trajectory.end(),
-                                   [](const StopPose& pose) { return pose.known; });
-  json["stops"] = {{"found", result.trajectory.size()}, {"solved", known}};
+  const auto used = std::count_if(result.trajectory.begin(), result.trajectory.end(),
+                                  [](const StopPose& pose) { return pose.is_used(); });
+  json["stops"] = {{"found", result.trajectory.size()}, {"solved", used}};
   json["map_points"] = result.map.size();
   double wall_s = 0.0;
   double peak_mb = 0.0;

@@ -73,9 +73,9 @@ std::string timeline(const CalibrationResult& result) {
       const StopPose& pose = result.trajectory[j];
       const double begin = timed ? seconds(pose.stop.start_ns) : static_cast<double>(j) - 0.42;
       const double end = timed ? seconds(pose.stop.end_ns) : static_cast<double>(j) + 0.42;
-      plot.box({begin, row - 0.35}, {end, row + 0.35}, pose.known ? 0 : left_out_series,
+      plot.box({begin, row - 0.35}, {end, row + 0.35}, pose.is_used() ? 0 : left_out_series,
                "stop " + std::to_string(pose.stop.index) + ", " + name + ": " + std::to_string(here.count) + " " +
-                   here.what + (pose.known ? "" : ", left out"),
+                   here.what + (pose.is_used() ? "" : ", left out"),
                0.25 + 0.75 * static_cast<double>(here.count) / most);
     }
   }

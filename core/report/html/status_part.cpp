@@ -97,8 +97,8 @@ std::string about(std::uint64_t points) {
 
 // How large the run was and what came of it, in a line of figures.
 std::string facts(const CalibrationResult& result) {
-  const auto known = std::count_if(result.trajectory.begin(), result.trajectory.end(),
-                                   [](const StopPose& stop) { return stop.known; });
+  const auto used = std::count_if(result.trajectory.begin(), result.trajectory.end(),
+                                  [](const StopPose& stop) { return stop.is_used(); });
   std::uint64_t points = 0;
   for (const StopPose& stop : result.trajectory) {
     for (const auto& [sensor, count] : stop.points) points += count;
@@ -107,7 +107,7 @@ std::string facts(const CalibrationResult& result) {
   for (const CameraEvidence& camera : result.cameras) images += camera.images.size();
   double seconds = 0.0;
   for (const StageReport& stage : result.stages) seconds += stage.wall_s;
-  std::string out = fact(std::to_string(known) + " of " + std::to_string(result.trajectory.size()), "stops used");
+  std::string out = fact(std::to_string(used) + " of " + std::to_string(result.trajectory.size()), "stops used");
   if (points > 0) out += fact(about(points), "points");
   if (images > 0) out += fact(std::to_string(images), "images");
   if (!result.shared_surfaces.empty()) {

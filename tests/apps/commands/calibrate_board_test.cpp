@@ -117,6 +117,17 @@ TEST_F(CalibrateBoard, PlacesARealFisheyeCamera) {
   const SE3 published{exp_so3({0.0, 0.0, -1.49}) * exp_so3({0.0, -0.005, 0.0}) * exp_so3({-1.70, 0.0, 0.0}),
                       {0.06, 0.0, -0.17}};
   EXPECT_THAT(result().T_base_sensor.at("fisheye"), SE3Near(published, 2.0, 50.0));
+  const auto report = parse_json(text_of(scratch_ / "result/report.json"));
+  EXPECT_TRUE(fits_schema("report.json", report));
+  EXPECT_GE(report["stops"]["solved"], 11) << "all that hold a board";
+  for (const auto& sensor : report["sensors"]) {
+    EXPECT_GT(sensor["hold_out"]["over_noise"], 0.0);
+    EXPECT_EQ(sensor["hold_out"]["unit"], sensor["name"] == "fisheye" ? "px" : "m");
+  }
+  ASSERT_EQ(report["cameras"].size(), 1U);
+  const ProgramRun exported = run_rigcal("export result --format kalibr --out kalibr.yaml", scratch_);
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_THAT(text_of(scratch_ / "kalibr.yaml"), HasSubstr("cam0:"));
 }
 
 TEST_F(CalibrateBoard, FindsARealStereoPairAndItsIntrinsics) {
