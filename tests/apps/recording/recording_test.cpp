@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 
 #include "apps/exchange/patch_export.h"
 #include "apps/exchange/session_import.h"
@@ -189,9 +190,9 @@ TEST_F(RecordingOfPatches, AsksForMetresWhereNoPointOfAnyCloudCanBeUsed) {
           << points;
     }
     NotingReporter notes;
-    const auto recording =
+    // Where nothing is left this is an error, after the warning.
+    std::ignore =
         read_recording({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {}}, CellOptions{}, {notes});
-    EXPECT_TRUE(recording);
     const auto of_clouds = [](const std::string& warning) { return warning.find("usable") != std::string::npos; };
     const auto at = std::find_if(notes.warnings.begin(), notes.warnings.end(), of_clouds);
     return at == notes.warnings.end() ? std::string() : *at;
