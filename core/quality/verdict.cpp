@@ -37,7 +37,7 @@ constexpr double slipped_share = 0.2;
 std::string stops_words(const LidarEvidence& e, const std::string& before, const std::string& after) {
   if (e.stops <= 0) return {};
   std::string words = before + counted(e.stops, "stop");
-  if (e.stops > 1) words += ", " + number(to_deg(e.step_rad), 0) + " degrees from one to the next";
+  if (e.stops > 1) words += ", found " + number(to_deg(e.step_rad), 0) + " degrees from one to the next";
   return words + after;
 }
 

@@ -193,7 +193,7 @@ TEST(JudgeLidar, BlamesTheRigFileOnlyWhereThePlaceIsSure) {
       const std::vector<std::string> reasons = judge_lidar(e, {}).reasons;
       EXPECT_THAT(reasons, Contains(HasSubstr("it ended 51 degrees and 0.36 m from its own initial_extrinsics, but too "
                                               "little is shared")));
-      EXPECT_THAT(reasons, Contains(HasSubstr("(there were 6 stops, 6 degrees from one to the next)")));
+      EXPECT_THAT(reasons, Contains(HasSubstr("(there were 6 stops, found 6 degrees from one to the next)")));
       EXPECT_THAT(reasons, Not(Contains(HasSubstr("are wrong"))));
       EXPECT_THAT(reasons, Not(Contains(HasSubstr("wrong order"))));
     }
@@ -208,7 +208,8 @@ TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits
     e.step_rad = to_rad(step_deg);
     return judge_lidar(e, {}).reasons.at(0);
   };
-  EXPECT_THAT(reason_of(2, 180.0), HasSubstr("(2 stops, 180 degrees from one to the next); record stops in smaller"));
+  EXPECT_THAT(reason_of(2, 180.0),
+              HasSubstr("(2 stops, found 180 degrees from one to the next); record stops in smaller"));
   EXPECT_THAT(reason_of(1, 0.0), HasSubstr("(1 stop); record stops"));
   EXPECT_THAT(reason_of(5, 72.0), HasSubstr("only then check initial_extrinsics"));
   EXPECT_THAT(reason_of(6, 6.0), HasSubstr("only then check initial_extrinsics"));
