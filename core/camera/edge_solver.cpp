@@ -154,6 +154,7 @@ EdgeSolution solve_edges(const CameraScene& scene, const CameraIntrinsics& intri
       add_priors(solution.state, priors, level.intrinsics, sums);
       solution.information = sums.information;
       CameraVector step = limited(-sums.information.ldlt().solve(sums.gradient));
+      if (priors.principal_px <= 0.0) step.tail<2>().setZero();  // What is given stays as it is, to the last bit.
       const double full = std::sqrt(step.dot(sums.information * step));
       // Matches that change with the pose may pull it to and fro: ever smaller steps settle between.
       const double share = k < undamped_steps ? 1.0 : std::exp2(-1 - (k - undamped_steps) / halving_steps);

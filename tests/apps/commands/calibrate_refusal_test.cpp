@@ -147,7 +147,7 @@ TEST_F(CalibrateRefusal, OfADumpWithoutALidarOfTheRig) {
 
 TEST_F(CalibrateRefusal, OfARigThatNeverStandsStill) {
   write_run("run.pcapng", true, [](double t) { return 0.6 * std::sin(2.0 * pi * t); });
-  expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "never stands still", "let it rest");
+  expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "never stands still", "let the rig rest");
 }
 
 TEST_F(CalibrateRefusal, OfARigWithoutALidar) {
