@@ -11,6 +11,7 @@
 #include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
 #include "tests/support/noting_reporter.h"
+#include "tests/support/se3_matchers.h"
 
 namespace rigcal {
 namespace {
@@ -211,6 +212,27 @@ TEST(CalibrateLidars, TwoGroupsOfStopsDoNotSlideApart) {
     for (std::size_t j = 0; j < run.truth.T_G_base.size(); ++j) {
       EXPECT_LT((result.trajectory[j].T_G_base.t - run.truth.T_G_base[j].t).norm(), 0.01) << "stop " << j;
     }
+  }
+}
+
+// One large step among small ones, and no gyro: both groups fix the LiDARs, and nothing but the floor joins them.
+TEST(CalibrateLidars, StopsThatShareNothingWithTheOthersAreLeftOut) {
+  const sim::LightRig light = make_courtyard(1, 16);
+  LightRecording run = make_light_recording(light, {0, 1, 2, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
+  run.rig.turntable.emplace().axis = light.axis;
+  for (auto& R : run.recording.R_previous_this) R.reset();
+  NotingReporter reporter;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter});
+  ASSERT_TRUE(result);
+  EXPECT_THAT(reporter.warnings, Contains(HasSubstr("left out: too little of what was seen from there")));
+  const auto is_known = [](const StopPose& pose) { return pose.known; };
+  const auto first = std::find_if(result->trajectory.begin(), result->trajectory.end(), is_known);
+  const auto base = static_cast<std::size_t>(first - result->trajectory.begin());
+  EXPECT_GE(std::count_if(result->trajectory.begin(), result->trajectory.end(), is_known), 8);
+  for (std::size_t j = base; j < result->trajectory.size(); ++j) {
+    if (!result->trajectory[j].known) continue;
+    const SE3 truth = run.truth.T_G_base[base].inverse() * run.truth.T_G_base[j];
+    EXPECT_THAT(result->trajectory[j].T_G_base, SE3Near(truth, 0.1, 10.0)) << "stop " << j;
   }
 }
 
