@@ -47,9 +47,9 @@ class NumberList {
 constexpr double usual_drive_m = 1.2;
 
 template <class Take>
-void add_list(CLI::App& command, const std::string& name, const NumberList& list, const std::string& shape,
-              const std::string& text, const Take& take) {
-  command
+CLI::Option* add_list(CLI::App& command, const std::string& name, const NumberList& list, const std::string& shape,
+                      const std::string& text, const Take& take) {
+  return command
       .add_option_function<std::vector<std::string>>(
           name,
           [list, take](const std::vector<std::string>& values) {
@@ -88,9 +88,11 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
       ->option_text("S");
   using Numbers = std::vector<double>;
   add_list(command, "--dwell-range", NumberList({{0.1, 600.0}, {0.1, 600.0}}, "SHORTEST,LONGEST in seconds"), "S,S",
-           "Stops of unequal length instead, for example 1,30", [&options](const Numbers& n) {
+           "Stops of unequal length instead, for example 1,30",
+           [&options](const Numbers& n) {
              options.dwell_range_s = {{std::min(n[0], n[1]), std::max(n[0], n[1])}};
-           });
+           })
+      ->excludes("--dwell");
   command
       .add_option_function<double>(
           "--creep", [&options](double deg) { options.creep_rad_per_s = to_rad(deg); },

@@ -92,10 +92,17 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
   ResultExport done;
   done.sensors = std::move(exported->sensors);
   done.warnings = std::move(exported->warnings);
-  if (!rig && tells_cameras_apart(format)) {
+  if (!rig && !read->report && tells_cameras_apart(format)) {
     done.warnings.push_back(
         "no sensor is known for a camera, so that all of them are written as LiDARs: give --rig RIG where there are "
         "some");
+  }
+  if (!rig_path.empty() && tells_cameras_apart(format)) {
+    for (const std::string& name : done.sensors) {
+      if (rig->find(name) >= 0) continue;
+      done.warnings.push_back(name + " is not in " + rig_path +
+                              ", so that it is written as a LiDAR: add it there, or name the rig file of this result");
+    }
   }
   done.status = result.status;
   done.is_judged = result.is_judged;

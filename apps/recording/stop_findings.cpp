@@ -134,6 +134,10 @@ std::optional<Error> reading_error(const StreamSource& source, const StopOptions
     return error;
   }
   if (!summary.stops.empty()) return std::nullopt;
+  if (!summary.truncation.empty()) {
+    return input_error("no stop is in what can be read of it: " + summary.truncation, source.path,
+                       "record anew, or copy it anew; rigcal inspect tells what it holds up to there");
+  }
   char text[300];
   if (summary.source == StopSource::points && summary.view.blind_s > 0.0) {
     std::snprintf(

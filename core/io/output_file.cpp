@@ -53,6 +53,11 @@ Error cannot_write(const std::string& path, int code) {
       return system_error("the disk is full", path, "make room or choose another disk");
     case EISDIR:
       return system_error("is a folder", path, "choose another name");
+    case ENAMETOOLONG:
+      return system_error("its name is too long", path, "choose a shorter one");
+    case EFBIG:
+      return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path,
+                          "choose another disk, or raise the limit of file sizes (ulimit -f)");
     default:
       return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path);
   }

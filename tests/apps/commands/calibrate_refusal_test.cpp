@@ -150,6 +150,13 @@ TEST_F(CalibrateRefusal, OfARigThatNeverStandsStill) {
   expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "never stands still", "let the rig rest");
 }
 
+// Not that it never stands still.
+TEST_F(CalibrateRefusal, OfADumpThatIsCutBeforeItsFirstStop) {
+  write_run("run.pcapng", true, [](double) { return 0.0; });
+  fs::resize_file(scratch / "run.pcapng", 2001);
+  expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "no stop is in what can be read of it: ", "record anew");
+}
+
 TEST_F(CalibrateRefusal, OfARigWithoutALidar) {
   write_run("run.pcapng", true, [](double) { return 0.0; });
   write("cameras.yaml", "rigcal: 1\nbase: a\nsensors:\n  a: {type: camera}\n");

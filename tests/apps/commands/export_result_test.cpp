@@ -153,6 +153,9 @@ TEST_F(ExportResult, KnowsTheCamerasOfAResultFolder) {
   EXPECT_THAT(warned, HasSubstr("no sensor is known for a camera"));
   EXPECT_THAT(warned, HasSubstr("give --rig RIG"));
   EXPECT_EQ(sensors("seen/extrinsics.yaml --format urdf --out e").second, "") << "to which all sensors are alike";
+  std::ofstream(scratch / "other.yaml") << "rigcal: 1\nbase: mid40\nsensors:\n  mid40: {type: livox_mid40}\n";
+  EXPECT_THAT(sensors("seen/extrinsics.yaml --rig other.yaml --format kalibr --out f").second,
+              HasSubstr("left is not in other.yaml, so that it is written as a LiDAR"));
 }
 
 TEST_F(ExportResult, NamesWhatIsWrongAndTouchesNothing) {

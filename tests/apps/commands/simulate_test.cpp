@@ -109,6 +109,7 @@ TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
   EXPECT_EQ(refused("--bump 1,2").code, 2);
   EXPECT_EQ(refused("--vibration 0.1,0").code, 2);
   EXPECT_EQ(refused("--dwell-range 1,2,3").code, 2);
+  EXPECT_EQ(refused("--dwell 2 --dwell-range 1,3").code, 2);
   EXPECT_EQ(refused("--creep fast").code, 2);
   EXPECT_EQ(refused("--stops 3 --bump 3,1,1").code, 2);
   EXPECT_THAT(refused("--bump 99,1,1").err, HasSubstr("there is no stop 99: the last one is 19"));
