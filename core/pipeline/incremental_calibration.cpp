@@ -56,7 +56,8 @@ bool IncrementalCalibration::is_due_anew() const {
 }
 
 std::optional<WarmStart> IncrementalCalibration::warm_start() const {
-  if (is_due_anew()) return std::nullopt;
+  // What was left out last stands where nothing says, and the way from there leads nowhere.
+  if (is_due_anew() || solution_->start.stop_known.back() == 0) return std::nullopt;
   WarmStart warm{solution_->start, {}, solution_->T_grid_G};
   Start& start = warm.start;
   start.state = solution_->state;
@@ -174,6 +175,8 @@ std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
   for (const PatchCells& patch : recording.patches) {
     out[static_cast<std::size_t>(patch.stop)].patches.push_back(patch);
   }
+  // Of all stops together, of which it is the sum that counts.
+  if (!out.empty()) out.front().too_far = recording.too_far;
   return out;
 }
 

@@ -60,7 +60,8 @@ class IncrementalCalibration {
   /// Keeps a stop without solving; the next `estimate` takes all of them.
   void add_stop(CalibrationStop stop);
   /// Of the stops so far. Starts from the solution before where the gyro knows the way to the new stops, from scratch
-  /// otherwise: while there are few stops, at each doubling of them, and while a LiDAR has not been found. Errors: as
+  /// otherwise: while there are few stops, at each doubling of them, while a LiDAR has not been found, and after a stop
+  /// that was left out. Errors: as
   /// `calibrate_lidars`; cancelled.
   [[nodiscard]] Expected<StopEstimate> estimate(const RunContext& context);
   /// The batch's result on all stops, and its errors.

@@ -45,6 +45,19 @@ std::string reasons(const StopEstimate& estimate) {
   return text;
 }
 
+TEST(StopsOf, KeepWhatWasTooFar) {
+  LidarRecording recording;
+  recording.lidar_sensors = {0, 1};
+  recording.stops.resize(2);
+  recording.too_far = {0, 70};
+  LidarRecording again;
+  again.lidar_sensors = recording.lidar_sensors;
+  for (CalibrationStop& stop : stops_of(recording)) append(std::move(stop), again);
+  EXPECT_EQ(again.too_far, recording.too_far);
+  EXPECT_TRUE(again.saw_too_far(1));
+  EXPECT_TRUE(stops_of(LidarRecording{}).empty());
+}
+
 TEST(IncrementalCalibration, TellsAfterEachStopWhatIsKnownAndEndsAsTheBatch) {
   const LightRecording run = make_light_recording(courtyard(8, 10000));
   IncrementalCalibration calibration = begin(run, {0.005, to_rad(0.05)});
