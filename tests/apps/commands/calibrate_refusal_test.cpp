@@ -153,7 +153,7 @@ TEST_F(CalibrateRefusal, OfARigThatNeverStandsStill) {
 // Not that it never stands still.
 TEST_F(CalibrateRefusal, OfADumpThatIsCutBeforeItsFirstStop) {
   write_run("run.pcapng", true, [](double) { return 0.0; });
-  fs::resize_file(scratch / "run.pcapng", 2001);
+  fs::resize_file(scratch / "run.pcapng", 20001);
   expect_refused("run.pcapng --rig rig.yaml", "run.pcapng: ", "no stop is in what can be read of it: ", "record anew");
 }
 
