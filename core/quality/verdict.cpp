@@ -172,8 +172,16 @@ void judge_share(const LidarEvidence& e, Verdict& verdict) {
                       "match, or its packets are stamped by another clock than the others'");
 }
 
-// What lies on next to nothing that others saw, and has another sign of a false match.
+// What lies on next to nothing that others saw, and has another sign of a false match; or has all other signs of one.
 std::string why_mislaid(const LidarEvidence& e) {
+  if (e.has_guess && is_far_from_guess(e) && is_ambiguous(e) && !(e.hold_out <= disagreeing_hold_out)) {
+    return "it ended " + from_guess_words(e) +
+           ", another pose fits its surfaces nearly as well, and held-out stops "
+           "disagree by " +
+           number(e.hold_out, 1) +
+           " times what noise explains: a false match; record stops, in smaller turns, in which it and the others see "
+           "the same surfaces, and check initial_extrinsics";
+  }
   if (!(e.used_share < mislaid_share)) return {};
   std::string sign;
   if (!e.has_guess) {

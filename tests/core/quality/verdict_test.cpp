@@ -218,6 +218,23 @@ TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits
   EXPECT_THAT(reason_of(0, 0.0), HasSubstr("; check initial_extrinsics"));
 }
 
+TEST(JudgeLidar, FailsWhatHasAllSignsOfAFalseMatch) {
+  LidarEvidence e = sound();
+  e.from_guess_rad = to_rad(40.0);
+  e.runner_up_score = e.match_score;
+  e.hold_out = 2.6;
+  const Verdict all = judge_lidar(e, {});
+  EXPECT_EQ(all.status, Status::failed);
+  EXPECT_THAT(all.reasons, Contains(HasSubstr("disagree by 2.6 times what noise explains: a false match")));
+  LidarEvidence near = e;
+  near.from_guess_rad = 0.0;
+  LidarEvidence alone = e;
+  alone.runner_up_score = 0.0;
+  LidarEvidence agreeing = e;
+  agreeing.hold_out = 1.0;
+  for (const LidarEvidence& two : {near, alone, agreeing}) EXPECT_EQ(judge_lidar(two, {}).status, Status::weak);
+}
+
 TEST(JudgeLidar, FailsWhatLiesOnNextToNothingAndHasAnotherSignOfAFalseMatch) {
   LidarEvidence e = sound();
   e.used_share = 0.18;
