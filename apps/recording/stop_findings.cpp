@@ -51,8 +51,7 @@ std::string brief_rests_text(const StillFigures& gyro) {
 std::string mend_of_rests(const StillFigures& gyro) {
   if (!rests_tremble(gyro)) return "let the rig rest for two seconds and more at every stop";
   return "switch off what shakes the rig, brake the table or let its drive rest at every stop, and stand it firmly, "
-         "out "
-         "of the wind";
+         "sheltered from wind";
 }
 
 // A steady slow rotation at every stop, faster than creep that adds up, looks to a gyro as its bias does.

@@ -47,6 +47,10 @@ struct PoseEstimate {
 /// Of poses that are the same, 0.1 % differ by more: with what does, an end is doubtful.
 constexpr double differing_chi2 = chi2_999_6;
 
+/// What edges leave the place of a principal point off by, beside its sigma, where the intrinsics are right (simulated
+/// images): pixels of the images that are worked on.
+constexpr double principal_chance_px = 0.2;
+
 /// A departure from what the rig file says.
 struct ScalarEstimate {
   double value = 0.0;

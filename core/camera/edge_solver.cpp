@@ -26,6 +26,7 @@ constexpr double restless_sigmas = 0.5;
 constexpr double longest_rad = to_rad(1.5);
 constexpr double longest_m = 0.08;
 
+// Sigmas of what is held fast.
 constexpr double fast = 1e-9;
 constexpr double fast_px = 1e-6;
 

@@ -23,7 +23,7 @@ struct EdgePriors {
 /// Matching gets finer from level to level.
 struct SolveLevel {
   MatchOptions match;
-  bool intrinsics = true;  ///< They are free, under their priors.
+  bool intrinsics = true;  ///< Of the lens: free, under their priors.
   int max_iterations = 12;
 };
 

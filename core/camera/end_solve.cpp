@@ -18,9 +18,6 @@ constexpr double free_focal_scale = 0.02;
 constexpr double free_k1 = 0.1;
 constexpr double free_principal = 0.02;  // of the focal length
 
-// What edges of simulated images with the right intrinsics leave a principal point off by, beside its sigma.
-constexpr double chance_px = 0.2;
-
 // A start is near: matches need not be sought as far away as at first.
 constexpr std::size_t fine_levels = 3;
 
@@ -34,7 +31,7 @@ EdgePriors with_free_intrinsics(EdgePriors priors) {
 
 bool is_off(const ScalarEstimate& change) { return std::abs(change.value) > 3.0 * change.sigma; }
 
-bool is_off_px(const ScalarEstimate& change) {
+bool is_off_px(const ScalarEstimate& change, double chance_px) {
   return std::abs(change.value) > 3.0 * std::hypot(change.sigma, chance_px);
 }
 

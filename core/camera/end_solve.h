@@ -28,8 +28,8 @@ constexpr std::size_t least_stops_for_intrinsics = 4;
 /// Whether a freely estimated departure from the rig file is more than chance.
 [[nodiscard]] bool is_off(const ScalarEstimate& change);
 
-/// The same of the place of a principal point, in pixels.
-[[nodiscard]] bool is_off_px(const ScalarEstimate& change);
+/// As `is_off`, of cx or cy in pixels; `chance_px` is principal_chance_px in those of `change`.
+[[nodiscard]] bool is_off_px(const ScalarEstimate& change, double chance_px = principal_chance_px);
 
 /// Matches finely from a start, with all intrinsics free, with those but the principal point, and under the priors:
 /// what these should be shows only where nothing pulls them back. Where they are clearly others, the end is a free one;

@@ -223,6 +223,7 @@ class CameraStage {
     const double scale = std::ldexp(1.0, halvings_of(given(task)));
     limits.worse_px *= scale;
     limits.radial_trend_px *= scale;
+    limits.centre_chance_px *= scale;
     return judge_camera(in_full(task, estimate), task.name, require_, options_.refine_intrinsics, limits);
   }
 

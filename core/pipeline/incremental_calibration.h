@@ -61,8 +61,7 @@ class IncrementalCalibration {
   void add_stop(CalibrationStop stop);
   /// Of the stops so far. Starts from the solution before where the gyro knows the way to the new stops, from scratch
   /// otherwise: while there are few stops, at each doubling of them, while a LiDAR has not been found, and after a stop
-  /// that was left out. Errors: as
-  /// `calibrate_lidars`; cancelled.
+  /// that was left out. Errors: as `calibrate_lidars`; cancelled.
   [[nodiscard]] Expected<StopEstimate> estimate(const RunContext& context);
   /// The batch's result on all stops, and its errors.
   [[nodiscard]] Expected<CalibrationResult> finish(const std::vector<CameraRecording>& cameras,

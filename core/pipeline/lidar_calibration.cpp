@@ -168,10 +168,9 @@ class Calibration {
       solution_.use[k] = solution_.start.lidar_known[static_cast<std::size_t>(p.lidar)] &&
                          solution_.start.stop_known[static_cast<std::size_t>(p.stop)] && !p.cells.empty();
     }
-    const std::vector<std::optional<Matrix3d>>& by_gyro = recording_.R_previous_this;
-    const bool told = !recording_.trajectory.empty() ||
-                      std::any_of(by_gyro.begin(), by_gyro.end(), [](const auto& R) { return R.has_value(); });
-    const std::string mend = told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
+    const std::vector<char> told = told_stops();
+    const bool is_told = std::find(told.begin(), told.end(), 1) != told.end();
+    const std::string mend = is_told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
@@ -318,6 +317,16 @@ class Calibration {
     return turned || apart || alone;
   }
 
+  // A gyro or a trajectory says how they stand to the one before.
+  [[nodiscard]] std::vector<char> told_stops() const {
+    std::vector<char> told(recording_.stops.size(), 0);
+    for (std::size_t j = 0; j < told.size(); ++j) {
+      const bool by_gyro = j < recording_.R_previous_this.size() && recording_.R_previous_this[j];
+      told[j] = by_gyro || !recording_.trajectory.empty() ? 1 : 0;
+    }
+    return told;
+  }
+
   void forget_lost_stops() {
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       if (!solution_.start.stop_known[static_cast<std::size_t>(recording_.patches[k].stop)]) solution_.use[k] = 0;
@@ -332,12 +341,7 @@ class Calibration {
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       if (solution_.use[k]) used[static_cast<std::size_t>(recording_.patches[k].stop)] = 1;
     }
-    std::vector<char> told(count, 0);
-    for (std::size_t j = 0; j < count; ++j) {
-      const bool by_gyro = j < recording_.R_previous_this.size() && recording_.R_previous_this[j];
-      told[j] = by_gyro || !recording_.trajectory.empty() ? 1 : 0;
-    }
-    const std::vector<std::vector<std::size_t>> groups = stop_groups(used, told, solution_.refined.map);
+    const std::vector<std::vector<std::size_t>> groups = stop_groups(used, told_stops(), solution_.refined.map);
     for (std::size_t g = 1; g < groups.size(); ++g) {
       std::vector<int> numbers;
       for (const std::size_t j : groups[g]) {

@@ -74,10 +74,12 @@ bool is_confirmed(const CameraEstimate& e, const Requirement& require, const Cam
   return bounds_apart(between.t.norm(), log_so3(between.R).norm(), e, require) <= limits.confirming_share;
 }
 
-bool has_other_centre(const CameraEstimate& e) { return is_off_px(e.cx_change_px) || is_off_px(e.cy_change_px); }
+bool has_other_centre(const CameraEstimate& e, const CameraThresholds& limits) {
+  return is_off_px(e.cx_change_px, limits.centre_chance_px) || is_off_px(e.cy_change_px, limits.centre_chance_px);
+}
 
-bool asks_for_another_lens(const CameraEstimate& e) {
-  return is_off(e.focal_scale) || is_off(e.k1_change) || has_other_centre(e);
+bool asks_for_another_lens(const CameraEstimate& e, const CameraThresholds& limits) {
+  return is_off(e.focal_scale) || is_off(e.k1_change) || has_other_centre(e, limits);
 }
 
 // At a false match other intrinsics may seem to fit better, too; then `is_doubtful`.
@@ -92,7 +94,7 @@ void judge_intrinsics(const CameraEstimate& e, const CameraThresholds& limits, b
     weaken(verdict, "the images fit better with k1 " + std::string(e.k1_change.value > 0.0 ? "larger" : "smaller") +
                         " by " + number(std::abs(e.k1_change.value), 4) + " than the rig file's" + mend);
   }
-  if (has_other_centre(e)) {
+  if (has_other_centre(e, limits)) {
     weaken(verdict, "the images fit better with a principal point that is " + px(std::abs(e.cx_change_px.value)) +
                         " farther " + (e.cx_change_px.value > 0.0 ? "right" : "left") + " and " +
                         px(std::abs(e.cy_change_px.value)) + " farther " +
@@ -117,7 +119,7 @@ std::string why_false(const CameraEstimate& e, const Requirement& require, bool 
   if (is_confirmed(e, require, limits)) return {};
   if (bounds > limits.halves_share) {
     // With a lens that is another halves still agree, since it is estimated beside the pose: a false match bends it.
-    if (!refined && asks_for_another_lens(e)) return "and another lens than the rig file's seems to fit better";
+    if (!refined && asks_for_another_lens(e, limits)) return "and another lens than the rig file's seems to fit better";
     if (!e.information) return "and its grey values lead nowhere";
   }
   return bounds > limits.farthest_halves_share ? far_apart : std::string();

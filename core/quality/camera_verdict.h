@@ -24,11 +24,12 @@ struct CameraThresholds {
   double disagreement_chi2 = differing_chi2;  ///< Edges against information.
   double radial_trend_sigmas = 4.0;           ///< The trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
-  double halves_share = 1.0;                  ///< Either half of the stops apart, over the larger of the requirement
-                                              ///< and the bounds; so far apart other signs of a false match count,
-  double farthest_halves_share = 3.0;         ///< and so far apart it takes no other sign.
-  double halves_chi2 = differing_chi2;        ///< And over what they may differ by.
-  double confirming_share = 1.5;              ///< Information that leads no farther off confirms, over the same.
+  double centre_chance_px = principal_chance_px;
+  double halves_share = 1.0;            ///< Either half of the stops apart, over the larger of the requirement
+                                        ///< and the bounds; so far apart other signs of a false match count,
+  double farthest_halves_share = 3.0;   ///< and so far apart it takes no other sign.
+  double halves_chi2 = differing_chi2;  ///< And over what they may differ by.
+  double confirming_share = 1.5;        ///< Information that leads no farther off confirms, over the same.
   double other_lens_gain = 1.2;  ///< From where on the other distortion model is asked about, where something is wrong.
   double runner_up_ratio = 0.95;
   double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not,

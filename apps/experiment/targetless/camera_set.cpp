@@ -4,6 +4,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/seconds.h"
+#include "core/camera/working_size.h"
 #include "core/voxel/patch_of_points.h"
 #include "simdata/camera/camera_shots.h"
 #include "simdata/camera/image_renderer.h"
@@ -82,7 +83,8 @@ Expected<std::vector<CameraTask>> take_images(const Run& run, int images, const 
   const int wanted = std::min(images, stops);
   std::vector<CameraTask> out;
   for (const sim::SimulatedCamera& camera : *cameras) {
-    CameraTask task{camera.sensor, camera.name, camera.model.intrinsics(), std::nullopt, {}};
+    const int halvings = halvings_of(camera.model.intrinsics());
+    CameraTask task{camera.sensor, camera.name, halved(camera.model.intrinsics(), halvings), std::nullopt, {}};
     const sim::ImageRenderer renderer(run.scene, caster, camera.model);
     for (int k = 0; k < wanted; ++k) {
       if (context.cancelled()) return cancelled_error();
@@ -92,7 +94,7 @@ Expected<std::vector<CameraTask>> take_images(const Run& run, int images, const 
       const SE3 T_scene_camera = simulated->motion.T_scene_base_unswung(time_s) * camera.T_base_camera;
       const Image image = sim::expose(renderer.render(T_scene_camera, time_s), camera.chip, run.options.seed,
                                       camera.noise_of(static_cast<std::uint64_t>(stop)));
-      ImageFeatures features = find_features(image, 0);
+      ImageFeatures features = find_features(image, halvings);
       task.views.push_back({stop, camera.name + " " + std::to_string(stop), std::move(features.grey), features.edges});
     }
     out.push_back(std::move(task));

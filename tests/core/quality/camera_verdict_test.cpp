@@ -192,6 +192,9 @@ TEST(CameraVerdict, WeakensIntrinsicsThatAreNotTheLenss) {
   e.cx_change_px = {0.2, 0.3};
   e.cy_change_px = {-3.0, 0.4};
   expect_weak(e, "a principal point that is 0.20 px farther right and 3.00 px farther up than the rig file's");
+  CameraThresholds of_quarter_images;
+  of_quarter_images.centre_chance_px *= 8.0;
+  EXPECT_EQ(judge_camera(e, "left", {}, false, of_quarter_images).status, Status::good) << "0.4 px of those";
   e = sound();
   e.radial_trend = {-1.5, 0.1};
   expect_weak(e, "along the radius, 1.50 px at the corners");
