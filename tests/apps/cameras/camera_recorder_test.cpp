@@ -183,11 +183,18 @@ TEST_F(CameraRecorderLive, ImagesGetTheirPulsesFromACameraWithoutAClock) {
     recorder->add_pulse({i, clock.from_monotonic(now)});
     std::this_thread::sleep_for(std::chrono::milliseconds(250 + 50 * (i % 3)));
   }
-  static_cast<void>(frames_of(*recorder, 10));
+  const std::vector<FrameRecord> frames = frames_of(*recorder, 12);
   const CaptureCamera status = recorder->status();
   ASSERT_TRUE(status.matching.has_value());
   EXPECT_EQ(status.matching->strays, 0U);
-  EXPECT_GE(status.matching->matched + 2, status.written);
+  // How many are clear is a matter of how evenly a busy machine lets them arrive; which pulse they get is not.
+  EXPECT_GE(status.matching->matched, 4U);
+  ASSERT_EQ(frames.size(), 12U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].trigger) {
+      EXPECT_EQ(*frames[i].trigger, static_cast<std::int64_t>(i));
+    }
+  }
 }
 
 TEST_F(CameraRecorderLive, ImagesOfFallingEdgesHaveTheStampsOfThese) {
