@@ -108,6 +108,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   if (e.observable && e.took_part) {
     e.covariance = with_unevenness(covariances.with_priors[i], s.unevenness_m, places);
     e.covariance_data_only = with_unevenness(covariances.data_only[i], s.unevenness_m, places);
+    e.scatter = covariances.scatter[i];
     if (i < s.frozen.size()) e.frozen = s.frozen[i];
     if (translation_bound(e.covariance) > options.require.translation_m) {
       e.helpful_turn =

@@ -261,6 +261,17 @@ double mean_square_offset(const std::vector<PlaneFeature>& features, const RigSt
   return degrees > 0.0 ? squares / degrees : 0.0;
 }
 
+// Where stops contradict each other by more than all that is told so far.
+void widen_by_stops(const SolvedPlanes& solved, const Eigen::MatrixXd& inverse_hessian, std::optional<int> base,
+                    LidarCovariances& out) {
+  const StopMoves moves = stop_moves(solved.features, solved.state, solved.layout, inverse_hessian, base);
+  for (std::size_t i = 0; i < out.with_priors.size(); ++i) {
+    out.scatter.push_back(stop_scatter(moves.moves[i], moves.stops[i], out.with_priors[i]));
+    out.with_priors[i] = widened(out.with_priors[i], out.scatter[i]);
+    out.data_only[i] = widened(out.data_only[i], out.scatter[i]);
+  }
+}
+
 }  // namespace
 
 LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base) {
@@ -276,12 +287,14 @@ LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int
   FullCovariances full;
   full.data_only = factor * inverse_information(data.H);
   add_priors(solved.layout, held, solved.state, sum);
-  full.with_priors = factor * inverse_information(sum.H);
+  const Eigen::MatrixXd inverse_hessian = inverse_information(sum.H);
+  full.with_priors = factor * inverse_hessian;
   out.observable = observable_lidars(sum.H, full.with_priors, solved.layout, base);
   if (solved.ranges) widen_by_range_errors(solved, held, 0.5 * factor, full, out);
   widen_open_directions(solved, held, full, out);
   out.with_priors = blocks_of(full.with_priors, solved, base);
   out.data_only = blocks_of(full.data_only, solved, base);
+  widen_by_stops(solved, inverse_hessian, base, out);
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include "core/planes/adjust.h"
 #include "core/planes/range_errors.h"
 #include "core/quality/result.h"
+#include "core/quality/stop_scatter.h"
 
 namespace rigcal {
 
@@ -42,13 +43,16 @@ struct LidarCovariances {
   std::vector<RangeError> range_sigma_m;
   /// The direction of each LiDAR's place (its own frame, unit) that no plane faces and its match holds; zero: none.
   std::vector<Vector3d> only_matched;
+  /// By how much the covariances of each LiDAR were widened, as its stops differ.
+  std::vector<StopScatter> scatter;
 };
 
 /// 2 H^-1 of the Gauss-Newton form (implicit function theorem with weights 1/variance for each point, each cluster
 /// capped by the floor of the map), times chi2 where that is above one, and what the LiDARs' ranges may be off by as
-/// far as the planes do not tell it (core/planes/range_errors.h). A direction of a place or turn that no plane
-/// faces is as wide as what else holds it, at most 2 m and 1 rad. All of it is of the poses as they were solved,
-/// against the LiDAR that is fixed; told are those against `base` (nothing: the same), by the adjoints.
+/// far as the planes do not tell it (core/planes/range_errors.h). Where stops contradict each other by more, they are
+/// as wide as these scatter (stop_scatter.h). A direction of a place or turn that no plane faces is as wide as what
+/// else holds it, at most 2 m and 1 rad. All of it is of the poses as they were solved, against the LiDAR that is
+/// fixed; told are those against `base` (nothing: the same), by the adjoints.
 [[nodiscard]] LidarCovariances lidar_covariances(const SolvedPlanes& solved, std::optional<int> base = std::nullopt);
 
 /// Root mean square over expected noise of what each LiDAR saw in the held-out stops, when its extrinsics come from the

@@ -1,6 +1,7 @@
 #include "core/quality/verdict.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "core/base/text.h"
@@ -55,22 +56,34 @@ void judge_observability(const LidarEvidence& e, Verdict& verdict) {
                     " open; add " + open.surface + " where it and the others look" + turn_words(e.helpful_turn));
 }
 
+// What else than more stops mends; empty: stops agree.
+std::string wandering_words(double scatter) {
+  if (!(scatter > 1.0)) return {};
+  return "single stops differ in it by " + number(std::sqrt(scatter), 1) +
+         " times what noise explains: a mount that does not sit firmly, or stops that were laid on each other wrongly; "
+         "fasten it, let the rig rest in each stop, and record again";
+}
+
 void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
   const double t = translation_bound(e.covariance);
   const double r = rotation_bound(e.covariance);
   if (!(t <= require.translation_m)) {
+    const std::string wanders = wandering_words(e.scatter.place);
     weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
-                        "), worst along " + weak_translation_words(e.covariance, e.T_base_sensor) +
-                        "; add stops that see a surface facing that way: " +
-                        surface_for_weak_translation(e.covariance, e.T_base_sensor) + turn_words(e.helpful_turn));
+                        "), worst along " + weak_translation_words(e.covariance, e.T_base_sensor) + "; " +
+                        (wanders.empty() ? "add stops that see a surface facing that way: " +
+                                               surface_for_weak_translation(e.covariance, e.T_base_sensor) +
+                                               turn_words(e.helpful_turn)
+                                         : wanders));
   }
   if (!e.frozen.isZero()) {
     weaken(verdict, "no surface faces " + direction_words(e.T_base_sensor.R * e.frozen) +
                         ": along it the place is what shapes told at the start, nothing was fitted");
   }
   if (!(r <= require.rotation_rad)) {
+    const std::string wanders = wandering_words(e.scatter.turn);
     weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
-                        "); add stops with larger or farther surfaces");
+                        "); " + (wanders.empty() ? "add stops with larger or farther surfaces" : wanders));
   }
   const double t_data = translation_bound(e.covariance_data_only);
   const double r_data = rotation_bound(e.covariance_data_only);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/quality/open_directions.h"
+#include "core/quality/stop_scatter.h"
 #include "core/quality/time_halves.h"
 
 namespace rigcal {
@@ -51,6 +52,7 @@ struct LidarEvidence {
   double used_share = 1.0;  ///< Of its cells on planes, over the same share of the base.
   Matrix6d covariance = Matrix6d::Zero();
   Matrix6d covariance_data_only = Matrix6d::Zero();
+  StopScatter scatter;  ///< By how much these were widened.
   SE3 T_base_sensor;
   std::optional<HelpfulTurn> helpful_turn;  ///< For the direction in which its place is known worst.
   Vector3d frozen = Vector3d::Zero();       ///< Its own direction along which it was left where shapes laid it.

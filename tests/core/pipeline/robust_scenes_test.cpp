@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "core/base/random.h"
@@ -145,6 +146,26 @@ TEST(RobustScenes, ALidarWhoseMountSlipsBetweenStopsIsNotGood) {
                                                           HasSubstr("saw before stop 6"))))
           << scene << slip.t.transpose();
     }
+  }
+}
+
+// By halves of the stops alone it would not show.
+TEST(RobustScenes, ALidarWhoseMountSlipsAndReturnsIsAsSureAsItsStopsAgree) {
+  sim::LightRig light = light_in(*sim::load_scene("courtyard"));
+  for (Patch& patch : light.patches) {
+    if (patch.sensor != 1 || patch.stop < 4 || patch.stop > 6) continue;
+    for (Point& point : patch.points) point.y -= 0.02F;
+  }
+  const Calibrated seen = calibrate(light);
+  EXPECT_EQ(seen.result.sensors[1].status, Status::weak);
+  EXPECT_THAT(seen.result.sensors[1].reasons, Contains(HasSubstr("single stops differ in it by")));
+  // Its neighbours too, as the stops followed it by a part.
+  for (std::size_t i = 1; i < seen.result.sensors.size(); ++i) {
+    const SensorResult& sensor = seen.result.sensors[i];
+    ASSERT_TRUE(sensor.T_base_sensor);
+    const Vector3d off = (seen.run.truth.T_base_sensor[i].inverse() * *sensor.T_base_sensor).t;
+    const Matrix3d covariance = sensor.covariance.bottomRightCorner<3, 3>();
+    EXPECT_LT(off.dot(covariance.ldlt().solve(off)) / 3.0, 5.0) << sensor.name;  // 9 to 130 by residuals alone
   }
 }
 

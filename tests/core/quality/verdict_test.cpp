@@ -129,6 +129,18 @@ INSTANTIATE_TEST_SUITE_P(
                e.base_used_halves = {0.7, 0.2, 6};
              },
              Status::weak, "70 % of what avia, the base, saw before stop 6"},
+        Flaw{"Wanders",
+             [](LidarEvidence& e) {
+               e.covariance = covariance(to_rad(0.01), 0.005);
+               e.scatter.place = 36.0;
+             },
+             Status::weak, "single stops differ in it by 6.0 times what noise explains: a mount that does not sit"},
+        Flaw{"TurnsToAndFro",
+             [](LidarEvidence& e) {
+               e.covariance = covariance(to_rad(0.05), 0.001);
+               e.scatter.turn = 4.0;
+             },
+             Status::weak, "single stops differ in it by 2.0 times what noise explains"},
         Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
              "all stops in which it saw something were left out"},
         Flaw{"CovarianceIsNoNumber", [](LidarEvidence& e) { e.covariance(3, 3) = std::nan(""); }, Status::failed,
