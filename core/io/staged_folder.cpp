@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/file_descriptor.h"
+#include "core/io/folder_contents.h"
 #include "core/io/output_file.h"
 
 namespace rigcal {
@@ -58,8 +59,10 @@ Expected<std::string> make_hidden(const std::string& target, const fs::path& pla
   return cannot_write(target, EEXIST);
 }
 
-/// Beside the target: on the same file system, so that a rename is enough. The folders above are made.
+/// Beside the target, within one that is mounted: on the same file system, so that a rename is enough. The folders
+/// above are made.
 Expected<std::string> make_staging(const std::string& target) {
+  if (is_mounted(target)) return make_hidden(target, target);
   const fs::path above = fs::path(target).parent_path();
   std::error_code error;
   fs::create_directories(above, error);
@@ -129,7 +132,7 @@ Expected<void> StagedFolder::check_place(const std::string& path) {
   const std::string target = own_place(path);
   fs::path above = fs::path(target).parent_path();
   while (above.has_relative_path() && !exists(above.string())) above = above.parent_path();
-  const Expected<std::string> trial = make_hidden(target, above);
+  const Expected<std::string> trial = make_hidden(target, is_mounted(target) ? fs::path(target) : above);
   if (!trial) return trial.error();
   std::error_code error;
   fs::remove(*trial, error);
@@ -145,7 +148,15 @@ Expected<void> StagedFolder::commit() {
   if (Expected<void> synced = sync_folder(staging_, ::fsync); !synced) return synced;
   if (exists(target_)) {
     // Somebody may have put files there in the meantime.
-    if (Expected<void> replaceable = check_replaceable(target_, own_entries_); !replaceable) return replaceable;
+    std::vector<std::string> ours = own_entries_;
+    ours.push_back(fs::path(staging_).filename().string());
+    if (Expected<void> replaceable = check_replaceable(target_, ours); !replaceable) return replaceable;
+    if (must_stay(target_)) {
+      const std::string first = own_entries_.empty() ? std::string() : own_entries_.front();
+      if (Expected<void> done = replace_contents(target_, staging_, first); !done) return done;
+      staging_.clear();
+      return sync_folder(target_, ::fsync);
+    }
     if (Expected<void> done = swap_places(staging_, target_); !done) return done;
     std::error_code ignored;
     fs::remove_all(staging_, ignored);  // the older folder by now

@@ -14,7 +14,8 @@ class StagedFolder {
   /// For a new folder; an existing path is an error (kind input).
   [[nodiscard]] static Expected<StagedFolder> create(const std::string& path);
   /// For a folder that may replace an older one: one that is empty or holds nothing but entries of these names. Any
-  /// other existing path is an error, so that a slip of the user never costs his files.
+  /// other existing path is an error, so that a slip of the user never costs his files. The first name is that of the
+  /// entry that readers look for.
   [[nodiscard]] static Expected<StagedFolder> replace(const std::string& path, std::vector<std::string> own_entries);
 
   /// Whether a folder could be made at `path`, tried where its folders above end; nothing is left of it. Errors (kind
@@ -32,7 +33,8 @@ class StagedFolder {
   /// Brings all that is in it to the disk, in one go: for folders of many files, which their writers do not sync one by
   /// one. Other files on that disk are waited for, too.
   Expected<void> sync();
-  /// Renames it to its place, in one step also where an older folder is there, which is removed after that. Files that
+  /// Renames it to its place, in one step also where an older folder is there, which is removed after that. A folder
+  /// that is mounted, or that a program stands in, stays, and its files are replaced, the first name's last. Files that
   /// must outlive a power cut are synced before, by whoever writes them or by `sync`. After an Error nothing has
   /// changed.
   Expected<void> commit();
