@@ -7,7 +7,8 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <cstring>
+
+#include "core/base/system_call.h"
 
 namespace rigcal::batch {
 namespace {
@@ -60,7 +61,7 @@ Expected<ChildProgram> ChildProgram::start(const std::vector<std::string>& argum
   given.push_back(nullptr);
   pid_t id = -1;
   const int refused = posix_spawn(&id, own_program, &setup.files, &setup.attributes, given.data(), environ);
-  if (refused != 0) return system_error(std::string("cannot start a calibration: ") + std::strerror(refused), log);
+  if (refused != 0) return call_error("cannot start a calibration", refused, log);
   return ChildProgram(id);
 }
 

@@ -10,12 +10,12 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 #include <string_view>
 
 #include "apps/common/exit_code.h"
 #include "core/base/seconds.h"
+#include "core/base/system_call.h"
 
 namespace rigcal {
 namespace {
@@ -54,7 +54,7 @@ StopSignal::StopSignal() : set_(stop_signals()) {
   signals_ = FileDescriptor(signalfd(-1, &set_, SFD_CLOEXEC));
   wake_ = FileDescriptor(eventfd(0, EFD_CLOEXEC));
   if (!signals_.is_open() || !wake_.is_open()) {
-    ready_ = system_error(std::string("cannot watch for Ctrl-C: ") + std::strerror(errno));
+    ready_ = call_error("cannot watch for Ctrl-C", errno);
     return;
   }
   pthread_sigmask(SIG_BLOCK, &set_, nullptr);

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/system_call.h"
+
 namespace rigcal {
 namespace {
 
@@ -46,20 +48,15 @@ Error cannot_write(const std::string& path, int code) {
       return system_error("cannot be made, its folder does not exist", path, "make the folder first");
     case EACCES:
     case EPERM:
-    case EROFS:
       return system_error("no permission to write it", path, "choose another place or change its permissions");
     case ENOSPC:
-    case EDQUOT:
       return system_error("the disk is full", path, "make room or choose another disk");
     case EISDIR:
       return system_error("is a folder", path, "choose another name");
     case ENAMETOOLONG:
       return system_error("its name is too long", path, "choose a shorter one");
-    case EFBIG:
-      return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path,
-                          "choose another disk, or raise the limit of file sizes (ulimit -f)");
     default:
-      return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path);
+      return system_error(std::string("cannot be written (") + std::strerror(code) + ")", path, mend_of(code));
   }
 }
 

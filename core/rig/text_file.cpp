@@ -9,6 +9,8 @@
 #include <memory>
 #include <system_error>
 
+#include "core/base/system_call.h"
+
 namespace rigcal {
 
 Error read_failure(const std::string& path, const std::string& why) {
@@ -28,7 +30,14 @@ Error cannot_read(const std::string& path, int code) {
       return input_error("is a folder, not a file", path, "name a file in it");
     case ELOOP:
     case ENAMETOOLONG:
-      return input_error(std::string("cannot be read (") + std::strerror(code) + ")", path, "check the name");
+      return input_error(std::string("cannot be read (") + std::strerror(code) + ")", path, mend_of(code));
+    case EMFILE:
+    case ENFILE:
+    case ENOMEM:
+    case ENODEV:
+    case ENXIO:
+      // Nothing was asked of a disk yet.
+      return system_error(std::string("cannot be read (") + std::strerror(code) + ")", path, mend_of(code));
     default:
       return read_failure(path, std::strerror(code));
   }

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "core/base/file_descriptor.h"
+#include "core/base/system_call.h"
 
 namespace rigcal::net {
 namespace {
@@ -36,8 +37,7 @@ int mtu_of(const std::string& name) {
 
 Expected<std::vector<Interface>> list_interfaces() {
   ifaddrs* first = nullptr;
-  if (getifaddrs(&first) != 0)
-    return system_error(std::string("cannot list the network interfaces: ") + std::strerror(errno));
+  if (getifaddrs(&first) != 0) return call_error("cannot list the network interfaces", errno);
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> list(first, &freeifaddrs);
   std::vector<Interface> interfaces;
   for (const ifaddrs* entry = first; entry != nullptr; entry = entry->ifa_next) {

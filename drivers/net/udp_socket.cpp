@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/seconds.h"
+#include "core/base/system_call.h"
 #include "drivers/net/port_holders.h"
 
 namespace rigcal::net {
@@ -53,7 +54,7 @@ int interface_number(int descriptor, const std::string& interface) {
 }
 
 Error socket_error(const std::string& what, const Endpoint& local, std::string mend) {
-  return system_error(what + ": " + std::strerror(errno), "UDP " + to_string(local), std::move(mend));
+  return call_error(what, errno, "UDP " + to_string(local), std::move(mend));
 }
 
 std::string mend_of_bind(int error) {

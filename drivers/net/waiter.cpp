@@ -5,11 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 
 #include "core/base/file_descriptor.h"
 #include "core/base/seconds.h"
+#include "core/base/system_call.h"
 
 namespace rigcal::net {
 
@@ -24,10 +24,11 @@ Waiter::Waiter(Waiter&&) noexcept = default;
 Waiter& Waiter::operator=(Waiter&&) noexcept = default;
 
 Expected<Waiter> Waiter::create(const std::vector<int>& descriptors) {
-  if (descriptors.size() > kMost) return system_error("too many sockets to wait for");
+  if (descriptors.size() > kMost)
+    return system_error("too many sockets to wait for", {}, "record fewer sensors with one program");
   auto state = std::make_unique<State>();
   state->event = FileDescriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  if (!state->event.is_open()) return system_error(std::string("cannot make an event: ") + std::strerror(errno));
+  if (!state->event.is_open()) return call_error("cannot make an event", errno);
   for (const int descriptor : descriptors) state->watched.push_back({descriptor, POLLIN, 0});
   state->watched.push_back({state->event.get(), POLLIN, 0});
   return Waiter(std::move(state));

@@ -8,8 +8,9 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
+
+#include "core/base/system_call.h"
 
 namespace rigcal::turntable {
 namespace {
@@ -46,7 +47,7 @@ Error refused(const std::string& path, int code) {
     case EBUSY:
       return system_error("another program uses it", path, "end that program");
     default:
-      return system_error(std::string("cannot be used (") + std::strerror(code) + ")", path);
+      return call_error("cannot be used", code, path);
   }
 }
 

@@ -16,6 +16,7 @@
 
 #include "core/base/parse_number.h"
 #include "core/base/seconds.h"
+#include "core/base/system_call.h"
 
 namespace rigcal::sim {
 namespace {
@@ -32,9 +33,7 @@ bool is_realtime(char c) { return c == '?' || c == '!' || c == '~' || c == soft_
 
 double now_s() { return seconds_of_ns(monotonic_now_ns()); }
 
-Error no_terminal(int code) {
-  return system_error(std::string("no pseudo-terminal can be had (") + std::strerror(code) + ")", "virtual turntable");
-}
+Error no_terminal(int code) { return call_error("no pseudo-terminal can be had", code, "virtual turntable"); }
 
 std::optional<double> number_at(std::string_view text, std::size_t at) {
   text.remove_prefix(at);

@@ -8,6 +8,7 @@
 #include "core/io/capture_file.h"
 #include "core/io/file_copy.h"
 #include "core/io/lvx_reader.h"
+#include "core/io/output_file.h"
 #include "core/io/pcap_reader.h"
 #include "core/io/pcapng_writer.h"
 #include "core/rig/text_file.h"
@@ -47,6 +48,21 @@ std::string long_pcapng() {
     EXPECT_TRUE(writer->write({i, {{10, 0, 0, 1}, 60001}, {{10, 0, 0, 2}, 56001}, payload}));
   EXPECT_TRUE(writer->close());
   return path;
+}
+
+TEST(ReadFailure, OfWhatWasNotReadYetBlamesNoDisk) {
+  for (const int code : {EMFILE, ENOMEM, ENODEV}) {
+    const Error error = cannot_read("run.pcap", code);
+    EXPECT_EQ(error.kind, ErrorKind::system);
+    EXPECT_THAT(error.message(), testing::Not(HasSubstr("ddrescue")));
+  }
+  EXPECT_THAT(cannot_read("run.pcap", EMFILE).mend, HasSubstr("ulimit -n"));
+}
+
+TEST(WriteFailure, HasTheMendOfItsCause) {
+  EXPECT_THAT(cannot_write("result", EROFS).mend, HasSubstr("mount it for writing"));
+  EXPECT_THAT(cannot_write("result", EDQUOT).mend, HasSubstr("quota"));
+  EXPECT_THAT(cannot_write("result", EMFILE).mend, HasSubstr("ulimit -n"));
 }
 
 TEST(ReadFailure, EndsNoDump) {
