@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,11 +23,23 @@ struct InspectOptions {
   bool repair = false;
 };
 
+// A folder, what stands in it, or what `export --format json` made of it, under any name.
+bool is_result(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return fs::exists(fs::path(path) / "extrinsics.yaml", error);
+  const std::string ending = fs::path(path).extension().string();
+  if (ending == ".yaml" || ending == ".yml" || ending == ".json") return true;
+  if (!fs::is_regular_file(path, error)) return false;  // What a pipe has given it does not give again.
+  std::string begin(16, '\0');
+  std::ifstream(path, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return begin.rfind("rigcal:", 0) == 0 || begin.rfind("{\n  \"rigcal\"", 0) == 0;
+}
+
 Expected<Inspection> inspect(const InspectOptions& options, const RunContext& context) {
   std::error_code error;
   if (!options.other.empty()) return inspect_two_results(options.path, options.other);
+  if (is_result(options.path)) return inspect_result(options.path);
   if (fs::is_directory(options.path, error)) {
-    if (fs::exists(fs::path(options.path) / "extrinsics.yaml", error)) return inspect_result(options.path);
     if (!is_session_folder(options.path)) {
       const std::string own = (fs::path(options.path) / "rig.yaml").string();
       return inspect_patches(options.path, options.rig.empty() && fs::exists(own, error) ? own : options.rig, context);
@@ -34,10 +47,8 @@ Expected<Inspection> inspect(const InspectOptions& options, const RunContext& co
     const Expected<SessionFolder> session = open_session(options.path);
     if (!session) return session.error();
     if (session->packets.empty()) return inspect_patch_session(*session, options.rig, context);
-  } else {
-    const std::string ending = fs::path(options.path).extension().string();
-    if (ending == ".yaml" || ending == ".yml") return inspect_result(options.path);
-    if (options.rig.empty()) return inspect_stream(options.path, context);
+  } else if (options.rig.empty()) {
+    return inspect_stream(options.path, context);
   }
   const Expected<StreamSource> source = open_stream(options.path, options.rig);
   if (!source) return source.error();
@@ -79,8 +90,11 @@ void add_inspect_command(CLI::App& app, CommandContext& context) {
       "--repair", options->repair,
       "Finish a session that was cut short (power cut, full disk), so that it is as if it had been ended");
   command->footer("Example:\n  rigcal inspect run.pcap --rig rig.yaml");
-  command->callback(
-      [options, &context] { context.run = [options, &context] { return run_inspect(*options, context); }; });
+  command->callback([options, &context] {
+    if (!options->rig.empty() && (!options->other.empty() || is_result(options->path)))
+      throw CLI::ValidationError("--rig", "is of no use with a result, which has no stops; leave it away");
+    context.run = [options, &context] { return run_inspect(*options, context); };
+  });
 }
 
 }  // namespace rigcal

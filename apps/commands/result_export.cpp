@@ -16,6 +16,7 @@ struct ReadResult {
   CalibrationResult result;
   std::map<std::string, CameraIntrinsics> intrinsics;
   std::optional<ReportFile> report;  ///< Of a result folder.
+  bool is_rig = false;
 };
 
 Expected<ReadResult> read_result(const std::string& path) {
@@ -25,7 +26,7 @@ Expected<ReadResult> read_result(const std::string& path) {
   if (!result) return result.error();
   Expected<std::optional<ReportFile>> report = read_report(path);
   if (!report) return report.error();
-  return ReadResult{std::move(*result), extrinsics->intrinsics, std::move(*report)};
+  return ReadResult{std::move(*result), extrinsics->intrinsics, std::move(*report), extrinsics->is_rig};
 }
 
 // The sensor of that name as a camera; of a rig that does not have it, a new one.
@@ -75,8 +76,8 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
   if (!read) return read.error();
   const CalibrationResult& result = read->result;
   std::optional<Rig> rig;
-  if (!rig_path.empty()) {
-    Expected<Rig> loaded = load_rig(rig_path);
+  if (const std::string& known = rig_path.empty() && read->is_rig ? path : rig_path; !known.empty()) {
+    Expected<Rig> loaded = load_rig(known);
     if (!loaded) return loaded.error();
     rig = std::move(*loaded);
   }
@@ -97,6 +98,9 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
         "no sensor is known for a camera, so that all of them are written as LiDARs: give --rig RIG where there are "
         "some");
   }
+  if (!rig && !read->report && format == ResultFormat::opencv)
+    done.warnings.push_back(
+        "no sensor is known for a camera, so that none has intrinsics: give --rig RIG where there are some");
   if (!rig_path.empty() && tells_cameras_apart(format)) {
     for (const std::string& name : done.sensors) {
       if (rig->find(name) >= 0) continue;

@@ -20,8 +20,8 @@ struct ResultExport {
 
 /// Writes a result folder or an extrinsics.yaml in the format of another tool. `rig_path` may be empty; the rig file
 /// tells which sensors are cameras, and their intrinsics, and without it the report.json of the folder tells the
-/// cameras that had images. Errors: no result, a report.json of a newer release, an unreadable rig file, a path that
-/// exists already, the disk.
+/// cameras that had images, and a rig file that stands for a result its own. Errors: no result, a report.json of a
+/// newer release, an unreadable rig file, a path that exists already, the disk.
 [[nodiscard]] Expected<ResultExport> export_result_file(const std::string& path, const std::string& rig_path,
                                                         ResultFormat format, const std::string& out);
 

@@ -23,6 +23,7 @@ Expected<ExtrinsicsFile> from_rig(const std::string& text, const std::string& na
   const Expected<Rig> rig = parse_rig(text, name);
   if (!rig) return rig.error();
   ExtrinsicsFile file;
+  file.is_rig = true;
   file.base = rig->base_sensor().name;
   for (const Sensor& sensor : rig->sensors) {
     if (!sensor.initial_T_base_sensor) continue;

@@ -33,16 +33,17 @@ struct ExtrinsicsFile {
   std::map<std::string, std::vector<ListedDirection>> weak_directions;  ///< Where the file has some.
   std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of cameras whose intrinsics were found, too.
   bool has_stops = false;                              ///< It lists stops, too: it is a ground truth.
+  bool is_rig = false;                                 ///< It is a rig file, which knows more of its sensors.
 };
 
 /// The file that `path` stands for: of a folder the extrinsics.yaml in it. Error: a folder that has none.
 [[nodiscard]] Expected<std::string> extrinsics_path(const std::string& path);
 
-/// Reads `sensors` of an extrinsics.yaml or a ground_truth.yaml (docs/formats.md), or a rig file's
-/// `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer version, a
-/// sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the identity,
-/// no transform at all, another convention, matrices that contradict translation and quaternion, a covariance that is
-/// none. A result folder stands for its extrinsics.yaml.
+/// Reads `sensors` of an extrinsics.yaml, of the same exported as JSON or of a ground_truth.yaml (docs/formats.md), or
+/// a rig file's `initial_extrinsics`; which of them it is shows in the text. Every error names "file:line": a newer
+/// version, a sensor that is not failed without a transform, a quaternion off by more than 1e-3, a base that is not the
+/// identity, no transform at all, another convention, matrices that contradict translation and quaternion, a covariance
+/// that is none. A result folder stands for its extrinsics.yaml.
 [[nodiscard]] Expected<ExtrinsicsFile> load_extrinsics(const std::string& path);
 /// The same from text; `name` stands for the file in errors.
 [[nodiscard]] Expected<ExtrinsicsFile> parse_extrinsics(const std::string& text, const std::string& name);

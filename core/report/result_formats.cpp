@@ -63,6 +63,14 @@ Expected<PlacedRig> cameras_of(const CalibrationResult& result, const Rig* rig, 
                      "mend what their reasons say, or choose a format that holds LiDARs, too");
 }
 
+/// Kalibr's own words are other ones.
+void warn_of_intrinsics(const PlacedRig& rig, std::vector<std::string>& warnings) {
+  for (const PlacedSensor& sensor : rig.sensors) {
+    if (sensor.is_camera && sensor.intrinsics == nullptr)
+      warnings.push_back(sensor.name + " is known without intrinsics and is written without: give --rig RIG with them");
+  }
+}
+
 /// The LiDARs beside the base.
 PlacedRig lidars_around_base(PlacedRig rig) {
   std::erase_if(rig.sensors,
@@ -130,6 +138,7 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
     if (!cameras) return cameras.error();
     placed = *std::move(cameras);
   }
+  if (format == ResultFormat::opencv || format == ResultFormat::colmap) warn_of_intrinsics(placed, out.warnings);
   switch (format) {
     case ResultFormat::ros2_tf:
       out.text = ros2_launch(placed);

@@ -8,6 +8,7 @@
 
 #include "core/report/result_folder.h"
 #include "core/report/result_formats.h"
+#include "tests/support/files.h"
 #include "tests/support/json.h"
 #include "tests/support/make_result.h"
 #include "tests/support/run_program.h"
@@ -156,6 +157,32 @@ TEST_F(ExportResult, KnowsTheCamerasOfAResultFolder) {
   std::ofstream(scratch / "other.yaml") << "rigcal: 1\nbase: mid40\nsensors:\n  mid40: {type: livox_mid40}\n";
   EXPECT_THAT(sensors("seen/extrinsics.yaml --rig other.yaml --format kalibr --out f").second,
               HasSubstr("left is not in other.yaml, so that it is written as a LiDAR"));
+}
+
+TEST_F(ExportResult, KnowsTheCamerasOfARigFileThatStandsForAResult) {
+  std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nname: r\nbase: avia\nsensors:\n"
+                                         "  avia: {type: lidar}\n"
+                                         "  cam: {type: camera, driver: images, topic: /cam, intrinsics: {model: "
+                                         "radtan, width: 640, height: 480, fx: 500, fy: 501, cx: 320, cy: 240, "
+                                         "distortion: [0.1, 0, 0, 0]}}\n"
+                                         "initial_extrinsics:\n"
+                                         "  cam: {translation: [1, 2, 3], rotation_xyzw: [0, 0, 0, 1]}\n";
+  const ProgramRun run = rigcal("export rig.yaml --format kalibr --out chain.yaml");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_EQ(run.err, "");
+  EXPECT_THAT(text_of(scratch / "chain.yaml"), HasSubstr("rostopic: \"/cam\""));
+  EXPECT_EQ(rigcal("export rig.yaml --format json --out rig.json").code, 0);
+  EXPECT_EQ(json_of_file(scratch / "rig.json")["sensors"]["cam"]["intrinsics"]["fy"], 501.0);
+}
+
+TEST_F(ExportResult, WarnsOfCamerasWithoutIntrinsics) {
+  std::ofstream(scratch / "rig.yaml") << "rigcal: 1\nname: r\nbase: avia\nsensors:\n  avia: {type: lidar}\n"
+                                         "  mid40: {type: camera, driver: images}\n";
+  for (const std::string format : {"opencv", "colmap"}) {
+    EXPECT_THAT(rigcal("export good --rig rig.yaml --format " + format + " --out " + format).err,
+                HasSubstr("mid40 is known without intrinsics and is written without: give --rig RIG with them"));
+  }
+  EXPECT_THAT(rigcal("export good/extrinsics.yaml --format opencv --out a").err, HasSubstr("none has intrinsics"));
 }
 
 TEST_F(ExportResult, NamesWhatIsWrongAndTouchesNothing) {

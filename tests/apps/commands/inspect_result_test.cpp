@@ -95,6 +95,31 @@ TEST_F(InspectResult, OfGoodOnesEndsWithZero) {
   EXPECT_EQ(inspect("result/extrinsics.yaml").code, 0);
 }
 
+TEST_F(InspectResult, ReadsWhatExportMadeOfIt) {
+  CalibrationResult result = good();
+  result.status = result.sensors[2].status = Status::weak;
+  result.sensors[2].reasons = {"its translation is known to 14.0 mm only"};
+  write(result, "result");
+  ASSERT_EQ(run_rigcal("export result --format json --out result.json", scratch).code, 1);
+  std::filesystem::copy_file(scratch / "result.json", scratch / "named otherwise");
+  for (const char* file : {"result.json", "'named otherwise'"}) {
+    const ProgramRun run = inspect(file);
+    EXPECT_EQ(run.code, 1) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("2 of 3 sensors are good: right is weak."));
+    EXPECT_THAT(run.out, HasSubstr("its translation is known to 14.0 mm only"));
+  }
+  EXPECT_EQ(inspect("result result.json").code, 0);
+}
+
+TEST_F(InspectResult, RefusesARigFileThatIsOfNoUse) {
+  write(good(), "may");
+  for (const char* results : {"may", "may may", "may/extrinsics.yaml", "may/extrinsics.yaml may"}) {
+    const ProgramRun run = inspect(std::string(results) + " --rig rig.yaml");
+    EXPECT_EQ(run.code, 2) << results;
+    EXPECT_THAT(run.err, HasSubstr("--rig: is of no use with a result"));
+  }
+}
+
 TEST_F(InspectResult, SaysWhichSensorMovedBetweenTwo) {
   write(good(), "may");
   write(with_left_moved_by(0.005), "june");
