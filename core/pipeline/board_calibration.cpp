@@ -84,8 +84,8 @@ class BoardCalibration {
       all_.insert(all_.end(), seen_[s].sightings.begin(), seen_[s].sightings.end());
     }
     // Cameras alone do not mind the unit, but what is asked of a result is in metres.
-    if (board_.square() > largest_square_m) {
-      context_.reporter.warn("board.square is " + number(board_.square(), 1) +
+    if (!can_be_metres(board_.square())) {
+      context_.reporter.warn("board.square is " + number_text(board_.square()) +
                              ", and bounds and --require are in metres; give it in metres, too, where statuses matter");
     }
     doubt_ = doubt_of_corners(all_, board_);

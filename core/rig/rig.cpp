@@ -194,8 +194,9 @@ void read_markers(const YamlMap& map, BoardSettings& board) {
 
 // What cannot be one board: lengths in two units, or width and height in another order than columns and rows.
 void check_board_lengths(const YamlMap& map, const BoardSettings& board, bool has_lidar) {
-  if (has_lidar && board.square > largest_square_m) {
-    map.fail("square", "is " + number_text(board.square) + " m", "give lengths in metres where the rig has LiDARs");
+  if (has_lidar && !can_be_metres(board.square)) {
+    map.fail("square", "is " + number_text(board.square) + " m",
+             "give lengths in metres where the rig has LiDARs: squares are of a millimetre to a metre");
     return;
   }
   const auto [width, height] = board.size;

@@ -104,8 +104,12 @@ struct NetworkSettings {
   bool send_utc = false;  ///< Tell LiDARs that have a PPS the time of day.
 };
 
-/// A longer side of a square is no length in metres.
-inline constexpr double largest_square_m = 2.0;
+/// Longer and shorter sides of a square are no lengths in metres.
+inline constexpr double largest_square_m = 1.0;
+inline constexpr double smallest_square_m = 1e-3;
+[[nodiscard]] inline bool can_be_metres(double square) {
+  return square >= smallest_square_m && square <= largest_square_m;
+}
 
 struct BoardSettings {
   std::string type = "checkerboard";  ///< Or "charuco".
