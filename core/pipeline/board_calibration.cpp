@@ -363,7 +363,7 @@ class BoardCalibration {
       if (sensor.T_base_sensor && !found_.sensors[s].camera) sensor.range_offset = remarkable_offset(found_, s);
       result.status = std::max(result.status, sensor.status);
       sensor.hold_out = hold_out_[s];
-      if (found_.sensors[s].camera) add_camera(s, result);
+      if (rig_.sensors[s].camera) add_camera(s, result);
       result.sensors.push_back(std::move(sensor));
     }
     for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
@@ -385,9 +385,14 @@ class BoardCalibration {
     CameraEvidence evidence;
     evidence.name = rig_.sensors[s].name;
     evidence.guess_T_base_camera = guess_[s];
-    evidence.given = rig_.sensors[s].camera->intrinsics.value_or(*found_.sensors[s].camera);
-    evidence.refined_intrinsics = options_.refine_intrinsics;
     evidence.images = seen_[s].images;
+    evidence.given = rig_.sensors[s].camera->intrinsics.value_or(found_.sensors[s].camera.value_or(CameraIntrinsics{}));
+    if (!found_.sensors[s].camera) {
+      // Nothing was looked for; still it is a camera, and no LiDAR.
+      result.cameras.push_back(std::move(evidence));
+      return;
+    }
+    evidence.refined_intrinsics = options_.refine_intrinsics;
     evidence.estimate.found = placed_[s].known;
     evidence.estimate.converged = found_.converged;
     evidence.estimate.intrinsics = *found_.sensors[s].camera;

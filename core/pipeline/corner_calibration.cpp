@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "core/base/parallel.h"
 #include "core/corner/plane_rays.h"
@@ -249,29 +250,44 @@ class CornerCalibration {
       result.status = std::max(result.status, sensor.status);
       result.sensors.push_back(std::move(sensor));
     }
-    add_stops(result);
-    show(placed, result);
+    const std::vector<int> used = used_views(placed);
+    // What nobody used has nothing to show, but something must be shown.
+    const int shown = used.empty() ? 0 : used.front();
+    add_stops(used, shown, result);
+    if (!stops_.empty()) show(placed, shown, result);
     result.stages = clock_.take();
     return result;
   }
 
-  // Only the first stop that was used has a place: how the rig moved to the others nobody asked.
-  void add_stops(CalibrationResult& result) const {
-    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
-      const bool first = !stops_.empty() && static_cast<int>(j) == stops_[0];
-      const bool used = std::find(stops_.begin(), stops_.end(), static_cast<int>(j)) != stops_.end();
-      result.trajectory.push_back({recording_.stops[j], SE3{}, first, used});
+  // Those of `views_` whose planes or shapes hold a LiDAR, in order.
+  [[nodiscard]] std::vector<int> used_views(const RigPlacement& placed) const {
+    std::set<int> used;
+    for (const PlaneFeature& feature : placed.features) used.insert(feature.observations.front().stop);
+    for (const LidarPlacement& how : placed.lidars) {
+      if (how.follows) used.insert(how.stop);
     }
+    return {used.begin(), used.end()};
+  }
+
+  // Only the first stop that was used has a place: how the rig moved to the others nobody asked.
+  void add_stops(const std::vector<int>& used, int shown, CalibrationResult& result) const {
+    for (const Stop& stop : recording_.stops) result.trajectory.push_back({stop, SE3{}, false});
+    for (const int view : used) result.trajectory[stop_of(view)].took_part = true;
+    if (!used.empty()) result.trajectory[stop_of(shown)].known = true;
     for (const PatchCells& patch : recording_.patches) {
       StopPose& stop = result.trajectory[static_cast<std::size_t>(patch.stop)];
       stop.points[views_.names[static_cast<std::size_t>(patch.lidar)]] += patch.points;
     }
   }
 
-  // Map and cut surfaces of the first stop.
-  void show(const RigPlacement& placed, CalibrationResult& result) {
+  [[nodiscard]] std::size_t stop_of(int view) const {
+    return static_cast<std::size_t>(stops_[static_cast<std::size_t>(view)]);
+  }
+
+  // Map and cut surfaces of one of `views_`.
+  void show(const RigPlacement& placed, int view, CalibrationResult& result) {
     StageReport& stage = clock_.begin("map");
-    if (stops_.empty()) return;
+    const auto stop = static_cast<int>(stop_of(view));
     RigState after = placed.state;
     after.T_G_base.assign(recording_.stops.size(), SE3{});
     RigState before = after;
@@ -283,7 +299,7 @@ class CornerCalibration {
     for (std::size_t k = 0; k < use.size(); ++k) {
       const PatchCells& patch = recording_.patches[k];
       const auto lidar = static_cast<std::size_t>(patch.lidar);
-      use[k] = patch.stop == stops_[0] && result.sensors[lidar].T_base_sensor.has_value() ? 1 : 0;
+      use[k] = patch.stop == stop && result.sensors[lidar].T_base_sensor.has_value() ? 1 : 0;
       had_guess[k] = use[k] != 0 && guess_[lidar] ? 1 : 0;
     }
     std::vector<int> places(recording_.lidar_sensors.size());
@@ -292,10 +308,10 @@ class CornerCalibration {
     stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
     std::vector<PlaneFeature> features;
     for (const PlaneFeature& f : placed.features) {
-      if (f.observations.front().stop == 0) features.push_back(f);
+      if (f.observations.front().stop == view) features.push_back(f);
     }
     for (PlaneFeature& f : features) {
-      for (PlaneObservation& o : f.observations) o.stop = stops_[0];
+      for (PlaneObservation& o : f.observations) o.stop = stop;
     }
     result.shared_surfaces = shared_surfaces(features, before, after, views_.names);
     result.cuts = cut_surfaces(features, recording_.patches, before, after, had_guess, places);

@@ -51,7 +51,7 @@ struct UsedImage {
 struct CameraEvidence {
   std::string name;
   std::optional<SE3> guess_T_base_camera;
-  CameraIntrinsics given;  ///< The rig file's.
+  CameraIntrinsics given;  ///< The rig file's; without a width where it has none.
   bool refined_intrinsics = false;
   std::vector<UsedImage> images;
   CameraEstimate estimate;

@@ -13,7 +13,7 @@ namespace rigcal {
 /// What of a report.json others read again.
 struct ReportFile {
   std::vector<std::string> warnings;                   ///< Of the run.
-  std::vector<std::string> cameras;                    ///< Names of those that had images and intrinsics.
+  std::vector<std::string> cameras;                    ///< Names of those that it tells of: not of all that failed.
   std::map<std::string, CameraIntrinsics> intrinsics;  ///< Of these, where it has them.
 };
 

@@ -155,7 +155,8 @@ Json cameras_json(const CalibrationResult& result) {
           {{"stop", result.trajectory[static_cast<std::size_t>(image.stop)].stop.index}, {"file", image.file}});
     }
     json["found"] = camera.estimate.found;
-    json["intrinsics"] = json_of(camera.refined_intrinsics ? camera.estimate.intrinsics : camera.given);
+    const CameraIntrinsics& intrinsics = camera.refined_intrinsics ? camera.estimate.intrinsics : camera.given;
+    if (intrinsics.width > 0) json["intrinsics"] = json_of(intrinsics);
     json["wall_s"] = camera.estimate.wall_s;
     json["iterations"] = camera.estimate.iterations;
     if (camera.estimate.found) json.update(found_json(camera));

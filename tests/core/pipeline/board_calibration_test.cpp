@@ -69,6 +69,7 @@ class BoardCalibrationTest : public testing::Test {
     if (!result) return {};
     front_ = result->sensors.front();
     last_ = result->sensors.back();
+    cameras_ = result->cameras;
     return result->sensors[1];
   }
 
@@ -82,6 +83,7 @@ class BoardCalibrationTest : public testing::Test {
   BoardCalibrationOptions options_;
   SensorResult front_;
   SensorResult last_;
+  std::vector<CameraEvidence> cameras_;
   NotingReporter reporter_;
   Random random_{21};
 };
@@ -94,6 +96,17 @@ TEST_F(BoardCalibrationTest, SaysThatThereIsNoBoard) {
   EXPECT_EQ(lidar.status, Status::failed);
   EXPECT_THAT(lidar.reasons, Contains(HasSubstr("no board was found in what it saw: no flat piece of 0.85 by 0.61 m "
                                                 "that stands free (2 stops, the first is 0)")));
+}
+
+TEST_F(BoardCalibrationTest, TellsOfACameraThatHasNoIntrinsicsThatItIsOne) {
+  with_camera();
+  rig_.sensors[1].camera->intrinsics.reset();
+  stops_.push_back({0, 0, 0});
+  EXPECT_THAT(side().reasons, Contains(HasSubstr("the rig file has no intrinsics for it")));
+  ASSERT_EQ(cameras_.size(), 1U);
+  EXPECT_EQ(cameras_[0].name, "side");
+  EXPECT_FALSE(cameras_[0].estimate.found);
+  EXPECT_EQ(cameras_[0].given.width, 0);
 }
 
 TEST_F(BoardCalibrationTest, SaysWhyTheBaseSawNoBoard) {

@@ -223,6 +223,28 @@ TEST_F(CornerCalibrationTest, WhatLiesOnOneThatShapesHoldIsWeakAndKnownNoBetter)
   EXPECT_GT(rotation_bound(rear.covariance), rotation_bound(side.covariance));
 }
 
+TEST_F(CornerCalibrationTest, CallsThoseStopsUsedThatHoldALidar) {
+  see(fine(75.0, sim::paper_configuration(2), 3));
+  recording_.stops = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  for (PatchCells& patch : recording_.patches) patch.stop = 1;
+  const auto few = [](const std::vector<Vector3d>& points) {
+    return std::vector<Vector3d>(points.begin(), points.begin() + 20);
+  };
+  const auto clouds = sim::make_corner_clouds(fine(75.0, sim::paper_configuration(2), 3));
+  for (const int stop : {0, 2}) {
+    recording_.patches.push_back(patch_of(clouds.a.points, 0));
+    recording_.patches.back().stop = stop;
+    recording_.patches.push_back(patch_of(few(clouds.b.points), 1));
+    recording_.patches.back().stop = stop;
+  }
+  const CalibrationResult result = calibrate();
+  ASSERT_TRUE(result.sensors[1].T_base_sensor) << testing::PrintToString(result.sensors[1].reasons);
+  EXPECT_FALSE(result.trajectory[0].is_used());
+  EXPECT_TRUE(result.trajectory[1].known);
+  EXPECT_FALSE(result.trajectory[2].is_used());
+  EXPECT_FALSE(result.shared_surfaces.empty()) << "the stop that was used is the one to show";
+}
+
 TEST_F(CornerCalibrationTest, IsAnErrorWithoutAStopOrABase) {
   see(fine(75.0, SE3{}, 6));
   SilentReporter reporter;

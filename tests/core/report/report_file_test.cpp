@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/report/result_folder.h"
+#include "tests/support/json.h"
 #include "tests/support/make_result.h"
 #include "tests/support/scratch_folder.h"
 
@@ -24,7 +25,8 @@ class ReportFileTest : public testing::Test {
 TEST_F(ReportFileTest, TellsTheWarningsAndTheCamerasOfARun) {
   CalibrationResult result = make_result();
   result.warnings = {"a fan blew"};
-  result.cameras.resize(1);
+  result.cameras.resize(2);
+  result.cameras[1].name = "blind";
   result.cameras[0].name = "left";
   result.cameras[0].given = {DistortionModel::equidistant, 640, 480, 300.5, 301.0, 319.5, 239.5,
                              {0.1, -0.02, 0.0, 0.003}};
@@ -32,8 +34,9 @@ TEST_F(ReportFileTest, TellsTheWarningsAndTheCamerasOfARun) {
   const auto report = read_report((folder / "result").string());
   ASSERT_TRUE(report && *report);
   EXPECT_THAT((*report)->warnings, ElementsAre("a fan blew"));
-  EXPECT_THAT((*report)->cameras, ElementsAre("left"));
+  EXPECT_THAT((*report)->cameras, ElementsAre("left", "blind"));
   ASSERT_EQ((*report)->intrinsics.count("left"), 1U);
+  EXPECT_FALSE(json_of_file(folder / "result/report.json")["cameras"][1].contains("intrinsics"));
   const CameraIntrinsics& intrinsics = (*report)->intrinsics.at("left");
   EXPECT_EQ(intrinsics.model, DistortionModel::equidistant);
   EXPECT_EQ(intrinsics.width, 640);
