@@ -73,9 +73,11 @@ class CameraCalibration {
     views_ = make_edge_views(scene_, camera_);
     estimate_.views = static_cast<int>(views_.size());
     if (views_.empty()) {
-      estimate_.why_not = camera_.views.empty() ? "there is no image of it"
-                                                : "none of its images shows an edge: they are black, blurred or of "
-                                                  "another size than the rig file says, or their stops are not known";
+      estimate_.why_not = camera_.views.empty()
+                              ? "there is no image of it; record some at each stop"
+                              : "none of its images shows an edge: they are black, blurred or of "
+                                "another size than the rig file says, or their stops are not known; look at "
+                                "them, and mend exposure, focus or the rig file's width and height";
       return;
     }
     choose_start();
@@ -193,8 +195,8 @@ class CameraCalibration {
       choose_around_guess(*camera_.guess_T_base_camera, minima);
       if (minima.empty()) {
         estimate_.why_not =
-            "its images show too few edges of the map: where walls, floors and corners meet, within view "
-            "of the LiDARs too, there must be some in most images, and the guess within " +
+            "its images show too few edges of the map; record where walls, floors and corners meet in most images, "
+            "within view of the LiDARs too, and give a guess within " +
             std::to_string(static_cast<int>(to_deg(options_.guess_sigma_rad))) + " degrees";
       }
       return;

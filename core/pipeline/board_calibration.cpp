@@ -244,15 +244,17 @@ class BoardCalibration {
   [[nodiscard]] std::string why_not_placed(std::size_t s) const {
     const SensorBoards& boards = seen_[s];
     if (!boards.why_not.empty()) return boards.why_not;
-    if (boards.views == 0) return "nothing of it is in the recording";
+    if (boards.views == 0) return "nothing of it is in the recording; record it, too, or take it out of the rig file";
     if (boards.sightings.empty())
-      return "no board was found in what it saw: " + commonest_reason(boards.why_none, recording_.stops);
+      return "no board was found in what it saw: " + commonest_reason(boards.why_none, recording_.stops) +
+             "; show it the whole board, with nothing beside or behind its edges, and check board in the rig file";
     const auto base = static_cast<std::size_t>(rig_.base);
     if (seen_[base].sightings.empty()) {
       return "the board was found in what it saw, but not in what " + rig_.sensors[base].name +
              ", the base, saw; see the reasons of that, or name another base in the rig file";
     }
-    return "the board was found in what it saw, but at no stop at which a sensor that is placed saw it as well";
+    return "the board was found in what it saw, but at no stop at which a sensor that is placed saw it as well; "
+           "show it to both at once";
   }
 
   [[nodiscard]] bool saw_several(std::size_t s) const {
@@ -329,7 +331,7 @@ class BoardCalibration {
     if (!placed_[s].known) return blind(s);
     Verdict out = judge_by_boards(evidence_of(s), options_.require, advice_on_poses(found_, s));
     if (out.status != Status::failed && scale_ > 0.0 && std::abs(scale_ - 1.0) > wrong_scale) {
-      weaken(out, "the board's squares have another size than the rig file says (see the warnings)");
+      weaken(out, "the board's squares have another size than the rig file says (see the warnings); measure them");
     }
     if (!doubt_.empty()) {
       // Corners that are taken for others shift the board alike in all images, which no residual shows.

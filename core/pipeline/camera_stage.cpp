@@ -172,7 +172,9 @@ class CameraStage {
       return solution_.start.stop_known[static_cast<std::size_t>(image.stop)] == 0;
     });
     if (still.images.empty() && before > 0) {
-      still.why_none = "all of its images were taken at stops that were left out, since their poses are not known";
+      still.why_none =
+          "all of its images were taken at stops that were left out, since their poses are not known; mend what "
+          "the warnings say of these stops";
     }
   }
 

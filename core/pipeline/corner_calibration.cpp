@@ -218,7 +218,7 @@ class CornerCalibration {
           verdict,
           "the common planes disagree by " + number(placed.misfit, 1) +
               " times what their noise explains; the LiDARs measure ranges differently (units differ by a centimetre), "
-              "something moved, or the surfaces are not flat");
+              "something moved, or the surfaces are not flat: record again before large flat walls, with all at rest");
     }
     return verdict;
   }

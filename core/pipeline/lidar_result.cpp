@@ -155,12 +155,16 @@ SensorResult judge_absent(const std::string& name, const std::string& base, cons
 // What an early end did not solve must not look solved.
 void mark_unfinished(LastStage last, SensorResult& sensor) {
   if (last == LastStage::poses) {
-    sensor = {sensor.name, Status::failed, {"not solved: the run ended before the extrinsics, as it was told"}, {}, {}};
+    sensor = {sensor.name,
+              Status::failed,
+              {"not solved: the run ended before the extrinsics, as it was told; leave --stages out"},
+              {},
+              {}};
   } else if (last == LastStage::extrinsics && sensor.status != Status::failed) {
     sensor.status = Status::weak;
     sensor.reasons.emplace_back(
         "the run ended before poses and extrinsics were adjusted together, as it was told: its sigma takes the poses "
-        "for exact");
+        "for exact; leave --stages out");
   }
 }
 

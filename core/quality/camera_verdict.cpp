@@ -37,10 +37,14 @@ void judge_bounds(const CameraEstimate& e, const Requirement& require, Verdict& 
 void judge_hold_out(const CameraEstimate& e, const CameraThresholds& limits, Verdict& verdict) {
   if (e.hold_out_start_px > 0.0 && e.hold_out_px > limits.worse_ratio * e.hold_out_start_px + limits.worse_px) {
     fail(verdict, "it fits held-out stops worse (" + px(e.hold_out_px) + ") than its start did (" +
-                      px(e.hold_out_start_px) + "); its images show no edges that the LiDARs see, or too few");
+                      px(e.hold_out_start_px) +
+                      "); its images show no edges that the LiDARs see, or too few: add stops in which "
+                      "edges of buildings or furniture are near");
   } else if (e.hold_out > limits.hold_out) {
-    weaken(verdict, "held-out stops disagree: " + px(e.hold_out_px) + ", " + number(e.hold_out, 1) +
-                        " times what noise explains; was the camera moved or refocused during the recording?");
+    weaken(verdict,
+           "held-out stops disagree: " + px(e.hold_out_px) + ", " + number(e.hold_out, 1) +
+               " times what noise explains: perhaps the camera was moved or refocused during the recording, or they "
+               "show other things than the rest; fasten it and its lens, and record again");
   }
   if (e.hold_out == 0.0) {
     weaken(verdict, e.views < least_views_to_hold_out
@@ -129,9 +133,11 @@ void judge_second_opinions(const CameraEstimate& e, const Requirement& require, 
                            Verdict& verdict) {
   if (opinions_disagree(e, limits)) {
     const SE3 between = e.pose.T_base_camera.inverse() * e.information->T_base_camera;
-    weaken(verdict, "its edges and its grey values disagree by " + mm(between.t.norm()) + " and " +
-                        deg(log_so3(between.R).norm()) +
-                        ", more than both allow; one of them found a false match: look at the overlays in report.html");
+    weaken(verdict,
+           "its edges and its grey values disagree by " + mm(between.t.norm()) + " and " +
+               deg(log_so3(between.R).norm()) +
+               ", more than both allow; one of them found a false match; look at the overlays in report.html, and give "
+               "a closer initial_extrinsics or add stops");
   }
   if (halves_bounds(e, require) > limits.halves_share) {
     weaken(verdict, "either half of its stops gives another pose, " + apart_words(e) +
@@ -214,7 +220,9 @@ Verdict judge_end(const CameraEstimate& e, const std::string& name, const Requir
                   const CameraThresholds& limits) {
   Verdict verdict;
   if (!e.found) {
-    fail(verdict, e.why_not.empty() ? "no pose was found for " + name : e.why_not);
+    fail(verdict, e.why_not.empty()
+                      ? "no pose was found for " + name + "; give a closer initial_extrinsics, or add stops"
+                      : e.why_not);
     return verdict;
   }
   if (!e.converged) {
@@ -260,7 +268,7 @@ std::string other_lens_words(DistortionModel given) {
   const bool is_wide = given == DistortionModel::equidistant;
   return std::string(is_wide ? "a radtan lens" : "an equidistant (fisheye) lens") +
          " of its focal length explains its images better than " + (is_wide ? "an equidistant one" : "a radtan one") +
-         ": is model in its intrinsics right?";
+         "; correct model in its intrinsics, unless it is right";
 }
 
 }  // namespace

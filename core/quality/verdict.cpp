@@ -78,7 +78,9 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
   }
   if (!e.frozen.isZero()) {
     weaken(verdict, "no surface faces " + direction_words(e.T_base_sensor.R * e.frozen) +
-                        ": along it the place is what shapes told at the start, nothing was fitted");
+                        ": along it the place is what shapes told at the start, nothing was fitted; add stops that see "
+                        "one that does" +
+                        turn_words(e.helpful_turn));
   }
   if (!(r <= require.rotation_rad)) {
     const std::string wanders = wandering_words(e.scatter.turn);
@@ -163,7 +165,7 @@ void judge_place(const LidarEvidence& e, Verdict& verdict) {
   const bool is_sure = is_place_sure(e);
   if (e.guess_is_inverse) {
     weaken(verdict,
-           "it stands where the inverse of its initial_extrinsics has it: invert those of the rig file (they "
+           "it stands where the inverse of its initial_extrinsics has it; invert those of the rig file (they "
            "are T_base_sensor: p_base = R p_sensor + t)");
   } else if (!e.stands_at.empty() && is_sure) {
     weaken(verdict, "it stands where the rig file has " + e.stands_at + ", " + from_guess_words(e) +
@@ -181,8 +183,9 @@ void judge_place(const LidarEvidence& e, Verdict& verdict) {
 void judge_share(const LidarEvidence& e, Verdict& verdict) {
   if (e.used_share >= sure_share) return;
   weaken(verdict, "only " + number(100.0 * e.used_share, 0) +
-                      " % as much of what it saw as of the base's lies on common planes; its pose may be a false "
-                      "match, or its packets are stamped by another clock than the others'");
+                      " % as much of what it saw as of the base's lies on common planes: its pose may be a false "
+                      "match, or its packets are stamped by another clock than the others'; add stops in which it and "
+                      "the others see the same surfaces, and see its clock by rigcal inspect");
 }
 
 // What lies on next to nothing that others saw, and has another sign of a false match; or has all other signs of one.
@@ -279,9 +282,11 @@ void judge_hold_out(const LidarEvidence& e, Verdict& verdict) {
            "and the others see the same surfaces");
   }
   if (!(e.hold_out <= disagreeing_hold_out)) {
-    weaken(verdict, "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
-                        " times what noise explains; was it moved or bumped during the recording, or are its "
-                        "packets stamped by another clock than the others'?");
+    weaken(verdict,
+           "held-out stops disagree: " + mm(e.hold_out_rms_m) + " rms, " + number(e.hold_out, 1) +
+               " times what noise explains: perhaps it was moved or bumped during the recording, or its packets are "
+               "stamped by another clock than the others'; fasten it, see its clock by rigcal inspect, and "
+               "record again");
   }
 }
 
@@ -313,7 +318,8 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
   judge_used_halves(e, verdict);
   if (is_worse_than_start(e)) {
     fail(verdict, "it fits held-out stops worse (" + mm(e.hold_out_rms_m) + ") than its start did (" +
-                      mm(e.hold_out_start_rms_m) + ")");
+                      mm(e.hold_out_start_rms_m) +
+                      "); add stops in which it and the others see the same surfaces, and check initial_extrinsics");
   }
   return verdict;
 }

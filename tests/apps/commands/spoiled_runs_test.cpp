@@ -213,7 +213,7 @@ TEST_F(SpoiledRuns, OfPacketsThatAnotherClockStampedTheSensorIsNamed) {
   });
   expect_on_first_screen("late", "", 1,
                          AllOf(HasSubstr("1 of 2 sensors is good: mid40 failed."),
-                               HasSubstr("are its packets stamped by another clock than the others'?")));
+                               HasSubstr("its packets are stamped by another clock than the others'")));
 }
 
 }  // namespace

@@ -41,7 +41,8 @@ Verdict judge(const CameraEstimate& e, bool refined = false) { return judge_came
 void expect_weak(const CameraEstimate& e, const std::string& reason) {
   const Verdict verdict = judge(e);
   EXPECT_EQ(verdict.status, Status::weak) << reason;
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr(reason)));
+  ASSERT_THAT(verdict.reasons, ElementsAre(HasSubstr(reason)));
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("; ")) << "it has no mend";
 }
 
 TEST(CameraVerdict, FindsNothingWrongWithASoundCamera) {

@@ -69,7 +69,8 @@ TEST_P(JudgeLidarFlaw, IsNamed) {
   GetParam().spoil(e);
   const Verdict verdict = judge_lidar(e, {});
   EXPECT_EQ(verdict.status, GetParam().status);
-  EXPECT_THAT(verdict.reasons, ElementsAre(HasSubstr(GetParam().reason)));
+  ASSERT_THAT(verdict.reasons, ElementsAre(HasSubstr(GetParam().reason)));
+  EXPECT_THAT(verdict.reasons[0], HasSubstr("; ")) << "it has no mend";
 }
 
 INSTANTIATE_TEST_SUITE_P(
