@@ -1,5 +1,7 @@
 #include "apps/recording/rig_lidars.h"
 
+#include <algorithm>
+
 namespace rigcal {
 
 std::vector<int> lidar_sensors(const Rig& rig) {
@@ -7,6 +9,10 @@ std::vector<int> lidar_sensors(const Rig& rig) {
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
     if (rig.sensors[k].is_lidar()) out.push_back(static_cast<int>(k));
   }
+  const auto name = [&](int sensor) -> const std::string& {
+    return rig.sensors[static_cast<std::size_t>(sensor)].name;
+  };
+  std::sort(out.begin(), out.end(), [&](int a, int b) { return name(a) < name(b); });
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibration/estimate_text.h"
+#include "apps/recording/rig_lidars.h"
 #include "apps/web/web_view.h"
 #include "core/base/text.h"
 #include "core/quality/lidar_quality.h"
@@ -35,8 +36,9 @@ Json camera_json(const CaptureCamera& camera) {
 // A cell has a hexadecimal digit for every four LiDARs, those of the last ones first.
 Json panorama_json(const Rig& rig, const Panorama& panorama) {
   Json lidars = Json::array();
-  for (const Sensor& sensor : rig.sensors) {
-    if (sensor.is_lidar() && lidars.size() < std::size_t{Panorama::most_lidars}) lidars.push_back(sensor.name);
+  for (const int sensor : lidar_sensors(rig)) {
+    if (lidars.size() < std::size_t{Panorama::most_lidars})
+      lidars.push_back(rig.sensors[static_cast<std::size_t>(sensor)].name);
   }
   std::string cells;
   for (const std::uint32_t mask : panorama.seen_by) {

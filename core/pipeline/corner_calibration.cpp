@@ -1,7 +1,6 @@
 #include "core/pipeline/corner_calibration.h"
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 
 #include "core/base/parallel.h"
@@ -51,7 +50,12 @@ class CornerCalibration {
     if (base == recording_.lidar_sensors.end()) return input_error("the base sensor of the rig is no LiDAR", rig_.name);
     if (recording_.stops.empty()) return input_error("there is no stop in which the rig stands still");
     views_.base = static_cast<int>(base - recording_.lidar_sensors.begin());
-    for (const int sensor : recording_.lidar_sensors) views_.names.push_back(sensor_at(sensor).name);
+    for (const int sensor : recording_.lidar_sensors) {
+      views_.names.push_back(sensor_at(sensor).name);
+      // A result has them in the order of the rig file.
+      places_.push_back(static_cast<int>(std::count_if(recording_.lidar_sensors.begin(), recording_.lidar_sensors.end(),
+                                                       [sensor](int other) { return other < sensor; })));
+    }
     stops_ = choose_stops(recording_, most_stops);
     find_all_planes();
     if (context_.cancelled()) return stopped();
@@ -233,6 +237,7 @@ class CornerCalibration {
     result.base = rig_.base_sensor().name;
     result.method = "planes";
     result.status = Status::good;
+    result.sensors.resize(views_.names.size());
     for (std::size_t i = 0; i < views_.names.size(); ++i) {
       SensorResult sensor{views_.names[i], Status::good, {}, SE3{}};
       sensor.guess_T_base_sensor = guess_[i];
@@ -248,7 +253,7 @@ class CornerCalibration {
         }
       }
       result.status = std::max(result.status, sensor.status);
-      result.sensors.push_back(std::move(sensor));
+      result_of(i, result) = std::move(sensor);
     }
     const std::vector<int> used = used_views(placed);
     // What nobody used has nothing to show, but something must be shown.
@@ -257,6 +262,10 @@ class CornerCalibration {
     if (!stops_.empty()) show(placed, shown, result);
     result.stages = clock_.take();
     return result;
+  }
+
+  [[nodiscard]] SensorResult& result_of(std::size_t lidar, CalibrationResult& result) const {
+    return result.sensors[static_cast<std::size_t>(places_[lidar])];
   }
 
   // Those of `views_` whose planes or shapes hold a LiDAR, in order.
@@ -299,12 +308,10 @@ class CornerCalibration {
     for (std::size_t k = 0; k < use.size(); ++k) {
       const PatchCells& patch = recording_.patches[k];
       const auto lidar = static_cast<std::size_t>(patch.lidar);
-      use[k] = patch.stop == stop && result.sensors[lidar].T_base_sensor.has_value() ? 1 : 0;
+      use[k] = patch.stop == stop && result_of(lidar, result).T_base_sensor.has_value() ? 1 : 0;
       had_guess[k] = use[k] != 0 && guess_[lidar] ? 1 : 0;
     }
-    std::vector<int> places(recording_.lidar_sensors.size());
-    std::iota(places.begin(), places.end(), 0);
-    result.map = fuse_map(recording_.patches, after, use, places, options_.map_size_m);
+    result.map = fuse_map(recording_.patches, after, use, places_, options_.map_size_m);
     stage.counts.emplace_back("points", static_cast<double>(result.map.size()));
     std::vector<PlaneFeature> features;
     for (const PlaneFeature& f : placed.features) {
@@ -314,8 +321,8 @@ class CornerCalibration {
       for (PlaneObservation& o : f.observations) o.stop = stop;
     }
     result.shared_surfaces = shared_surfaces(features, before, after, views_.names);
-    result.cuts = cut_surfaces(features, recording_.patches, before, after, had_guess, places);
-    result.map_at_guess = fuse_map_to_look_at(recording_.patches, before, had_guess, places);
+    result.cuts = cut_surfaces(features, recording_.patches, before, after, had_guess, places_);
+    result.map_at_guess = fuse_map_to_look_at(recording_.patches, before, had_guess, places_);
   }
 
   const Rig& rig_;
@@ -324,7 +331,8 @@ class CornerCalibration {
   const CornerCalibrationOptions& options_;
   const RunContext& context_;
   RigViews views_;
-  std::vector<int> stops_;  ///< Of the recording, those of `views_`.
+  std::vector<int> places_;  ///< Of the LiDARs among the result's sensors.
+  std::vector<int> stops_;   ///< Of the recording, those of `views_`.
   StageClock clock_;
 };
 

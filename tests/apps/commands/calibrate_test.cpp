@@ -92,6 +92,21 @@ TEST_F(Calibrate, FindsTheExtrinsicsOfASession) {
   EXPECT_THAT(extrinsics("first/extrinsics.yaml").status, Contains(testing::Pair("mid40", "good")));
 }
 
+TEST_F(Calibrate, DoesNotMindInWhichOrderTheRigFileHasItsSensors) {
+  std::string turned = rig_yaml;
+  const std::size_t begin = turned.find("  mid40: {type");
+  const std::string mid40 = turned.substr(begin, turned.find('\n', begin) + 1 - begin);
+  turned.erase(begin, mid40.size());
+  turned.insert(turned.find("  avia: {type"), mid40);
+  std::ofstream(scratch / "turned.yaml") << turned;
+  ASSERT_EQ(rigcal("calibrate session --rig turned.yaml --out turned").code, 0);
+  const ExtrinsicsFile a = extrinsics("first/extrinsics.yaml");
+  const ExtrinsicsFile b = extrinsics("turned/extrinsics.yaml");
+  EXPECT_EQ(b.names, (std::vector<std::string>{"mid40", "avia"})) << "results keep it";
+  EXPECT_EQ(a.T_base_sensor.at("mid40").matrix(), b.T_base_sensor.at("mid40").matrix());
+  EXPECT_EQ(a.covariance.at("mid40"), b.covariance.at("mid40"));
+}
+
 TEST_F(Calibrate, FindsThemWithoutAGuess) {
   // Of turns of 18 degrees: in those of 36 the MID-40 does not see the same from two neighbouring stops.
   ASSERT_EQ(rigcal("simulate courtyard --rig rig.yaml --out small_turns --patches --stops 20 --points 8000").code, 0);
