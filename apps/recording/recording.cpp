@@ -238,10 +238,11 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
   }
   warn_of(*folder, outcomes, context.reporter);
   warn_of_lidars(rig, outcomes, jobs, context.reporter);
-  out.lidar.too_far.resize(out.lidar.lidar_sensors.size());
+  out.lidar.too_far.assign(out.lidar.stops.size(), std::vector<std::uint64_t>(out.lidar.lidar_sensors.size()));
   for (PatchOutcome& o : outcomes) {
     out.points += o.cells.points;
-    out.lidar.too_far[static_cast<std::size_t>(o.cells.lidar)] += o.cells.too_far;
+    out.lidar.too_far[static_cast<std::size_t>(o.cells.stop)][static_cast<std::size_t>(o.cells.lidar)] +=
+        o.cells.too_far;
     const int sensor = out.lidar.lidar_sensors[static_cast<std::size_t>(o.cells.lidar)];
     if (!o.near.empty()) out.near_points.push_back({sensor, o.cells.stop, std::move(o.near)});
     out.lidar.patches.push_back(std::move(o.cells));

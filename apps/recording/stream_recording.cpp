@@ -1,7 +1,6 @@
 #include "apps/recording/stream_recording.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "apps/ingest/lidar_findings.h"
@@ -83,9 +82,11 @@ Expected<Recording> make_recording(const StreamSource& source, const StopReading
   out.clocks = clock_reports(out.rig, reading.ingest);
   for (const PatchCells& patch : out.lidar.patches) out.points += patch.points;
   for (const std::string& warning : far_point_warnings(out.rig, out.lidar)) context.reporter.warn(warning);
-  const std::vector<std::uint64_t>& too_far = out.lidar.too_far;
-  if (out.points == 0)
-    return no_points_error(source, reading, std::accumulate(too_far.begin(), too_far.end(), std::uint64_t{0}));
+  if (out.points == 0) {
+    std::uint64_t too_far = 0;
+    for (std::size_t i = 0; i < out.lidar.lidar_sensors.size(); ++i) too_far += out.lidar.too_far_of(i);
+    return no_points_error(source, reading, too_far);
+  }
   take_rotations(out.rig, reading.stops, out.lidar);
   const std::vector<TableAngle> angles = session_table_angles(source.path, context.reporter);
   out.table_turns = table_turns(out.rig, angles, out.lidar.stops);

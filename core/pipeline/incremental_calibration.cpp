@@ -155,8 +155,7 @@ void append(CalibrationStop stop, LidarRecording& recording) {
   // A trajectory has a pose for every stop or is none.
   if (stop.T_G_base) recording.trajectory.push_back(stop.T_G_base);
   recording.trajectory_is_prior = !recording.trajectory.empty();
-  recording.too_far.resize(std::max(recording.too_far.size(), stop.too_far.size()));
-  for (std::size_t i = 0; i < stop.too_far.size(); ++i) recording.too_far[i] += stop.too_far[i];
+  recording.too_far.push_back(std::move(stop.too_far));
   for (PatchCells& patch : stop.patches) {
     patch.stop = index;
     recording.patches.push_back(std::move(patch));
@@ -171,12 +170,11 @@ std::vector<CalibrationStop> stops_of(const LidarRecording& recording) {
     if (j < recording.gyro_turns.size()) stop.gyro_turn = recording.gyro_turns[j];
     if (j < recording.turned_rad.size()) stop.turned_rad = recording.turned_rad[j];
     if (j < recording.trajectory.size()) stop.T_G_base = recording.trajectory[j];
+    if (j < recording.too_far.size()) stop.too_far = recording.too_far[j];
   }
   for (const PatchCells& patch : recording.patches) {
     out[static_cast<std::size_t>(patch.stop)].patches.push_back(patch);
   }
-  // Of all stops together, of which it is the sum that counts.
-  if (!out.empty()) out.front().too_far = recording.too_far;
   return out;
 }
 

@@ -19,7 +19,7 @@ struct CalibrationStop {
   std::optional<GyroTurn> gyro_turn;        ///< The same as it was told.
   std::optional<double> turned_rad;         ///< Likewise, where its axis is not known.
   std::optional<SE3> T_G_base;              ///< Rough, where the recording has a trajectory.
-  std::vector<std::uint64_t> too_far;       ///< As of a LidarRecording.
+  std::vector<std::uint64_t> too_far;       ///< Of each LiDAR, as in a LidarRecording; empty: not counted.
 };
 
 /// How well one LiDAR is known after a stop.

@@ -27,8 +27,9 @@ struct LidarRecording {
   std::vector<int> lidar_sensors;  ///< Index in the rig of each LiDAR; others of the rig fail.
   std::vector<Stop> stops;         ///< `index` is the number users see.
   std::vector<PatchCells> patches;
-  /// Of each LiDAR, those without a patch included: points too far to be used (CellOptions); empty: not counted.
-  std::vector<std::uint64_t> too_far;
+  /// By stop, of each LiDAR, those without a patch included: points too far to be used (CellOptions); empty: not
+  /// counted.
+  std::vector<std::vector<std::uint64_t>> too_far;
   std::vector<std::optional<Matrix3d>> R_previous_this;  ///< Of the base, by the gyro; empty: no gyro.
   std::vector<std::optional<GyroTurn>> gyro_turns;       ///< The same as they were told, by stop; may be empty.
   std::vector<std::optional<double>> turned_rad;         ///< By how much, by any gyro: neither axis nor sign.
@@ -39,8 +40,13 @@ struct LidarRecording {
   std::vector<PatchSurfels> surfels;
   std::vector<PatchOutlines> outlines;  ///< With `beam_widths`, for cameras.
 
-  /// Whether any point of a LiDAR was too far to be used.
-  [[nodiscard]] bool saw_too_far(std::size_t lidar) const { return lidar < too_far.size() && too_far[lidar] > 0; }
+  /// How many points of a LiDAR were too far to be used, in all stops.
+  [[nodiscard]] std::uint64_t too_far_of(std::size_t lidar) const {
+    std::uint64_t sum = 0;
+    for (const auto& of_stop : too_far) sum += lidar < of_stop.size() ? of_stop[lidar] : 0;
+    return sum;
+  }
+  [[nodiscard]] bool saw_too_far(std::size_t lidar) const { return too_far_of(lidar) > 0; }
 };
 
 enum class LastStage { poses, extrinsics, joint };

@@ -49,10 +49,13 @@ TEST(StopsOf, KeepWhatWasTooFar) {
   LidarRecording recording;
   recording.lidar_sensors = {0, 1};
   recording.stops.resize(2);
-  recording.too_far = {0, 70};
+  recording.too_far = {{0, 0}, {0, 70}};
   LidarRecording again;
   again.lidar_sensors = recording.lidar_sensors;
-  for (CalibrationStop& stop : stops_of(recording)) append(std::move(stop), again);
+  std::vector<CalibrationStop> stops = stops_of(recording);
+  append(std::move(stops[0]), again);
+  EXPECT_FALSE(again.saw_too_far(1));
+  append(std::move(stops[1]), again);
   EXPECT_EQ(again.too_far, recording.too_far);
   EXPECT_TRUE(again.saw_too_far(1));
   EXPECT_TRUE(stops_of(LidarRecording{}).empty());
@@ -150,7 +153,10 @@ TEST(IncrementalCalibration, CountsWhatLiesTooFarOverAllStops) {
   stop.too_far = {7, 0, 2};
   append(stop, recording);
   append(stop, recording);
-  EXPECT_EQ(recording.too_far, (std::vector<std::uint64_t>{14, 0, 4}));
+  EXPECT_EQ(recording.too_far_of(0), 14U);
+  EXPECT_EQ(recording.too_far_of(1), 0U);
+  EXPECT_EQ(recording.too_far_of(2), 4U);
+  EXPECT_EQ(recording.too_far_of(3), 0U);
 }
 
 TEST(IncrementalCalibration, CanBeStopped) {

@@ -93,8 +93,9 @@ TEST(CalibrateLidars, SaysOfALidarThatSawNothingNearThatItSawTooFar) {
   LightRecording run = make_light_recording(make_courtyard(1));
   const int far = static_cast<int>(run.recording.lidar_sensors.size()) - 1;
   std::erase_if(run.recording.patches, [&](const PatchCells& patch) { return patch.lidar == far; });
-  run.recording.too_far.resize(run.recording.lidar_sensors.size());
-  run.recording.too_far.back() = 5000;
+  run.recording.too_far.assign(run.recording.stops.size(),
+                               std::vector<std::uint64_t>(run.recording.lidar_sensors.size()));
+  run.recording.too_far.front().back() = 5000;
   const CalibrationResult result = calibrated(run);
   EXPECT_EQ(result.sensors.back().status, Status::failed);
   EXPECT_THAT(result.sensors.back().reasons, ElementsAre(HasSubstr("all its points in range lie farther than 60 m")));
