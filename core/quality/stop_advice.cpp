@@ -244,7 +244,8 @@ class Advisor {
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
       B.col(static_cast<Eigen::Index>(k)) = sums_[k].b / std::sqrt(sums_[k].W);
     }
-    H_ = A_ - B * B.transpose();
+    H_ = A_;
+    if (!pieces_.empty()) H_ -= B * B.transpose();
   }
 
   StopAdvice advise() const {
@@ -307,6 +308,7 @@ class Advisor {
       gone.col(columns) = b.tail(rest) / std::sqrt(W);
       come.col(columns++) = sum.b.tail(rest) / std::sqrt(sum.W);
     }
+    if (columns == 0) return H;  // Eigen divides by the number of columns.
     const auto S = of_stops.leftCols(columns);
     H.topLeftCorner(stops, stops).selfadjointView<Eigen::Lower>().rankUpdate(S);
     H.bottomLeftCorner(rest, stops) += of_rest.leftCols(columns) * S.transpose();

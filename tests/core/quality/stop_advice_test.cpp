@@ -96,6 +96,13 @@ TEST(StopAdvice, WantsALeaningSurfaceWhereOnlyUprightWallsAre) {
   EXPECT_THAT(advice_text(*advice, {"base", "left"}), testing::HasSubstr("a flat surface of a square metre"));
 }
 
+TEST(StopAdvice, FindsNoHelpInTurnsThatShowNothingSeenBefore) {
+  const auto advice = Round({0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0}).advise();
+  ASSERT_TRUE(advice);
+  EXPECT_NEAR(advice->turns[11].after.of_goal, advice->now.of_goal, 1e-6 * advice->now.of_goal);
+  EXPECT_LT(advice->turns[advice->best_turn].after.of_goal, 0.9 * advice->now.of_goal);
+}
+
 TEST(StopAdvice, SaysNothingWithoutASecondLidar) {
   Round round({0.0});
   round.lidar_known[1] = 0;
