@@ -58,7 +58,7 @@ bool IncrementalCalibration::is_due_anew() const {
 std::optional<WarmStart> IncrementalCalibration::warm_start() const {
   // What was left out last stands where nothing says, and the way from there leads nowhere.
   if (is_due_anew() || solution_->start.stop_known.back() == 0) return std::nullopt;
-  WarmStart warm{solution_->start, {}, solution_->T_grid_G};
+  WarmStart warm{solution_->start, {}, solution_->T_grid_G, solution_->gyro_lidar};
   Start& start = warm.start;
   start.state = solution_->state;
   for (std::size_t j = start.stop_known.size(); j < recording_.stops.size(); ++j) {

@@ -46,7 +46,7 @@ class Calibration {
         options_(options),
         context_(context),
         solving_guess_(guess),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -67,6 +67,7 @@ class Calibration {
       solution_.state = warm->start.state;
       solution_.noise = warm->noise;
       solution_.T_grid_G = warm->T_grid_G;
+      solution_.gyro_lidar = warm->gyro_lidar;
     } else if (const auto done = find_rough(); !done) {
       return done.error();
     }
@@ -140,7 +141,7 @@ class Calibration {
     solving_ = lidar;
     const StartInput input = seen_from(lidar, of_base, recording_.gyro_turns);
     solving_guess_ = input.guess_T_base_sensor;
-    own_turns_ = input.turns_are_own ? input.R_previous_this : std::vector<std::optional<Matrix3d>>{};
+    solution_.gyro_lidar = input.turns_are_own ? std::optional(lidar) : std::nullopt;
     return find_start(input, surfels, context_);
   }
 
@@ -305,7 +306,7 @@ class Calibration {
       }
       return !misfits.empty();
     };
-    const bool turned = leave_out(misfit_turns(own_turns_, solution_.state.T_G_base, solution_.start.stop_known),
+    const bool turned = leave_out(turned_otherwise(),
                                   "it would be turned otherwise than the gyro tells, by more than 3 degrees: too "
                                   "little of what was seen from it was seen from others; turn by smaller steps");
     const bool apart =
@@ -315,6 +316,20 @@ class Calibration {
     forget_lost_stops();
     const bool alone = leave_out_groups();
     return turned || apart || alone;
+  }
+
+  // Than the gyro tells in the frame of its own LiDAR, which no guess turned.
+  [[nodiscard]] std::vector<std::size_t> turned_otherwise() const {
+    if (!solution_.gyro_lidar) return {};
+    std::vector<std::optional<Matrix3d>> turns(recording_.stops.size());
+    std::vector<SE3> poses;
+    for (int j = 0; j < stops(); ++j) {
+      const auto sj = static_cast<std::size_t>(j);
+      const std::optional<GyroTurn>& told = recording_.gyro_turns[sj];
+      if (told && told->lidar == *solution_.gyro_lidar) turns[sj] = told->R_previous_this;
+      poses.push_back(solution_.state.T_G_sensor(j, *solution_.gyro_lidar));
+    }
+    return misfit_turns(turns, poses, solution_.start.stop_known);
   }
 
   // A gyro or a trajectory says how they stand to the one before.
@@ -418,9 +433,8 @@ class Calibration {
   const LidarCalibrationOptions& options_;
   const RunContext& context_;
   int base_ = 0;
-  int solving_ = 0;                                 // the LiDAR in whose frame it is solved
-  std::vector<std::optional<SE3>> solving_guess_;   // seen from it
-  std::vector<std::optional<Matrix3d>> own_turns_;  // as its own gyro told them; empty: none did
+  int solving_ = 0;                                // the LiDAR in whose frame it is solved
+  std::vector<std::optional<SE3>> solving_guess_;  // seen from it
   LidarSolution solution_;
   SurfaceTrust trust_;
   StageClock clock_;

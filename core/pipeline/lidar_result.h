@@ -22,6 +22,8 @@ struct LidarSolution {
   std::vector<PatchCells> corrected;  ///< The recording's patches without these errors.
   /// Along which direction of its own frame each LiDAR stays where shapes laid it; zero: none. Empty: not of any.
   std::vector<Vector3d> frozen;
+  /// The LiDAR by whose own gyro all turns were told, where it was solved in its frame: stops are checked against it.
+  std::optional<int> gyro_lidar;
 
   [[nodiscard]] const std::vector<PatchCells>& patches(const LidarRecording& recording) const {
     return corrected.empty() ? recording.patches : corrected;
@@ -34,6 +36,7 @@ struct WarmStart {
   Start start;
   std::vector<NoiseModel> noise;
   SE3 T_grid_G;
+  std::optional<int> gyro_lidar;  ///< As of the earlier one.
 };
 
 /// Extrinsics, sigmas and verdicts of a recording that goes on, in a fraction of the time of `calibrate_lidars`: from

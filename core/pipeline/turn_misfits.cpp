@@ -40,7 +40,7 @@ std::vector<std::size_t> misfits_of_run(const std::vector<ToldStop>& run) {
 }  // namespace
 
 std::vector<std::size_t> misfit_turns(const std::vector<std::optional<Matrix3d>>& R_previous_this,
-                                      const std::vector<SE3>& T_G_base, const std::vector<char>& stop_known) {
+                                      const std::vector<SE3>& T_G_this, const std::vector<char>& stop_known) {
   std::vector<std::size_t> misfits;
   std::vector<ToldStop> run;
   Matrix3d by_gyro = Matrix3d::Identity();
@@ -52,7 +52,7 @@ std::vector<std::size_t> misfit_turns(const std::vector<std::optional<Matrix3d>>
     by_gyro.setIdentity();
     turned_rad = 0.0;
   };
-  for (std::size_t j = 0; j < T_G_base.size(); ++j) {
+  for (std::size_t j = 0; j < T_G_this.size(); ++j) {
     if (j > 0) {
       if (j >= R_previous_this.size() || !R_previous_this[j]) {
         end_run();
@@ -62,7 +62,7 @@ std::vector<std::size_t> misfit_turns(const std::vector<std::optional<Matrix3d>>
       }
     }
     if (stop_known[j] == 0) continue;
-    run.push_back({j, T_G_base[j].R * by_gyro.transpose(), turned_rad});
+    run.push_back({j, T_G_this[j].R * by_gyro.transpose(), turned_rad});
   }
   end_run();
   return misfits;

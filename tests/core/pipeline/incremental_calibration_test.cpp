@@ -4,6 +4,7 @@
 
 #include "simdata/scene/scene_file.h"
 #include "tests/support/light_recording.h"
+#include "tests/support/se3_matchers.h"
 
 namespace rigcal {
 namespace {
@@ -113,6 +114,44 @@ TEST(IncrementalCalibration, WithoutAGyroItSearchesAnew) {
   const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
   ASSERT_EQ(estimates.size(), 5U);
   for (const StopEstimate& estimate : estimates) EXPECT_TRUE(estimate.searched);
+}
+
+// Six of sixteen stops of an AVIA and a MID-40 that look the same way, so that both are found from the first one on; as
+// a gyro on the base told their turns.
+LightRecording quarter_turn() {
+  static const sim::LightRig light = [] {
+    Rig rig = sim::nominal_rig();
+    rig.sensors.resize(2);
+    rig.sensors[1].initial_T_base_sensor = pose_deg(0.0, 0.0, 15.0, 0.0, 0.1, 0.0);
+    sim::LightRigOptions options;
+    options.seed = 3;
+    options.turntable.stops = 16;
+    options.shots_per_patch = 8000;
+    return *sim::make_light_rig(*sim::load_scene("courtyard"), options, rig);
+  }();
+  LightRecording run = make_light_recording(light, {0, 1, 2, 3, 4, 5});
+  run.recording.gyro_turns.resize(6);
+  for (std::size_t j = 1; j < 6; ++j) {
+    run.recording.gyro_turns[j] = GyroTurn{run.rig.base, *run.recording.R_previous_this[j]};
+  }
+  run.rig.turntable.emplace().axis = light.axis;
+  return run;
+}
+
+TEST(IncrementalCalibration, ChecksTheGyroWhereItGoesOn) {
+  LightRecording run = quarter_turn();
+  const Matrix3d wrong = exp_so3(Vector3d(0.0, 0.0, to_rad(7.0)));
+  for (std::size_t j = 4; j < 5; ++j) {
+    run.recording.gyro_turns[j]->R_previous_this *= wrong;
+    *run.recording.R_previous_this[j] *= wrong;
+  }
+  run.recording.stops.pop_back();
+  std::erase_if(run.recording.patches, [](const PatchCells& patch) { return patch.stop == 5; });
+  IncrementalCalibration calibration = begin(run);
+  const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
+  ASSERT_EQ(estimates.size(), 5U);
+  EXPECT_FALSE(estimates[4].searched);
+  EXPECT_EQ(calibration.solution()->start.stop_known, (std::vector<char>{1, 1, 1, 1, 0}));
 }
 
 TEST(IncrementalCalibration, TakesAGivenTrajectory) {
