@@ -55,25 +55,69 @@ bool IncrementalCalibration::is_due_anew() const {
   return false;
 }
 
+std::optional<Matrix3d> IncrementalCalibration::turn_between(std::size_t from, std::size_t to,
+                                                             const Start& start) const {
+  Matrix3d R = Matrix3d::Identity();
+  for (std::size_t j = from + 1; j <= to; ++j) {
+    std::optional<Matrix3d> turn = recording_.R_previous_this[j];
+    const std::optional<GyroTurn>& told = recording_.gyro_turns[j];
+    // Where nobody had a guess of where the gyro sits, its LiDAR has been found by now.
+    if (!turn && told && start.lidar_known[static_cast<std::size_t>(told->lidar)]) {
+      const Matrix3d& R_base_gyro = start.state.T_base_sensor[static_cast<std::size_t>(told->lidar)].R;
+      turn = R_base_gyro * told->R_previous_this * R_base_gyro.transpose();
+    }
+    if (!turn) return std::nullopt;
+    R = nearest_rotation(R * *turn);
+  }
+  return R;
+}
+
+std::optional<SE3> IncrementalCalibration::pose_of(std::size_t stop, const Start& start) const {
+  std::size_t from = stop;
+  while (from > 0 && start.stop_known[from - 1] == 0) --from;
+  if (from == 0) return std::nullopt;
+  --from;
+  if (!recording_.trajectory.empty()) {
+    return start.state.T_G_base[from] * start.given_T_G_base[from].inverse() * start.given_T_G_base[stop];
+  }
+  const PlacementInput input{start, recording_.surfels, static_cast<int>(stop), static_cast<int>(from)};
+  if (const auto R = turn_between(from, stop, start)) return place_stop(input, *R);
+  // Steps that were assumed to be those of a full turn were others with the stops to come.
+  const bool has_axis = rig_.turntable && rig_.turntable->axis;
+  return has_axis && !start.has_assumed_steps ? find_stop(input) : std::nullopt;
+}
+
 std::optional<WarmStart> IncrementalCalibration::warm_start() const {
-  // What was left out last stands where nothing says, and the way from there leads nowhere.
-  if (is_due_anew() || solution_->start.stop_known.back() == 0) return std::nullopt;
+  if (is_due_anew()) return std::nullopt;
   WarmStart warm{solution_->start, {}, solution_->T_grid_G, solution_->gyro_lidar};
   Start& start = warm.start;
   start.state = solution_->state;
-  for (std::size_t j = start.stop_known.size(); j < recording_.stops.size(); ++j) {
-    std::optional<SE3> T;
+  const std::size_t before = start.stop_known.size();
+  for (std::size_t j = before; j < recording_.stops.size(); ++j) {
+    start.state.T_G_base.push_back(start.state.T_G_base.back());
+    start.stop_known.push_back(0);
     if (!recording_.trajectory.empty()) {
-      const SE3 T_given =
-          start.given_T_G_base.front() * recording_.trajectory.front()->inverse() * *recording_.trajectory[j];
-      T = start.state.T_G_base.back() * start.given_T_G_base.back().inverse() * T_given;
-      start.given_T_G_base.push_back(T_given);
-    } else if (recording_.R_previous_this[j]) {
-      T = place_stop({start, recording_.surfels, static_cast<int>(j), *recording_.R_previous_this[j]});
+      start.given_T_G_base.push_back(start.given_T_G_base.front() * recording_.trajectory.front()->inverse() *
+                                     *recording_.trajectory[j]);
     }
+    // No search would find one that saw nothing.
+    const bool is_blind =
+        recording_.trajectory.empty() && !saw_anything({start, recording_.surfels, static_cast<int>(j), 0});
+    if (is_blind) continue;
+    const std::optional<SE3> T = pose_of(j, start);
     if (!T) return std::nullopt;
-    start.state.T_G_base.push_back(*T);
-    start.stop_known.push_back(1);
+    start.state.T_G_base.back() = *T;
+    start.stop_known.back() = 1;
+  }
+  // Those that were left out last may lie on what was seen since. Whoever was left out again has to wait for the
+  // search.
+  std::size_t left_out = before;
+  while (left_out > 0 && start.stop_known[left_out - 1] == 0) --left_out;
+  for (std::size_t j = left_out; j < before; ++j) {
+    const std::optional<SE3> T = pose_of(j, start);
+    if (!T) continue;
+    start.state.T_G_base[j] = *T;
+    start.stop_known[j] = 1;
   }
   for (std::size_t i = 0; i < recording_.lidar_sensors.size(); ++i) {
     warm.noise.push_back(estimate_noise(recording_.surfels, static_cast<int>(i), NoiseModel{}));

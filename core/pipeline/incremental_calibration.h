@@ -59,9 +59,10 @@ class IncrementalCalibration {
 
   /// Keeps a stop without solving; the next `estimate` takes all of them.
   void add_stop(CalibrationStop stop);
-  /// Of the stops so far. Starts from the solution before where the gyro knows the way to the new stops, from scratch
-  /// otherwise: while there are few stops, at each doubling of them, while a LiDAR has not been found, and after a stop
-  /// that was left out. Errors: as `calibrate_lidars`; cancelled.
+  /// Of the stops so far. Starts from the solution before where the new stops can be laid on it (the way there from the
+  /// last stop that is known was told by a gyro, a table or a trajectory, or the table's axis is known), from scratch
+  /// otherwise: while there are few stops, at each doubling of them, and while a LiDAR has not been found. Errors: as
+  /// `calibrate_lidars`; cancelled.
   [[nodiscard]] Expected<StopEstimate> estimate(const RunContext& context);
   /// The batch's result on all stops, and its errors.
   [[nodiscard]] Expected<CalibrationResult> finish(const std::vector<CameraRecording>& cameras,
@@ -77,6 +78,11 @@ class IncrementalCalibration {
  private:
   [[nodiscard]] std::optional<WarmStart> warm_start() const;
   [[nodiscard]] bool is_due_anew() const;
+  /// T_G_base of a stop that is not known, by how it stands to the last known one before it; nothing: only a search of
+  /// all stops might find it.
+  [[nodiscard]] std::optional<SE3> pose_of(std::size_t stop, const Start& start) const;
+  /// Of the base from one stop to another, where all turns between them were told.
+  [[nodiscard]] std::optional<Matrix3d> turn_between(std::size_t from, std::size_t to, const Start& start) const;
   [[nodiscard]] LidarEstimate one_lidar(const SensorResult& sensor) const;
   void advise(const CalibrationResult& result, StopEstimate& out) const;
 

@@ -7,16 +7,25 @@
 
 namespace rigcal {
 
-/// A calibration that has seen some stops, before the next one is added.
+/// A calibration that has seen some stops, and another one to be laid on them.
 struct PlacementInput {
-  const Start& solved;                              ///< What is known, and where.
-  const std::vector<PatchSurfels>& surfels;         ///< Of all patches so far and of the new stop.
-  int stop = 0;                                     ///< The new one; those before it are in `solved`.
-  Matrix3d R_previous_this = Matrix3d::Identity();  ///< From the stop before, by the gyro.
+  const Start& solved;                       ///< What is known, and where; the stop stands in it as not known.
+  const std::vector<PatchSurfels>& surfels;  ///< Of all patches so far, and of the stop.
+  int stop = 0;                              ///< The one to be placed.
+  int from = 0;                              ///< The last known one before it.
 };
 
-/// T_G_base at the new stop, good to a few centimetres: turned by the gyro about the line that the rig has turned about
-/// so far, then all that it saw there laid on all that was seen before. Nothing where too little of it fits.
-[[nodiscard]] std::optional<SE3> place_stop(const PlacementInput& input);
+/// Whether a LiDAR that is known saw any surface at the stop.
+[[nodiscard]] bool saw_anything(const PlacementInput& input);
+
+/// T_G_base at the stop, good to a few centimetres: turned by `R_from_this` (of the base, as it was told) about the
+/// line that the rig has turned about so far, then all that it saw there laid on all that is known. Nothing where too
+/// little of it fits.
+[[nodiscard]] std::optional<SE3> place_stop(const PlacementInput& input, const Matrix3d& R_from_this);
+
+/// The same where nobody told the turn of a table: it is searched all round the line that the rig has turned about so
+/// far. Where more than half of the steps so far are alike, to 6 degrees, one like them is taken unless another fits
+/// clearly better; else nothing where another fits nearly as well.
+[[nodiscard]] std::optional<SE3> find_stop(const PlacementInput& input);
 
 }  // namespace rigcal
