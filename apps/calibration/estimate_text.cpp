@@ -78,7 +78,7 @@ std::string estimate_line(const StopEstimate& estimate) {
 }
 
 std::vector<std::string> estimate_remarks(const StopEstimate& estimate) {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines = estimate.warnings;
   for (const LidarEstimate& lidar : estimate.lidars) {
     for (const std::string& reason : lidar.result.reasons) lines.push_back(lidar.result.name + ": " + reason);
   }
@@ -120,6 +120,7 @@ Json estimates_json(const std::vector<StopEstimate>& estimates) {
     json.push_back({{"stops", estimate.stops},
                     {"reached", estimate.reached},
                     {"searched", estimate.searched},
+                    {"warnings", estimate.warnings},
                     {"wall_s", estimate.wall_s},
                     {"lidars", std::move(lidars)},
                     {"advice", advice_json(estimate)}});

@@ -59,7 +59,7 @@ LiveCalibration::~LiveCalibration() {
 LiveEstimates LiveCalibration::estimates() const {
   const std::lock_guard lock(mutex_);
   LiveEstimates out = told_;
-  out.waiting = static_cast<int>(waiting_.size());
+  out.waiting = static_cast<int>(waiting_.size()) + solving_;
   return out;
 }
 
@@ -99,6 +99,8 @@ void LiveCalibration::restart() {
   const std::lock_guard lock(mutex_);
   waiting_.clear();
   told_ = {};
+  view_.reset();
+  solving_ = 0;
   is_anew_ = true;
   stop_.request_stop();
 }
@@ -113,6 +115,7 @@ void LiveCalibration::run() {
       changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
       if (is_over_) return;
       stops.swap(waiting_);
+      solving_ = static_cast<int>(stops.size());
       stop_ = {};
       if (std::exchange(is_anew_, false)) calibration_ = begin(rig_, goal_);
     }
@@ -144,6 +147,7 @@ void LiveCalibration::solve() {
   std::shared_ptr<const LiveView> view;
   if (with_view_ && estimate && !stop.stop_requested()) view = make_view(rig_, calibration_, stop);
   const std::lock_guard lock(mutex_);
+  solving_ = 0;
   if (is_anew_ || stop.stop_requested()) return;
   if (view) view_ = std::move(view);
   told_.trouble = estimate ? std::string() : estimate.error().message();

@@ -77,6 +77,7 @@ class LiveCalibration {
   mutable std::mutex mutex_;  ///< Of what follows.
   std::condition_variable changed_;
   std::deque<CalibrationStop> waiting_;
+  int solving_ = 0;  ///< Stops that are no longer among these and not solved yet.
   LiveEstimates told_;
   std::shared_ptr<const LiveView> view_;
   bool is_over_ = false;

@@ -1,6 +1,7 @@
 #include "core/pipeline/incremental_calibration.h"
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "core/base/parallel.h"
@@ -19,6 +20,27 @@ int base_lidar(const Rig& rig, const std::vector<int>& lidar_sensors) {
   const auto base = std::find(lidar_sensors.begin(), lidar_sensors.end(), rig.base);
   return static_cast<int>(base - lidar_sensors.begin());
 }
+
+// Keeps the warnings as well.
+class KeepingReporter final : public Reporter {
+ public:
+  explicit KeepingReporter(Reporter& to) : to_(to) {}
+  void progress(std::string_view stage, double fraction) override { to_.progress(stage, fraction); }
+  void warn(std::string message) override {
+    {
+      const std::lock_guard lock(mutex_);
+      warnings.push_back(message);
+    }
+    to_.warn(std::move(message));
+  }
+  void debug(std::string message) override { to_.debug(std::move(message)); }
+
+  std::vector<std::string> warnings;
+
+ private:
+  Reporter& to_;
+  std::mutex mutex_;
+};
 
 }  // namespace
 
@@ -93,6 +115,7 @@ std::optional<WarmStart> IncrementalCalibration::warm_start() const {
   Start& start = warm.start;
   start.state = solution_->state;
   const std::size_t before = start.stop_known.size();
+  warm.stops_before = static_cast<int>(before);
   for (std::size_t j = before; j < recording_.stops.size(); ++j) {
     start.state.T_G_base.push_back(start.state.T_G_base.back());
     start.stop_known.push_back(0);
@@ -131,14 +154,16 @@ Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& contex
   options.require = options_.goal;
   const std::optional<WarmStart> warm = warm_start();
   std::unique_ptr<LidarSolution> solution;
+  KeepingReporter reporter(context.reporter);
   const Expected<CalibrationResult> result =
-      estimate_lidars(rig_, recording_, guess_, options, context, warm ? &*warm : nullptr, solution);
+      estimate_lidars(rig_, recording_, guess_, options, {reporter, context.stop}, warm ? &*warm : nullptr, solution);
   if (!result) return result.error();
   solution_ = std::move(solution);
   if (!warm) stops_at_search_ = static_cast<int>(recording_.stops.size());
   StopEstimate out;
   out.stops = static_cast<int>(recording_.stops.size());
   out.searched = !warm;
+  out.warnings = std::move(reporter.warnings);
   out.reached = result->status == Status::good;
   for (const SensorResult& sensor : result->sensors) out.lidars.push_back(one_lidar(sensor));
   if (options_.advise) advise(*result, out);

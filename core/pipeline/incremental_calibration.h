@@ -37,6 +37,8 @@ struct StopEstimate {
   std::vector<LidarEstimate> lidars;  ///< In the order of the rig, the base included.
   bool reached = false;               ///< All of them are good by the goal.
   bool searched = false;              ///< Found by a search from scratch, not from the solution before.
+  /// Which stops were left out, and why: of a search all of them, else those since the estimate before.
+  std::vector<std::string> warnings;
   std::optional<StopAdvice> advice;
   std::string advice_text;  ///< A sentence; empty without advice.
   double wall_s = 0.0;

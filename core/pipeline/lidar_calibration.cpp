@@ -53,7 +53,7 @@ class Calibration {
   Expected<CalibrationResult> run() {
     if (const auto right = check(); !right) return right.error();
     if (const auto done = find_rough(); !done) return done.error();
-    choose_patches();
+    choose_patches(0);
     if (const auto done = solve(); !done) return done.error();
     if (const auto done = take_out_range_errors(); !done) return done.error();
     if (const auto done = even_out(); !done) return done.error();
@@ -71,7 +71,7 @@ class Calibration {
     } else if (const auto done = find_rough(); !done) {
       return done.error();
     }
-    choose_patches();
+    choose_patches(warm != nullptr ? warm->stops_before : 0);
     solution_.adjust = solving_priors(recording_, solution_.start, solving_guess_, options_);
     trust_.distrust_noise();  // errors of ranges are not looked for here
     const std::vector<RefinePass> passes = standard_passes(tight_passes_of_estimate);
@@ -162,7 +162,8 @@ class Calibration {
     return grid_frame(normals, centers, weights);
   }
 
-  void choose_patches() {
+  // Tells which stops are left out, from `first_told` on.
+  void choose_patches(int first_told) {
     solution_.use.assign(recording_.patches.size(), 0);
     for (std::size_t k = 0; k < recording_.patches.size(); ++k) {
       const PatchCells& p = recording_.patches[k];
@@ -172,7 +173,7 @@ class Calibration {
     const std::vector<char> told = told_stops();
     const bool is_told = std::find(told.begin(), told.end(), 1) != told.end();
     const std::string mend = is_told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
-    for (std::size_t j = 0; j < recording_.stops.size(); ++j) {
+    for (auto j = static_cast<std::size_t>(first_told); j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +
                              " is left out: its pose was not found from the surfaces of " +

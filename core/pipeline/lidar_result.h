@@ -37,6 +37,7 @@ struct WarmStart {
   std::vector<NoiseModel> noise;
   SE3 T_grid_G;
   std::optional<int> gyro_lidar;  ///< As of the earlier one.
+  int stops_before = 0;           ///< Of the earlier one: which of them it left out was told.
 };
 
 /// Extrinsics, sigmas and verdicts of a recording that goes on, in a fraction of the time of `calibrate_lidars`: from

@@ -114,8 +114,16 @@ TEST_F(LiveCalibrationTest, ForgetsWhatItIsToldToForget) {
   const fs::path session = folder / "anew";
   begin_growing(folder / "given", session);
   const StreamSource source = growing_session(folder / "given");
-  LiveCalibration calibration(source.rig, {});
+  LiveCalibration calibration(source.rig, {}, {}, true);
   ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
+  const LiveEstimates known = calibration.estimates();
+  EXPECT_EQ(known.waiting, known.estimates.empty() ? 6 : 6 - known.estimates.back().stops);
+  for (int i = 0; i < 600 && !calibration.view(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ASSERT_TRUE(calibration.view());
+  ASSERT_TRUE(calibration.sink().restart());
+  EXPECT_FALSE(calibration.view());
+  EXPECT_TRUE(calibration.estimates().estimates.empty());
+  EXPECT_EQ(calibration.estimates().waiting, 0);
   ASSERT_TRUE(read_stops(source, {}, calibration.sink(), {silent}));
   const LidarRecording recording = calibration.finish().lidar;
   EXPECT_EQ(recording.stops.size(), 6U);

@@ -1,5 +1,6 @@
 #include "core/pipeline/incremental_calibration.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "simdata/scene/scene_file.h"
@@ -8,6 +9,10 @@
 
 namespace rigcal {
 namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
 
 sim::LightRig courtyard(int stops, int shots = 20000) {
   sim::LightRigOptions options;
@@ -186,7 +191,9 @@ TEST(IncrementalCalibration, GoesOnAfterAStopThatWasLeftOut) {
   const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
   ASSERT_EQ(estimates.size(), 6U);
   EXPECT_FALSE(estimates[3].searched);
+  EXPECT_THAT(estimates[3].warnings, ElementsAre(HasSubstr("stop 3 is left out")));
   EXPECT_FALSE(estimates[4].searched);
+  EXPECT_THAT(estimates[4].warnings, IsEmpty());
   expect_stops_near(calibration, run, {1, 1, 1, 0, 1, 1});
 }
 
@@ -203,6 +210,7 @@ TEST(IncrementalCalibration, ChecksTheGyroWhereItGoesOn) {
   const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
   ASSERT_EQ(estimates.size(), 5U);
   EXPECT_FALSE(estimates[4].searched);
+  EXPECT_THAT(estimates[4].warnings, ElementsAre(HasSubstr("turned otherwise than the gyro tells")));
   expect_stops_near(calibration, run, {1, 1, 1, 1, 0});
 }
 
