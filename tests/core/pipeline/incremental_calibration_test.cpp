@@ -121,16 +121,16 @@ TEST(IncrementalCalibration, SearchesAnewWhereNeitherTurnsNorAxisAreKnown) {
   for (const StopEstimate& estimate : estimates) EXPECT_TRUE(estimate.searched);
 }
 
-// Six of sixteen stops of an AVIA and a MID-40 that look the same way, so that both are found from the first one on; as
+// Six of 24 stops of an AVIA and a MID-40 that look the same way, so that both are found from the first one on; as
 // a gyro on the base told their turns.
-LightRecording quarter_turn() {
+LightRecording part_of_turn() {
   static const sim::LightRig light = [] {
     Rig rig = sim::nominal_rig();
     rig.sensors.resize(2);
     rig.sensors[1].initial_T_base_sensor = pose_deg(0.0, 0.0, 15.0, 0.0, 0.1, 0.0);
     sim::LightRigOptions options;
     options.seed = 3;
-    options.turntable.stops = 16;
+    options.turntable.stops = 24;
     options.shots_per_patch = 8000;
     return *sim::make_light_rig(*sim::load_scene("courtyard"), options, rig);
   }();
@@ -155,7 +155,7 @@ void expect_stops_near(const IncrementalCalibration& calibration, const LightRec
 }
 
 TEST(IncrementalCalibration, GoesOnWithoutAGyroByTheTablesAxis) {
-  LightRecording run = quarter_turn();
+  LightRecording run = part_of_turn();
   for (auto& R : run.recording.R_previous_this) R.reset();
   run.recording.gyro_turns.clear();
   IncrementalCalibration calibration = begin(run);
@@ -168,7 +168,7 @@ TEST(IncrementalCalibration, GoesOnWithoutAGyroByTheTablesAxis) {
 
 // By a gyro on another LiDAR, whose turns nobody told in the base's frame.
 TEST(IncrementalCalibration, GoesOnByAGyroThatSitsWhereItWasFound) {
-  LightRecording run = quarter_turn();
+  LightRecording run = part_of_turn();
   const Matrix3d R_base_gyro = run.truth.T_base_sensor[1].R;
   for (std::size_t j = 1; j < 6; ++j) {
     const Matrix3d R = *run.recording.R_previous_this[j];
@@ -185,7 +185,7 @@ TEST(IncrementalCalibration, GoesOnByAGyroThatSitsWhereItWasFound) {
 
 // What the stop did not see no search would find, and the turns lead on from the one before it.
 TEST(IncrementalCalibration, GoesOnAfterAStopThatWasLeftOut) {
-  LightRecording run = quarter_turn();
+  LightRecording run = part_of_turn();
   std::erase_if(run.recording.patches, [](const PatchCells& patch) { return patch.stop == 3; });
   IncrementalCalibration calibration = begin(run);
   const std::vector<StopEstimate> estimates = all_estimates(calibration, run);
@@ -198,7 +198,7 @@ TEST(IncrementalCalibration, GoesOnAfterAStopThatWasLeftOut) {
 }
 
 TEST(IncrementalCalibration, ChecksTheGyroWhereItGoesOn) {
-  LightRecording run = quarter_turn();
+  LightRecording run = part_of_turn();
   const Matrix3d wrong = exp_so3(Vector3d(0.0, 0.0, to_rad(7.0)));
   for (std::size_t j = 4; j < 5; ++j) {
     run.recording.gyro_turns[j]->R_previous_this *= wrong;
