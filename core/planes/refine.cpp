@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-#include <utility>
 
 #include "core/base/median.h"
 #include "core/base/parallel.h"
@@ -48,25 +46,8 @@ RIGCAL_WIDE void add_near(const Facing& all, const std::array<Lanes, 3>& candida
   sums = sum;
 }
 
-// Those that were seen best first: the same in whichever order, and in whichever frame, they come.
-std::vector<std::size_t> by_rank(const std::vector<Vector3d>& centers, const std::vector<double>& weights,
-                                 const Vector3d& centroid) {
-  std::vector<double> from_middle;
-  for (const Vector3d& center : centers) from_middle.push_back((center - centroid).squaredNorm());
-  std::vector<std::size_t> order(weights.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return weights[a] != weights[b] ? weights[a] > weights[b] : from_middle[a] < from_middle[b];
-  });
-  return order;
-}
-
-// Mean of the normals within ten degrees of the direction that most of them share, among those across `across`: of the
-// mean itself, so that it does not hang on which of them stood for it. `order`: see by_rank.
-Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<double>& weights,
-                   const std::vector<std::size_t>& order, const Vector3d& across) {
-  constexpr std::size_t most_candidates = 400;
-  constexpr int most_rounds = 20;
+// Mean of the normals within ten degrees of the direction that most of them share, among those across `across`.
+Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<double>& weights, const Vector3d& across) {
   const double near = std::cos(to_rad(10.0));
   const auto eligible = [&](const Vector3d& n) { return std::abs(n.dot(across)) < 0.5; };
   Facing all;
@@ -75,9 +56,9 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
     for (std::size_t k = 0; k < 3; ++k) all.normal[k].push_back(normals[i][static_cast<Eigen::Index>(k)]);
     all.weight.push_back(weights[i]);
   }
+  const std::size_t step = std::max<std::size_t>(1, normals.size() / 300);
   std::vector<Vector3d> candidates;
-  for (const std::size_t i : order) {
-    if (candidates.size() == most_candidates) break;
+  for (std::size_t i = 0; i < normals.size(); i += step) {
     if (eligible(normals[i])) candidates.push_back(normals[i]);
   }
   std::vector<Lanes> sums((candidates.size() + lanes - 1) / lanes);
@@ -99,19 +80,13 @@ Vector3d strongest(const std::vector<Vector3d>& normals, const std::vector<doubl
     best_weight = weight;
     best = &candidates[k];
   }
-  if (best == nullptr) return Vector3d::Zero();
-  Vector3d direction = *best;
-  for (int round = 0; round < most_rounds; ++round) {
-    Vector3d sum = Vector3d::Zero();
-    for (std::size_t i = 0; i < normals.size(); ++i) {
-      const double dot = normals[i].dot(direction);
-      if (std::abs(dot) < near || !eligible(normals[i])) continue;
-      sum += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
-    }
-    const Vector3d before = std::exchange(direction, sum.normalized());
-    if ((direction - before).norm() < 1e-12) break;
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < normals.size() && best != nullptr; ++i) {
+    const double dot = normals[i].dot(*best);
+    if (std::abs(dot) < near || !eligible(normals[i])) continue;
+    sum += (dot > 0.0 ? weights[i] : -weights[i]) * normals[i];
   }
-  return direction;
+  return sum;
 }
 
 // Adds the planes that coplanar leaves make together.
@@ -221,24 +196,23 @@ SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>
                const std::vector<double>& weights) {
   SE3 T_grid_G;
   if (normals.empty()) return T_grid_G;
+  Vector3d z = strongest(normals, weights, Vector3d::Zero());
+  if (z.norm() < 1e-9) return T_grid_G;
+  z.normalize();
+  Vector3d x = strongest(normals, weights, z);
+  x -= z.dot(x) * z;
+  if (x.norm() < 1e-9) x = z.unitOrthogonal();
+  x.normalize();
   Vector3d centroid = Vector3d::Zero();
   double total = 0.0;
   for (std::size_t i = 0; i < centers.size(); ++i) {
     centroid += weights[i] * centers[i];
     total += weights[i];
   }
-  centroid /= total;
-  const std::vector<std::size_t> order = by_rank(centers, weights, centroid);
-  const Vector3d z = strongest(normals, weights, order, Vector3d::Zero());
-  if (z.norm() < 1e-9) return T_grid_G;
-  Vector3d x = strongest(normals, weights, order, z);
-  x -= z.dot(x) * z;
-  if (x.norm() < 1e-9) x = z.unitOrthogonal();
-  x.normalize();
   T_grid_G.R.row(0) = x;
   T_grid_G.R.row(1) = z.cross(x);
   T_grid_G.R.row(2) = z;
-  T_grid_G.t = -(T_grid_G.R * centroid);
+  T_grid_G.t = -(T_grid_G.R * (centroid / total));
   return T_grid_G;
 }
 

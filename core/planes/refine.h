@@ -71,9 +71,9 @@ struct RefineInput {
 [[nodiscard]] double unexplained_offset(const PlaneMap& map, const RigState& state, double floor_of_map_m,
                                         double least_leaf_m = 0.0);
 
-/// Frame for the grid made from the planes themselves, so that it does not depend on which LiDAR is the base, nor on
-/// the order of the planes: z along the strongest normal, x along the strongest across it, origin at the centroid.
-/// `normals` and `centers` in G, `weights` > 0.
+/// Frame for the grid made from the planes themselves, so that it does not depend on which LiDAR is the base: z along
+/// the strongest normal, x along the strongest across it, origin at the centroid. `normals` and `centers` in G,
+/// `weights` > 0.
 [[nodiscard]] SE3 grid_frame(const std::vector<Vector3d>& normals, const std::vector<Vector3d>& centers,
                              const std::vector<double>& weights);
 
