@@ -3,6 +3,7 @@
 
 #include "apps/recording/cell_sink.h"
 #include "apps/recording/far_points.h"
+#include "apps/recording/rig_lidars.h"
 #include "apps/recording/stop_reader.h"
 
 namespace rigcal {
@@ -101,7 +102,7 @@ TEST(NoPointsError, SaysWhatBecameOfThem) {
 TEST(FarPoints, AreCountedWhereNoCellIsMadeOfThem) {
   const Rig rig = two_lidars();
   LidarRecording recording;
-  recording.lidar_sensors = {0, 1};
+  recording.lidar_sensors = lidar_sensors(rig);  // By their names: "far" is the first.
   CellSink sink(rig, CellOptions{}, [&](CalibrationStop stop) { append(std::move(stop), recording); }, {});
   ASSERT_TRUE(sink.restart());
   for (int stop = 0; stop < 3; ++stop) {
@@ -113,8 +114,8 @@ TEST(FarPoints, AreCountedWhereNoCellIsMadeOfThem) {
     record.stop.index = stop;
     sink.stop_done(record);
   }
-  EXPECT_EQ(recording.too_far_of(0), 3U);
-  EXPECT_EQ(recording.too_far_of(1), 6U);
+  EXPECT_EQ(recording.too_far_of(0), 6U);
+  EXPECT_EQ(recording.too_far_of(1), 3U);
   EXPECT_EQ(recording.patches.size(), 3U);
   EXPECT_THAT(far_point_warnings(rig, recording),
               ElementsAre("far: 6 of its 6 points in the stops lie farther than 60 m, where none are used; let it see "
