@@ -103,8 +103,9 @@ TEST_F(Calibrate, DoesNotMindInWhichOrderTheRigFileHasItsSensors) {
   const ExtrinsicsFile a = extrinsics("first/extrinsics.yaml");
   const ExtrinsicsFile b = extrinsics("turned/extrinsics.yaml");
   EXPECT_EQ(b.names, (std::vector<std::string>{"mid40", "avia"})) << "results keep it";
-  EXPECT_EQ(a.T_base_sensor.at("mid40").matrix(), b.T_base_sensor.at("mid40").matrix());
-  EXPECT_EQ(a.covariance.at("mid40"), b.covariance.at("mid40"));
+  // But for rounding, as the patches of a stop come in another order.
+  EXPECT_TRUE(a.T_base_sensor.at("mid40").matrix().isApprox(b.T_base_sensor.at("mid40").matrix(), 1e-8));
+  EXPECT_TRUE(a.covariance.at("mid40").isApprox(b.covariance.at("mid40"), 1e-4));
 }
 
 TEST_F(Calibrate, FindsThemWithoutAGuess) {
