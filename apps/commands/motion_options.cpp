@@ -93,6 +93,10 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
              options.dwell_range_s = {{std::min(n[0], n[1]), std::max(n[0], n[1])}};
            })
       ->excludes("--dwell");
+  add_list(command, "--step-range", NumberList({{-180.0, 180.0}, {-180.0, 180.0}}, "LEAST,MOST in degrees"), "DEG,DEG",
+           "The table turns by unequal steps instead, for example 10,60: no full turn", [&options](const Numbers& n) {
+             options.step_range_deg = {{std::min(n[0], n[1]), std::max(n[0], n[1])}};
+           });
   command
       .add_option_function<double>(
           "--creep", [&options](double deg) { options.creep_rad_per_s = to_rad(deg); },
@@ -119,6 +123,8 @@ void add_motion_options(CLI::App& command, sim::TurntableOptions& options) {
 void check_motion(const CLI::App& command, const sim::TurntableOptions& options, bool with_ends) {
   if (command.count("--drive") > 0 && command.get_option("--motion")->as<std::string>() != "figure8")
     throw CLI::ValidationError("--drive", "only --motion figure8 drives");
+  if (options.step_range_deg && options.drive_m > 0.0)
+    throw CLI::ValidationError("--step-range", "--motion figure8 turns as its way does");
   for (const sim::Bump& bump : options.bumps) {
     const std::string stop = "stop " + std::to_string(bump.stop);
     if (bump.stop >= options.stops)

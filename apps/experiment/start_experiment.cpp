@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,10 +23,12 @@ namespace {
 
 constexpr double right_m = 0.005;
 constexpr double right_rad = to_rad(0.05);
+// Of a table's axis in a rig file.
+constexpr double axis_error_rad = to_rad(1.5);
 
 const std::vector<StartCase>& all_cases() {
   static const std::vector<StartCase> cases = [] {
-    std::vector<StartCase> out(6);
+    std::vector<StartCase> out(8);
     out[0].name = "gyro";
     out[1].name = "nothing";
     out[1].with_gyro = false;
@@ -40,6 +43,14 @@ const std::vector<StartCase>& all_cases() {
     out[4].guess_deg = 20.0;
     out[5].name = "apart";
     out[5].shares_surfaces = false;
+    out[6].name = "table";
+    out[6].with_gyro = false;
+    out[6].guess_m = 0.2;
+    out[6].guess_deg = 10.0;
+    out[6].knows_axis = true;
+    out[7] = out[6];
+    out[7].name = "unequal";
+    out[7].step_range_deg = {10.0, 60.0};
     return out;
   }();
   return cases;
@@ -58,6 +69,10 @@ Expected<Thrown> throw_rig(const StartCase& kind, std::uint64_t seed, int points
   options.shots_per_patch = points;
   Random random(seed, 800);
   options.turntable.stops = 12 + static_cast<int>(random.below(13));
+  if (kind.step_range_deg) {
+    options.turntable.stops = 8 + static_cast<int>(random.below(9));
+    options.turntable.step_range_deg = kind.step_range_deg;
+  }
   if (kind.wander_m > 0.0) sim::let_wander(kind.wander_m, kind.wander_deg, options.turntable);
   if (kind.drives) {
     // It turns by one and a half full turns.
@@ -82,6 +97,13 @@ std::vector<std::optional<SE3>> guesses(const StartCase& kind, const sim::LightR
   }
   out[0] = SE3{};
   return out;
+}
+
+// As a rig file has it.
+void tell_axis(std::uint64_t seed, sim::LightRig& light) {
+  Random random(seed, 802);
+  const Vector3d off = axis_error_rad * sim::random_direction(random).cross(light.axis).normalized();
+  light.rig.turntable.emplace().axis = exp_so3(off) * light.axis;
 }
 
 struct Errors {
@@ -183,6 +205,7 @@ Expected<void> try_rig(const StartCase& kind, std::uint64_t seed, int points, co
   Expected<Thrown> rig = throw_rig(kind, seed, points);
   if (!rig) return rig.error();
   sim::LightRig& light = rig->light;
+  if (kind.knows_axis) tell_axis(seed, light);
   SilentReporter silent;
   LidarCalibrationOptions options;
   options.with_map = false;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,9 @@ struct StartCase {
   bool with_gyro = true;
   double guess_m = -1.0;  ///< Each guess is off by exactly this; negative: there is none.
   double guess_deg = 0.0;
-  bool shares_surfaces = true;  ///< See sim::RandomMounting.
+  bool shares_surfaces = true;                          ///< See sim::RandomMounting.
+  bool knows_axis = false;                              ///< The rig file has the table's axis, 1.5 degrees off.
+  std::optional<std::array<double, 2>> step_range_deg;  ///< Unequal steps, in 8 to 16 stops.
 };
 
 /// What became of the rigs of one row. A rig is right where every LiDAR is within 5 mm and 0.05 degrees, flagged where

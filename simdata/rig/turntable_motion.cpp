@@ -10,6 +10,7 @@ namespace rigcal::sim {
 namespace {
 
 constexpr std::uint64_t dwell_stream = 1;
+constexpr std::uint64_t step_stream = 2;
 
 // 10 s^3 - 15 s^4 + 6 s^5: from rest to rest without a jump in acceleration.
 double s_curve(double s) {
@@ -38,6 +39,7 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
   T_axis_base_.t = offset * random_level_direction(random);
   // What only some runs have is drawn apart, and takes no number from the others, so that it changes nothing else.
   Random dwells(Random(random).next_u64(), dwell_stream);
+  Random steps(Random(random).next_u64(), step_stream);
   double time = 0.0;
   double angle = 0.0;
   for (int k = 0; k < options.stops; ++k) {
@@ -65,7 +67,12 @@ TurntableMotion::TurntableMotion(const SE3& T_scene_table, const TurntableOption
       stops_.back().place = options.drive_m * eight(u);
       step = std::remainder(eight_heading(u + step) - eight_heading(u), 2.0 * pi);
     }
-    angle += step + to_rad(options.step_sigma_deg) * random.normal();
+    step += to_rad(options.step_sigma_deg) * random.normal();
+    if (options.step_range_deg) {
+      const auto [least, most] = *options.step_range_deg;
+      step = to_rad(steps.uniform(least, most));
+    }
+    angle += step;
   }
   for (std::size_t i = 0; i < options.bumps.size(); ++i) bump_axes_.push_back(random_direction(random));
   if (options.vibration.amplitude_rad != 0.0) {

@@ -33,6 +33,8 @@ struct TurntableOptions {
   double final_still_s = 0.5;    ///< after the last, and part of it.
   double turn_s = 1.5;           ///< One step of the table, an S-curve (quintic: no jump in acceleration).
   double step_sigma_deg = 1.2;   ///< Of each step about 360 deg / stops: a table turned by hand.
+  /// Steps between these two (degrees), all as likely, instead of equal ones: however many, so not one full turn.
+  std::optional<std::array<double, 2>> step_range_deg;
   double axis_tilt_deg = 1.5;    ///< Between the table's axis and the plumb line.
   double base_offset_min = 0.1;  ///< Distance of the base sensor from the axis, metres.
   double base_offset_max = 0.3;

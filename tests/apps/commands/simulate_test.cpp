@@ -115,6 +115,20 @@ TEST_F(Simulate, TroublesTheStopsAsAskedFor) {
   EXPECT_THAT(refused("--bump 99,1,1").err, HasSubstr("there is no stop 99: the last one is 19"));
 }
 
+TEST_F(Simulate, TurnsByUnequalSteps) {
+  const ProgramRun run =
+      simulate("room " + rig() + out("s") + " --stops 5 --patches --points 300 --images-per-stop 0 --step-range 50,40");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto truth = load_ground_truth((scratch / "s/ground_truth.yaml").string());
+  ASSERT_TRUE(truth) << truth.error().message();
+  ASSERT_EQ(truth->stops.size(), 5U);
+  for (std::size_t k = 1; k < truth->stops.size(); ++k) {
+    const double deg = to_deg(rotation_distance(truth->stops[k - 1].T_G_base.R, truth->stops[k].T_G_base.R));
+    EXPECT_GT(deg, 39.9);
+    EXPECT_LT(deg, 50.1);
+  }
+}
+
 // They were taken, and did nothing, or something else.
 TEST_F(Simulate, RefusesMotionsThatCannotBe) {
   const auto refused = [&](const std::string& option) {
@@ -127,6 +141,8 @@ TEST_F(Simulate, RefusesMotionsThatCannotBe) {
   EXPECT_THAT(refused("--bump 1,5,0.1 --dwell-range 3,30"), HasSubstr("stop 1 may end after 3.0 s"));
   EXPECT_THAT(refused("--motion vehicle --drive 3"), HasSubstr("only --motion figure8 drives"));
   EXPECT_THAT(refused("--drive 3"), HasSubstr("--motion"));
+  EXPECT_THAT(refused("--motion figure8 --step-range 10,60"), HasSubstr("turns as its way does"));
+  EXPECT_THAT(refused("--step-range 10"), HasSubstr("LEAST,MOST"));
 }
 
 TEST_F(Simulate, HasNoTablesAxisInTheTruthOfADrive) {

@@ -115,6 +115,30 @@ TEST(TurntableMotion, KeepsItsPosesWhereItDwellsOtherwise) {
   }
 }
 
+TEST(TurntableMotion, TurnsByUnequalStepsWhereThatIsAskedFor) {
+  TurntableOptions options;
+  options.stops = 200;
+  options.step_range_deg = {{10.0, 60.0}};
+  const TurntableMotion motion = motion_of(7, options);
+  double least = 360.0;
+  double most = 0.0;
+  double before = 0.0;
+  for (int k = 1; k < motion.stop_count(); ++k) {
+    const double angle = to_deg(motion.angle_rad(motion.stop_start_s(k)));
+    least = std::min(least, angle - before);
+    most = std::max(most, angle - before);
+    before = angle;
+  }
+  EXPECT_GE(least, 10.0 - 1e-9);
+  EXPECT_LT(least, 12.0);
+  EXPECT_LE(most, 60.0 + 1e-9);
+  EXPECT_GT(most, 58.0);
+  // Nothing else comes out otherwise.
+  options.step_range_deg.reset();
+  EXPECT_EQ(motion_of(7, options).T_scene_base_at_stop(0).R, motion.T_scene_base_at_stop(0).R);
+  EXPECT_EQ(motion_of(7, options).axis_in_base(), motion.axis_in_base());
+}
+
 TEST(TurntableMotion, CreepsOnAtTheRateAskedFor) {
   TurntableOptions options;
   options.creep_rad_per_s = 2e-4;
