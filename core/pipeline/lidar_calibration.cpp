@@ -172,11 +172,7 @@ class Calibration {
     }
     const std::vector<char> told = told_stops();
     const bool is_told = std::find(told.begin(), told.end(), 1) != told.end();
-    const bool has_axis = rig_.turntable && rig_.turntable->axis;
-    const std::string mend = is_told    ? ""
-                             : has_axis ? "; without a gyro, turn by smaller steps"
-                                        : "; without a gyro, turn by smaller steps, all equal to 6 degrees, or tell "
-                                          "the table's axis in the rig file";
+    const std::string mend = is_told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
     for (auto j = static_cast<std::size_t>(first_told); j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +

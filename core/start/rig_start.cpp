@@ -37,7 +37,6 @@ constexpr double most_lost = 0.03;
 // Of what the LiDARs of a table saw, so much lies on what they saw from other stops, even of few stops; and so much
 // more of it where stops are placed rightly instead of wrongly.
 constexpr double doubtful_fit = 0.8;
-constexpr double most_stops = 2.0 / 3.0;
 constexpr double clear_gain = 0.05;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
@@ -210,22 +209,13 @@ std::optional<Start> from_stops(const StartInput& input, const std::vector<Patch
   return start;
 }
 
-double share_of_known(const std::vector<PatchSurfels>& base_patches, const Start& start) {
-  const auto known = std::count_if(base_patches.begin(), base_patches.end(), [&](const PatchSurfels& p) {
-    return start.stop_known[static_cast<std::size_t>(p.stop)] != 0;
-  });
-  return base_patches.empty() ? 0.0 : static_cast<double>(known) / static_cast<double>(base_patches.size());
-}
-
-// What the base sees from one stop it may not see from the next, which is lost then or laid on something else. Where
-// little of what was seen lies on itself, the table is thought to have turned all round in equal steps, this way or
-// that: what fits clearly better is taken, and what it rests on is told.
+// What the base sees from one stop it may not see from the next, and is laid on something else then. Where little of
+// what was seen lies on itself, the table is thought to have turned all round in equal steps, this way or that: what
+// fits clearly better is taken, and what it rests on is told.
 void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
                      const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
   if (!may_have_equal_steps(input)) return;
-  // Where most stops are known they stand; else what was seen from the others counts, which lies on nothing.
-  const double known = share_of_known(base_patches, start);
-  const double before = (known < most_stops ? known : 1.0) * fit_of(input, patches, start);
+  const double before = fit_of(input, patches, start);
   if (before >= doubtful_fit) return;
   double best = before + clear_gain;
   for (const double way : {1.0, -1.0}) {

@@ -5,37 +5,56 @@
 #include <optional>
 
 #include "core/base/parallel.h"
-#include "core/start/step_match.h"
 
 namespace rigcal {
 namespace {
 
 // A table turned by hand hits its marks to some degrees.
 constexpr double alike_rad = to_rad(6.0);
-// Fewer surfels are no view.
-constexpr std::size_t min_surfels = 20;
-constexpr std::size_t most_matches = 12;
-// What a match needs to be believed, by what else speaks for it: that most steps are like it; that the table goes on
-// the way it goes, by no more than a narrow view can follow; nothing.
-constexpr double least_of_common = 0.01;
-// Somebody who walked by contradicts much; what lies on what was seen to this share is believed nevertheless.
-constexpr double least_score_of_common = 0.15;
-// A step that is assumed is believed where as little contradicts it.
-constexpr double least_evidence_assumed = -0.5;
-constexpr double least_of_next = 0.03;
-constexpr double least_alone = 0.3;
-constexpr double next_rad = to_rad(75.0);
-// Pairs with as much evidence tell their step clearly; of these so many are alike where steps are equal.
-constexpr double clear_evidence = 0.1;
-constexpr double usual_share = 0.75;
-// A step like most others is taken for another one unless that has this much more evidence; one the usual way round is
-// for one the other way.
-constexpr double common_margin = 0.2;
-constexpr double way_margin = 0.1;
-// A stop that cannot be laid on the one before is laid on an earlier one, up to so many before it.
-constexpr std::size_t stops_back = 3;
+// The base of a rig on a table stands no farther from its axis.
+constexpr double max_foot_m = 0.6;
+
+struct Step {
+  double angle = 0.0;  // about the axis
+  Matrix3d R = Matrix3d::Identity();
+  double score = 0.0;
+};
 
 double apart(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)); }
+
+std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& after, const Vector3d& axis) {
+  std::vector<PlacedSurfel> map;
+  for (const Surfel& s : before.surfels) map.push_back({s.mean, s.normal, 0});
+  const SurfelIndex coarse(map, 1.0);
+  const SurfelIndex fine(map, 0.5);
+  MovingSurfels moving{{SE3{}}, {}};
+  for (const Surfel& s : after.surfels) moving.items.push_back({0, s.mean, s.normal});
+  const MovingSurfels few = thinned(moving, 400);
+  std::vector<Step> circle;
+  for (int deg = -180; deg < 180; deg += 3) {
+    const Matrix3d R = exp_so3(to_rad(deg) * axis);
+    circle.push_back({to_rad(deg), R, match_score(coarse, few, {R, Vector3d::Zero()}, std::cos(to_rad(20.0)), 0.3)});
+  }
+  std::stable_sort(circle.begin(), circle.end(), [](const Step& a, const Step& b) { return a.score > b.score; });
+  std::vector<Step> steps;
+  std::vector<double> tried;
+  for (const Step& s : circle) {
+    if (tried.size() >= 16) break;
+    if (std::any_of(tried.begin(), tried.end(), [&](double a) { return apart(a, s.angle) < to_rad(5.0); })) continue;
+    tried.push_back(s.angle);
+    SE3 X = refine_registration(coarse, moving, {s.R, Vector3d::Zero()}, 0.8, 0.3);
+    X = refine_registration(fine, moving, X, 0.3, 0.08);
+    const Vector3d phi = log_so3(X.R);
+    const double angle = phi.dot(axis);
+    // Axis and table are known to a degree or two.
+    if ((phi - angle * axis).norm() > to_rad(3.0)) continue;
+    double score = match_score(fine, moving, X, same_surface_cosine, same_surface_m);
+    // One that slid farther than a turn about the table can carry it is likely wrong; its angle may be right.
+    if (X.t.norm() > 2.0 * max_foot_m * std::abs(std::sin(0.5 * phi.norm())) + 0.1) score *= 0.7;
+    steps.push_back({angle, X.R, score});
+  }
+  return steps;
+}
 
 std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from, int to) {
   Matrix3d R = Matrix3d::Identity();
@@ -46,158 +65,39 @@ std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R
   return R;
 }
 
-// The step that the evidence of all pairs adds up to most for; none where no more than half of the pairs have one like
-// it that is not far behind their best, or too few of those that tell their step clearly.
-std::optional<double> common_step(const std::vector<std::vector<StepMatch>>& pairs) {
+// The step that the scores of all pairs add up to most for; none where fewer than half of the pairs have one like it.
+std::optional<double> common_step(const std::vector<std::vector<Step>>& pairs) {
   double best = 0.0;
   std::optional<double> common;
   for (int deg = -180; deg < 180; ++deg) {
     double sum = 0.0;
     std::size_t alike = 0;
-    std::size_t clear = 0;
-    std::size_t clearly_alike = 0;
-    for (const std::vector<StepMatch>& matches : pairs) {
+    for (const std::vector<Step>& steps : pairs) {
       double most = 0.0;
-      for (const StepMatch& m : matches) {
-        const double d = apart(m.angle, to_rad(deg));
+      for (const Step& s : steps) {
+        const double d = apart(s.angle, to_rad(deg));
         // The middle of a cluster of angles counts a little more than its edges.
-        if (d < alike_rad) most = std::max(most, m.evidence * (1.0 - 0.05 * d / alike_rad));
+        if (d < alike_rad) most = std::max(most, s.score * (1.0 - 0.05 * d / alike_rad));
       }
       sum += most;
-      const bool is_clear = !matches.empty() && matches.front().evidence >= clear_evidence;
-      const bool is_alike = most > 0.0 && most > 0.5 * matches.front().evidence;
-      alike += is_alike ? 1 : 0;
-      clear += is_clear ? 1 : 0;
-      clearly_alike += is_clear && is_alike ? 1 : 0;
+      alike += most > 0.0 ? 1 : 0;
     }
     if (sum <= best) continue;
     best = sum;
     common.reset();
-    const bool is_usual = static_cast<double>(clearly_alike) >= usual_share * static_cast<double>(clear);
-    if (is_usual && 2 * alike > pairs.size()) common = to_rad(deg);
+    if (2 * alike > pairs.size()) common = to_rad(deg);
   }
   return common;
 }
 
-// Which way round (1 or -1) the best matches turn, weighed by their evidence.
-double usual_way(const std::vector<std::vector<StepMatch>>& pairs) {
-  double sum = 0.0;
-  for (const std::vector<StepMatch>& matches : pairs) {
-    if (matches.empty() || std::abs(matches.front().angle) < alike_rad) continue;
-    sum += std::copysign(std::max(0.0, matches.front().evidence), matches.front().angle);
+Step choose(const std::vector<Step>& steps, const std::optional<double>& expected, const Vector3d& axis) {
+  Step best;
+  if (expected) best = {*expected, exp_so3(*expected * axis), 0.0};
+  for (const Step& s : steps) {
+    if (expected && apart(s.angle, *expected) > alike_rad) continue;
+    if (s.score > best.score) best = s;
   }
-  return sum < 0.0 ? -1.0 : 1.0;
-}
-
-// A stop, and how it is laid on an earlier one.
-struct Node {
-  int stop = 0;
-  StepView view;
-  std::vector<StepMatch> matches;  // on the node before
-  std::optional<std::size_t> parent;
-  StepMatch on_parent;
-};
-
-class StepTree {
- public:
-  StepTree(const std::vector<PatchSurfels>& patches, const Vector3d& axis,
-           const std::vector<std::optional<Matrix3d>>& R_previous_this)
-      : axis_(axis), R_previous_this_(R_previous_this) {
-    for (const PatchSurfels& p : patches) {
-      const bool is_told = !nodes_.empty() && known_step(R_previous_this, nodes_.back().stop, p.stop).has_value();
-      if (p.surfels.size() >= min_surfels || is_told) nodes_.push_back({p.stop, StepView(p, axis), {}, {}, {}});
-    }
-    parallel_for(nodes_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = std::max<std::size_t>(begin, 1); k < end; ++k) nodes_[k].matches = matches_of(k - 1, k);
-    });
-    learn_steps();
-    for (std::size_t k = 1; k < nodes_.size(); ++k) lay(k);
-  }
-
-  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
-  [[nodiscard]] const std::optional<double>& common() const { return common_; }
-
- private:
-  [[nodiscard]] std::optional<Matrix3d> told(std::size_t on, std::size_t k) const {
-    return known_step(R_previous_this_, nodes_[on].stop, nodes_[k].stop);
-  }
-
-  [[nodiscard]] std::vector<StepMatch> matches_of(std::size_t on, std::size_t k) const {
-    const std::optional<Matrix3d> R = told(on, k);
-    if (R) return {{log_so3(*R).dot(axis_), {*R, Vector3d::Zero()}, 1.0, 1.0}};
-    return nodes_[on].view.matches(nodes_[k].view.moving(), most_matches);
-  }
-
-  void learn_steps() {
-    std::vector<std::vector<StepMatch>> steps;
-    for (std::size_t k = 1; k < nodes_.size(); ++k) {
-      // A rest that was cut in two is no step of the table.
-      const std::optional<Matrix3d> R = told(k - 1, k);
-      if (R && rotation_distance(*R, Matrix3d::Identity()) < alike_rad) continue;
-      if (nodes_[k].stop == nodes_[k - 1].stop + 1) steps.push_back(nodes_[k].matches);
-    }
-    common_ = common_step(steps);
-    way_ = usual_way(steps);
-  }
-
-  // The best of the matches that can be believed.
-  [[nodiscard]] std::optional<StepMatch> best_of(std::size_t on, std::size_t k,
-                                                 const std::vector<StepMatch>& matches) const {
-    std::optional<StepMatch> best;
-    double most = 0.0;
-    for (const StepMatch& m : matches) {
-      const bool is_common = common_ && apart(m.angle, *common_ * (nodes_[k].stop - nodes_[on].stop)) < alike_rad;
-      const double ahead = way_ * m.angle;
-      const bool is_next = on + 1 == k && ahead > -alike_rad && ahead < next_rad;
-      const bool is_usual = is_common && (m.evidence >= least_of_common || m.score >= least_score_of_common);
-      if (!is_usual && m.evidence < (is_next ? least_of_next : least_alone)) continue;
-      const double worth = m.evidence + (is_common ? common_margin : 0.0) + (is_common || is_next ? way_margin : 0.0);
-      if (best && worth <= most) continue;
-      most = worth;
-      best = m;
-    }
-    return best;
-  }
-
-  void lay(std::size_t k) {
-    Node& node = nodes_[k];
-    for (std::size_t back = 1; back <= std::min(stops_back, k); ++back) {
-      const std::optional<StepMatch> best = best_of(k - back, k, back == 1 ? node.matches : matches_of(k - back, k));
-      if (!best) continue;
-      node.parent = k - back;
-      node.on_parent = *best;
-      return;
-    }
-    if (!common_) return;
-    const double angle = *common_ * (node.stop - nodes_[k - 1].stop);
-    node.parent = k - 1;
-    const SE3 X{exp_so3(angle * axis_), Vector3d::Zero()};
-    const StepView& before = nodes_[k - 1].view;
-    const double score = before.score(node.view.moving(), X);
-    const double evidence = before.evidence(node.view.moving(), X);
-    const bool is_shown = score >= least_score_of_common && evidence >= least_evidence_assumed;
-    node.on_parent = {angle, X, is_shown ? score : 0.0, evidence};
-  }
-
-  Vector3d axis_;
-  const std::vector<std::optional<Matrix3d>>& R_previous_this_;
-  std::vector<Node> nodes_;
-  std::optional<double> common_;
-  double way_ = 1.0;
-};
-
-// By node, which hang together: those that have the same number are laid on each other.
-std::vector<std::size_t> groups_of(const std::vector<Node>& nodes) {
-  std::vector<std::size_t> group;
-  std::size_t count = 0;
-  for (const Node& node : nodes) group.push_back(node.parent ? group[*node.parent] : count++);
-  return group;
-}
-
-std::size_t largest_of(const std::vector<std::size_t>& group) {
-  std::vector<std::size_t> sizes(group.size() + 1, 0);
-  for (const std::size_t g : group) ++sizes[g];
-  return static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  return best;
 }
 
 }  // namespace
@@ -206,23 +106,41 @@ std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& bas
                                             const Vector3d& axis,
                                             const std::vector<std::optional<Matrix3d>>& R_previous_this,
                                             std::vector<double>& scores) {
-  const StepTree tree(base_patches, axis, R_previous_this);
-  const std::vector<Node>& nodes = tree.nodes();
-  const std::vector<std::size_t> group = groups_of(nodes);
-  const std::size_t largest = largest_of(group);
+  const std::size_t count = base_patches.size();
+  std::vector<std::vector<Step>> pairs(count == 0 ? 0 : count - 1);
+  parallel_for(pairs.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::optional<Matrix3d> known = known_step(R_previous_this, base_patches[i].stop, base_patches[i + 1].stop);
+      if (known) {
+        pairs[i] = {{log_so3(*known).dot(axis), *known, 1.0}};
+      } else {
+        pairs[i] = steps_between(base_patches[i], base_patches[i + 1], axis);
+      }
+    }
+  });
+  std::vector<std::vector<Step>> neighbours;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    // A rest that was cut in two is no step of the table.
+    const std::optional<Matrix3d> known = known_step(R_previous_this, base_patches[i].stop, base_patches[i + 1].stop);
+    if (known && rotation_distance(*known, Matrix3d::Identity()) < alike_rad) continue;
+    if (base_patches[i + 1].stop == base_patches[i].stop + 1) neighbours.push_back(pairs[i]);
+  }
+  const std::optional<double> common = common_step(neighbours);
   std::vector<Matrix3d> R(static_cast<std::size_t>(stops), Matrix3d::Identity());
   scores.assign(static_cast<std::size_t>(stops), 1.0);
-  // What saw too little is no node.
-  for (const PatchSurfels& p : base_patches) scores[static_cast<std::size_t>(p.stop)] = 0.0;
   std::size_t next = 0;
   for (int j = 0; j < stops; ++j) {
     const auto sj = static_cast<std::size_t>(j);
     if (j > 0) R[sj] = R[sj - 1];
-    if (next >= nodes.size() || nodes[next].stop != j) continue;
-    const Node& node = nodes[next];
-    if (node.parent)
-      R[sj] = nearest_rotation(R[static_cast<std::size_t>(nodes[*node.parent].stop)] * node.on_parent.X.R);
-    if (group[next] == largest) scores[sj] = node.parent ? node.on_parent.score : 1.0;
+    if (next >= count || base_patches[next].stop != j) continue;
+    if (next > 0) {
+      std::optional<double> expected = common;
+      if (known_step(R_previous_this, base_patches[next - 1].stop, j)) expected.reset();
+      if (expected) *expected *= j - base_patches[next - 1].stop;
+      const Step step = choose(pairs[next - 1], expected, axis);
+      R[sj] = nearest_rotation(R[sj] * step.R);
+      scores[sj] = step.score;
+    }
     ++next;
   }
   return R;

@@ -8,12 +8,11 @@
 namespace rigcal {
 
 /// How the rig is turned at each stop (R_G_base, the first is the identity) where no gyro was there. Each patch is
-/// turned about `axis` (unit, base frame) through the full circle and laid on the one before it, or, where that shows
-/// nothing, on one of the two before that. Where most steps are alike, what they agree on decides where one alone is
-/// ambiguous, and stands in where nothing tells a step; else only the stops that hang together by most steps are found.
-/// `base_patches` in the order of stops, at most one for each; a stop without a patch repeats the rotation before it.
-/// `scores`: of the match that was chosen (0: the stop is not found; 1 for the first one, for stops without a patch,
-/// and for steps that `R_previous_this` knows: empty, or one for each stop).
+/// turned about `axis` (unit, base frame) through the full circle and laid on the one before it; most steps of a table
+/// are alike, so that what most of them agree on decides where one alone is ambiguous. `base_patches` in the order of
+/// stops, at most one for each; a stop without a patch repeats the rotation before it. `scores`: of the match that was
+/// chosen (0: none, the common step stands in; 1 for the first patch, for stops without one, and for steps that
+/// `R_previous_this` knows: empty, or one for each stop).
 [[nodiscard]] std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
                                                           const Vector3d& axis,
                                                           const std::vector<std::optional<Matrix3d>>& R_previous_this,

@@ -14,6 +14,8 @@
 namespace rigcal {
 namespace {
 
+// Fewer surfels matched than this share are no overlap.
+constexpr double min_score = 0.15;
 // Of what a LiDAR saw, so much must lie on what it saw from other stops.
 constexpr double min_own_score = 0.1;
 // Where less of what the base saw lies on what it saw from other stops, it may not have turned about a point.
@@ -100,13 +102,10 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
     // it.
     const std::vector<Matrix3d> R =
         rotations_from_search(base_patches, input.stops, *input.axis, input.R_previous_this, scores);
+    start.state.T_G_base = poses_from_rotations(base_patches, R);
     for (std::size_t j = 0; j < stops; ++j) {
-      if (scores[j] <= 0.0) start.stop_known[j] = 0;
+      if (scores[j] < min_score) start.stop_known[j] = 0;
     }
-    // How the others are turned says nothing about the foot.
-    std::vector<PatchSurfels> found = base_patches;
-    std::erase_if(found, [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
-    start.state.T_G_base = poses_from_rotations(found, R);
   }
 }
 

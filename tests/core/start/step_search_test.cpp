@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -76,55 +75,16 @@ TEST(RotationsFromSearch, TakeStepsAsTheyAreWhereTheyAreNotAlike) {
     EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "stop " << j;
 }
 
-// How the stops are found; all but those of `lost`, to two degrees as seen from the first that is not lost.
-void expect_found(const TurningRun& run, const std::vector<std::size_t>& lost = {}) {
-  std::vector<double> scores;
-  const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
-  std::optional<std::size_t> first;
-  for (std::size_t j = 0; j < R.size(); ++j) {
-    const bool is_lost = std::find(lost.begin(), lost.end(), j) != lost.end();
-    EXPECT_EQ(is_lost, scores[j] <= 0.0) << "stop " << j << ", score " << scores[j];
-    if (is_lost) continue;
-    if (!first) first = j;
-    const Matrix3d truth = run.R_G_base[*first].transpose() * run.R_G_base[j];
-    EXPECT_LT(to_deg(rotation_distance(truth, R[*first].transpose() * R[j])), 2.0) << "stop " << j;
-  }
-}
-
-TEST(RotationsFromSearch, TakeAStepThatIsUnlikeMostWhereItFitsClearlyBetter) {
-  expect_found(TurningRun({20.0, 21.0, 19.0, 45.0, 20.0, 20.0, 35.0, 20.0}, 9));
-}
-
-TEST(RotationsFromSearch, StandStillWhereAStopWasRecordedTwice) {
-  expect_found(TurningRun({30.0, 31.0, 0.0, 30.0, 29.0, 30.0}, 10));
-}
-
-TEST(RotationsFromSearch, LayAStopOnAnEarlierOneWhereTheOneBeforeSawSomethingElse) {
-  TurningRun run({15.0, 12.0, 14.0, 26.0, 33.0}, 11);
-  // Somebody stood before it.
-  Random random(11);
-  for (Surfel& s : run.base_patches[2].surfels) {
-    s.normal = random_pose(random, 3.0, 0.0).R * Vector3d::UnitZ();
-    s.mean = 0.7 * s.mean.normalized();
-  }
-  expect_found(run, {2});
-}
-
-TEST(RotationsFromSearch, LeaveOutWhatHangsOnTheMostByNothing) {
-  expect_found(TurningRun({22.0, 34.0, 130.0, 25.0, 15.0, 31.0}, 12), {0, 1, 2});
-}
-
-TEST(RotationsFromSearch, PassOverAViewThatTellsNothingAndSaySo) {
+TEST(RotationsFromSearch, PutTheCommonStepWhereAViewTellsNothingAndSaySo) {
   TurningRun run(turn_by_hand(5), 5);
   run.base_patches[4].surfels.clear();
   std::vector<double> scores;
   const auto R = rotations_from_search(run.base_patches, run.stops(), Vector3d::UnitZ(), {}, scores);
+  // Two steps by the marks, each off by what the hand was; then on from there.
+  for (std::size_t j = 1; j < R.size(); ++j)
+    EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 8.0) << "stop " << j;
   EXPECT_EQ(0.0, scores[4]);
-  for (std::size_t j = 1; j < R.size(); ++j) {
-    if (j == 4) continue;
-    EXPECT_LT(to_deg(rotation_distance(run.R_G_base[j], R[j])), 2.0) << "stop " << j;
-    EXPECT_GT(scores[j], 0.0);
-  }
+  EXPECT_EQ(0.0, scores[5]);
 }
 
 TEST(RotationsFromSearch, RepeatTheRotationBeforeAStopWithoutAPatch) {
