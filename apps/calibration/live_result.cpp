@@ -7,32 +7,12 @@
 #include "apps/calibration/calibration_run.h"
 #include "apps/calibration/input_digester.h"
 #include "apps/recording/stream_recording.h"
+#include "core/base/keeping_reporter.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/pipeline/stage_clock.h"
 
 namespace rigcal {
-namespace {
-
-// Also keeps the warnings for the result.
-class KeepingReporter final : public Reporter {
- public:
-  explicit KeepingReporter(Reporter& to) : to_(to) {}
-  void progress(std::string_view stage, double fraction) override { to_.progress(stage, fraction); }
-  void warn(std::string message) override {
-    warnings_.push_back(message);
-    to_.warn(std::move(message));
-  }
-  void debug(std::string message) override { to_.debug(std::move(message)); }
-  [[nodiscard]] std::vector<std::string> take() { return std::move(warnings_); }
-
- private:
-  Reporter& to_;
-  std::vector<std::string> warnings_;
-};
-
-}  // namespace
-
 std::optional<std::string> lost_stops_warning(std::span<const StopRecord> stops, std::int64_t forgotten_until_ns) {
   std::vector<std::string> lost;
   const auto gone = std::partition_point(stops.begin(), stops.end(), [forgotten_until_ns](const StopRecord& stop) {

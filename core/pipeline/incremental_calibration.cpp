@@ -1,9 +1,9 @@
 #include "core/pipeline/incremental_calibration.h"
 
 #include <algorithm>
-#include <mutex>
 #include <utility>
 
+#include "core/base/keeping_reporter.h"
 #include "core/base/parallel.h"
 #include "core/base/seconds.h"
 #include "core/geometry/symmetric_eigen.h"
@@ -20,27 +20,6 @@ int base_lidar(const Rig& rig, const std::vector<int>& lidar_sensors) {
   const auto base = std::find(lidar_sensors.begin(), lidar_sensors.end(), rig.base);
   return static_cast<int>(base - lidar_sensors.begin());
 }
-
-// Keeps the warnings as well.
-class KeepingReporter final : public Reporter {
- public:
-  explicit KeepingReporter(Reporter& to) : to_(to) {}
-  void progress(std::string_view stage, double fraction) override { to_.progress(stage, fraction); }
-  void warn(std::string message) override {
-    {
-      const std::lock_guard lock(mutex_);
-      warnings.push_back(message);
-    }
-    to_.warn(std::move(message));
-  }
-  void debug(std::string message) override { to_.debug(std::move(message)); }
-
-  std::vector<std::string> warnings;
-
- private:
-  Reporter& to_;
-  std::mutex mutex_;
-};
 
 }  // namespace
 
@@ -163,7 +142,7 @@ Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& contex
   StopEstimate out;
   out.stops = static_cast<int>(recording_.stops.size());
   out.searched = !warm;
-  out.warnings = std::move(reporter.warnings);
+  out.warnings = reporter.take();
   out.reached = result->status == Status::good;
   for (const SensorResult& sensor : result->sensors) out.lidars.push_back(one_lidar(sensor));
   if (options_.advise) advise(*result, out);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
 #include "core/quality/turning_axis.h"
 #include "core/start/registration.h"
+#include "core/start/step_search.h"
 
 namespace rigcal {
 namespace {
@@ -18,8 +20,6 @@ constexpr double min_score = 0.3;
 
 // Of a circle that is searched.
 constexpr int step_deg = 3;
-// A table turned by hand hits its marks to some degrees.
-constexpr double alike_rad = to_rad(6.0);
 // What is laid down without any word of its turn: a floor alone, which fits every turn, is a third.
 constexpr double min_found_score = 0.5;
 // Found about the line of the turns so far it stands no farther off it.
@@ -73,8 +73,6 @@ double angle_between(const SE3& T_G_a, const SE3& T_G_b, const TurningAxis& axis
   return log_so3(T_G_b.R * T_G_a.R.transpose()).dot(axis.direction);
 }
 
-double apart(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)); }
-
 // The one that more than half of the steps between neighbours are like; of two nobody could say so.
 std::optional<double> usual_step(const Start& solved, const TurningAxis& axis) {
   std::vector<double> steps;
@@ -85,7 +83,7 @@ std::optional<double> usual_step(const Start& solved, const TurningAxis& axis) {
   std::size_t most = 1;
   std::optional<double> usual;
   for (const double step : steps) {
-    const auto is_alike = [&](double other) { return apart(step, other) < alike_rad; };
+    const auto is_alike = [&](double other) { return angle_apart(step, other) < alike_step_rad; };
     const auto alike = static_cast<std::size_t>(std::count_if(steps.begin(), steps.end(), is_alike));
     if (alike <= most || 2 * alike <= steps.size()) continue;
     most = alike;
@@ -126,7 +124,7 @@ std::optional<SE3> find_stop(const PlacementInput& input) {
   const SE3& T_G_from = input.solved.state.T_G_base[static_cast<std::size_t>(input.from)];
   const std::optional<double> usual = usual_step(input.solved, *axis);
   const double expected = usual.value_or(0.0) * (input.stop - input.from);
-  const auto is_usual = [&](double angle) { return usual && apart(angle, expected) <= alike_rad; };
+  const auto is_usual = [&](double angle) { return usual && angle_apart(angle, expected) <= alike_step_rad; };
   std::vector<SE3> all_round;
   std::vector<SE3> as_usual;
   for (int deg = 0; deg < 360; deg += step_deg) {

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/wide.h"
+#include "core/planes/lever.h"
 
 namespace rigcal {
 namespace {
@@ -39,19 +40,6 @@ struct Coupled {
   };
   std::vector<Plane> planes;
   std::vector<TouchedBlock> blocks;
-};
-
-// Where a pose stands as seen from a plane's centroid.
-struct Lever {
-  Matrix3d Rt;  // of its rotation the transpose
-  Vector3d t;
-
-  // Ad^T v
-  [[nodiscard]] Vector6d of(const Vector6d& v) const {
-    Vector6d out;
-    out << Rt * (v.head<3>() - t.cross(v.tail<3>())), Rt * v.tail<3>();
-    return out;
-  }
 };
 
 // What the gradient adds to the Hessian by second derivatives of (phi, tau) with respect to two perturbations, as left
@@ -131,9 +119,8 @@ class FeatureSum {
     if (ig < 0 && ie < 0) return;
     // Right perturbations seen from the plane's centroid: Ad of the shifted poses.
     const SE3& G = state_.T_G_base[static_cast<std::size_t>(o.stop)];
-    const Lever of_stop{G.R.transpose(), G.t - derivatives_.centroid};
-    const SE3 T = G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)];
-    const Lever of_lidar{T.R.transpose(), T.t - derivatives_.centroid};
+    const Lever of_stop(G, derivatives_.centroid);
+    const Lever of_lidar(G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)], derivatives_.centroid);
     if (ig >= 0) {
       project(d, of_stop, ig, sum);
       sum.diagonal[static_cast<std::size_t>(ig / 6)] += seen(of_stop, d, of_stop, own_bend);

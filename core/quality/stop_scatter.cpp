@@ -6,23 +6,10 @@
 
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_eigen.h"
+#include "core/planes/lever.h"
 
 namespace rigcal {
 namespace {
-
-// Where a pose stands as seen from a plane's centroid, and where its six unknowns stand; -1: it is fixed.
-struct Lever {
-  Matrix3d Rt;
-  Vector3d t;
-  int index = -1;
-
-  Lever(const SE3& T, const Vector3d& centroid, int at) : Rt(T.R.transpose()), t(T.t - centroid), index(at) {}
-  [[nodiscard]] Vector6d of(const Vector6d& v) const {
-    Vector6d out;
-    out << Rt * (v.head<3>() - t.cross(v.tail<3>())), Rt * v.tail<3>();
-    return out;
-  }
-};
 
 struct StopSums {
   Eigen::MatrixXd moves;   // of all LiDARs (six rows each), a column for each stop
@@ -44,17 +31,14 @@ class StopSum {
   void add(const PlaneFeature& feature, StopSums& sum) {
     plane_derivatives(feature, state_, HessianForm::gauss_newton, plane_);
     // How the LiDARs move where the plane does: along its normal, and tilted either way.
-    Eigen::Matrix<double, Eigen::Dynamic, 3> by_plane = Eigen::MatrixXd::Zero(rows_.rows(), 3);
-    for_each_pose(feature, [&](const Lever& pose, std::size_t a) {
-      const ObservationDerivatives& d = plane_.observations[a];
-      Eigen::Matrix<double, 6, 3> coupling;
-      coupling << pose.of(d.beta), pose.of(d.eta1), pose.of(d.eta2);
-      by_plane += rows_.middleCols<6>(pose.index) * coupling;
-    });
-    for_each_pose(feature, [&](const Lever& pose, std::size_t a) {
-      sum.moves.col(feature.observations[a].stop) +=
-          rows_.middleCols<6>(pose.index) * pose.of(plane_.observations[a].g);
-    });
+    ByPlane by_plane = ByPlane::Zero(rows_.rows(), 3);
+    for (std::size_t a = 0; a < feature.observations.size(); ++a) {
+      const PlaneObservation& o = feature.observations[a];
+      const SE3& G = state_.T_G_base[static_cast<std::size_t>(o.stop)];
+      add_pose(G, layout_.stop_index(o.stop), a, by_plane, sum.moves.col(o.stop));
+      add_pose(G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)], layout_.lidar_index(o.lidar), a, by_plane,
+               sum.moves.col(o.stop));
+    }
     const Vector3d across1 = plane_.tangent1.cross(plane_.normal);
     const Vector3d across2 = plane_.tangent2.cross(plane_.normal);
     for (std::size_t a = 0; a < feature.observations.size(); ++a) {
@@ -69,18 +53,18 @@ class StopSum {
   }
 
  private:
-  // f(lever, observation) for the poses of stop and LiDAR of every observation that are free.
-  template <class F>
-  void for_each_pose(const PlaneFeature& feature, const F& f) const {
-    for (std::size_t a = 0; a < feature.observations.size(); ++a) {
-      const PlaneObservation& o = feature.observations[a];
-      const SE3& G = state_.T_G_base[static_cast<std::size_t>(o.stop)];
-      const int of_stop = layout_.stop_index(o.stop);
-      const int of_lidar = layout_.lidar_index(o.lidar);
-      if (of_stop >= 0) f(Lever(G, plane_.centroid, of_stop), a);
-      if (of_lidar < 0) continue;
-      f(Lever(G * state_.T_base_sensor[static_cast<std::size_t>(o.lidar)], plane_.centroid, of_lidar), a);
-    }
+  using ByPlane = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+  // Of the pose whose six stand at `index`; below zero: it is fixed.
+  void add_pose(const SE3& T_G_pose, int index, std::size_t observation, ByPlane& by_plane,
+                Eigen::Ref<Eigen::VectorXd> moves) const {
+    if (index < 0) return;
+    const Lever lever(T_G_pose, plane_.centroid);
+    const ObservationDerivatives& d = plane_.observations[observation];
+    Eigen::Matrix<double, 6, 3> coupling;
+    coupling << lever.of(d.beta), lever.of(d.eta1), lever.of(d.eta2);
+    by_plane += rows_.middleCols<6>(index) * coupling;
+    moves += rows_.middleCols<6>(index) * lever.of(d.g);
   }
 
   const RigState& state_;

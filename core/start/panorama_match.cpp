@@ -7,6 +7,7 @@
 
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
+#include "core/geometry/angles.h"
 #include "core/start/registration.h"
 
 namespace rigcal {
@@ -93,9 +94,8 @@ std::vector<Peak> yaw_peaks(const std::vector<PlacedSurfel>& map, const std::vec
   std::vector<Peak> circle(static_cast<std::size_t>(std::lround(2.0 * pi / yaw_step_rad)));
   for (std::size_t k = 0; k < circle.size(); ++k) circle[k].at = static_cast<double>(k) * yaw_step_rad;
   circle = scored(std::move(circle), index, moving, 0.2, [](double yaw) { return about(yaw, 0.0); });
-  return best_apart(std::move(circle), yaws, [](const Peak& a, const Peak& b) {
-    return std::abs(std::remainder(a.at - b.at, 2.0 * pi)) <= yaw_apart_rad;
-  });
+  return best_apart(std::move(circle), yaws,
+                    [](const Peak& a, const Peak& b) { return angle_apart(a.at, b.at) <= yaw_apart_rad; });
 }
 
 std::vector<Peak> height_peaks(const SurfelIndex& index, const MovingSurfels& moving, double yaw) {

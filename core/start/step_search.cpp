@@ -5,12 +5,11 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/geometry/angles.h"
 
 namespace rigcal {
 namespace {
 
-// A table turned by hand hits its marks to some degrees.
-constexpr double alike_rad = to_rad(6.0);
 // The base of a rig on a table stands no farther from its axis.
 constexpr double max_foot_m = 0.6;
 
@@ -19,8 +18,6 @@ struct Step {
   Matrix3d R = Matrix3d::Identity();
   double score = 0.0;
 };
-
-double apart(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * pi)); }
 
 std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& after, const Vector3d& axis) {
   std::vector<PlacedSurfel> map;
@@ -40,7 +37,8 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
   std::vector<double> tried;
   for (const Step& s : circle) {
     if (tried.size() >= 16) break;
-    if (std::any_of(tried.begin(), tried.end(), [&](double a) { return apart(a, s.angle) < to_rad(5.0); })) continue;
+    if (std::any_of(tried.begin(), tried.end(), [&](double a) { return angle_apart(a, s.angle) < to_rad(5.0); }))
+      continue;
     tried.push_back(s.angle);
     SE3 X = refine_registration(coarse, moving, {s.R, Vector3d::Zero()}, 0.8, 0.3);
     X = refine_registration(fine, moving, X, 0.3, 0.08);
@@ -75,9 +73,9 @@ std::optional<double> common_step(const std::vector<std::vector<Step>>& pairs) {
     for (const std::vector<Step>& steps : pairs) {
       double most = 0.0;
       for (const Step& s : steps) {
-        const double d = apart(s.angle, to_rad(deg));
+        const double d = angle_apart(s.angle, to_rad(deg));
         // The middle of a cluster of angles counts a little more than its edges.
-        if (d < alike_rad) most = std::max(most, s.score * (1.0 - 0.05 * d / alike_rad));
+        if (d < alike_step_rad) most = std::max(most, s.score * (1.0 - 0.05 * d / alike_step_rad));
       }
       sum += most;
       alike += most > 0.0 ? 1 : 0;
@@ -94,7 +92,7 @@ Step choose(const std::vector<Step>& steps, const std::optional<double>& expecte
   Step best;
   if (expected) best = {*expected, exp_so3(*expected * axis), 0.0};
   for (const Step& s : steps) {
-    if (expected && apart(s.angle, *expected) > alike_rad) continue;
+    if (expected && angle_apart(s.angle, *expected) > alike_step_rad) continue;
     if (s.score > best.score) best = s;
   }
   return best;
@@ -122,7 +120,7 @@ std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& bas
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     // A rest that was cut in two is no step of the table.
     const std::optional<Matrix3d> known = known_step(R_previous_this, base_patches[i].stop, base_patches[i + 1].stop);
-    if (known && rotation_distance(*known, Matrix3d::Identity()) < alike_rad) continue;
+    if (known && rotation_distance(*known, Matrix3d::Identity()) < alike_step_rad) continue;
     if (base_patches[i + 1].stop == base_patches[i].stop + 1) neighbours.push_back(pairs[i]);
   }
   const std::optional<double> common = common_step(neighbours);

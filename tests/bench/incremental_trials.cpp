@@ -107,8 +107,7 @@ void try_one(const std::string& name, int seed, const LightRecording& run) {
   }
   std::printf(
       "%s seed %d: %.1f s for all estimates, %.2f s at most; at once %.2f s, %d LiDARs, %.1f mm off; the last estimate "
-      "is "
-      "%.2f mm, %.2f sigma from that (%d LiDARs)\n",
+      "is %.2f mm, %.2f sigma from that (%d LiDARs)\n",
       name.c_str(), seed, all_s, worst_s, batch_s, off.found, off.mm, apart.mm, apart.sigmas, apart.found);
   std::fflush(stdout);
 }

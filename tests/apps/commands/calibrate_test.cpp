@@ -103,7 +103,7 @@ TEST_F(Calibrate, DoesNotMindInWhichOrderTheRigFileHasItsSensors) {
   const ExtrinsicsFile a = extrinsics("first/extrinsics.yaml");
   const ExtrinsicsFile b = extrinsics("turned/extrinsics.yaml");
   EXPECT_EQ(b.names, (std::vector<std::string>{"mid40", "avia"})) << "results keep it";
-  // But for rounding, as the patches of a stop come in another order.
+  // But for rounding: the points of a stop are summed up in portions, which end elsewhere.
   EXPECT_TRUE(a.T_base_sensor.at("mid40").matrix().isApprox(b.T_base_sensor.at("mid40").matrix(), 1e-8));
   EXPECT_TRUE(a.covariance.at("mid40").isApprox(b.covariance.at("mid40"), 1e-4));
 }
