@@ -12,9 +12,11 @@
 #include "core/pipeline/stage_clock.h"
 #include "core/pipeline/stop_groups.h"
 #include "core/pipeline/stop_misfits.h"
+#include "core/pipeline/stop_placement.h"
 #include "core/pipeline/surface_trust.h"
 #include "core/pipeline/turn_misfits.h"
 #include "core/start/noise_estimate.h"
+#include "core/start/stop_poses.h"
 #include "core/start/trajectory_mixup.h"
 
 namespace rigcal {
@@ -123,6 +125,8 @@ class Calibration {
     // What the base shares with others but not with that LiDAR must be found from its own side.
     if (!start->lidar_known[static_cast<std::size_t>(base_)]) start = start_in(base_, input, surfels);
     if (!start) return start.error();
+    // What the one LiDAR did not see twice others did.
+    if (has_unknown_steps(input)) find_left_out(surfels, *start);
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
     solution_.T_grid_G = frame_of(surfels);
@@ -172,7 +176,11 @@ class Calibration {
     }
     const std::vector<char> told = told_stops();
     const bool is_told = std::find(told.begin(), told.end(), 1) != told.end();
-    const std::string mend = is_told ? "" : "; without a gyro, turn by smaller steps, all equal to 6 degrees";
+    const bool has_axis = rig_.turntable && rig_.turntable->axis;
+    const std::string mend = is_told    ? ""
+                             : has_axis ? "; without a gyro, turn by smaller steps"
+                                        : "; without a gyro, turn by smaller steps, all equal to 6 degrees, or tell "
+                                          "the table's axis in the rig file";
     for (auto j = static_cast<std::size_t>(first_told); j < recording_.stops.size(); ++j) {
       if (solution_.start.stop_known[j]) continue;
       context_.reporter.warn("stop " + std::to_string(recording_.stops[j].index) +

@@ -12,7 +12,7 @@ struct PlacementInput {
   const Start& solved;                       ///< What is known, and where; the stop stands in it as not known.
   const std::vector<PatchSurfels>& surfels;  ///< Of all patches so far, and of the stop.
   int stop = 0;                              ///< The one to be placed.
-  int from = 0;                              ///< The last known one before it.
+  int from = 0;                              ///< A known one near it: the last before it, where there is one.
 };
 
 /// Whether a LiDAR that is known saw any surface at the stop.
@@ -27,5 +27,8 @@ struct PlacementInput {
 /// far. Where more than half of the steps so far are alike, to 6 degrees, one like them is taken unless another fits
 /// clearly better; else nothing where another fits nearly as well.
 [[nodiscard]] std::optional<SE3> find_stop(const PlacementInput& input);
+
+/// The stops of a table that are not known, each by `find_stop`: next to known ones first, until no more is found.
+void find_left_out(const std::vector<PatchSurfels>& surfels, Start& start);
 
 }  // namespace rigcal

@@ -8,9 +8,8 @@
 namespace rigcal {
 namespace {
 
-// Surfels are laid on each other until nothing moves by more than this, or so many times.
+// Surfels are laid on each other until nothing moves by more than this.
 constexpr double settled_m = 0.03;
-constexpr int most_alignments = 20;
 // What is looked for around each, in the next of these times.
 constexpr double least_from_m = 0.12;
 constexpr double most_from_m = 0.3;
@@ -46,7 +45,7 @@ double largest_move(const RigState& before, const RigState& after) {
 }  // namespace
 
 void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches, double from_m, const StopHold& hold,
-               Start& start) {
+               int most, Start& start) {
   ParameterLayout layout(input.stops, input.lidars);
   std::vector<PatchSurfels> used;
   int first = -1;
@@ -68,7 +67,7 @@ void align_all(const StartInput& input, const std::vector<PatchSurfels>& patches
   MultiviewOptions options;
   options.from_m = from_m;
   options.to_m = 0.05;
-  const int most = input.trajectory.empty() ? most_alignments : 1;
+  if (!input.trajectory.empty()) most = 1;
   for (int k = 0; k < most; ++k) {
     const RigState before = start.state;
     set_alignment_priors(input, start, hold, options.priors);

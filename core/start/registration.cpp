@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/matrix6.h"
 #include "core/start/coarse_search.h"
+#include "core/start/held_registration.h"
 #include "core/start/own_view.h"
 
 namespace rigcal {
@@ -118,8 +119,13 @@ double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, con
   return score;
 }
 
-SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m,
+SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double from_m,
                         double to_m) {
+  return refine_held(index, moving, X, from_m, to_m, 0.0);
+}
+
+SE3 refine_held(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m, double to_m,
+                double pull) {
   SE3 X = start;
   double tolerance = from_m;
   for (int iteration = 0; iteration < 24; ++iteration) {
@@ -142,6 +148,10 @@ SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, c
       const double w = 1.0 / (1.0 + 4.0 * r * r / (tolerance * tolerance));
       H.noalias() += w * J * J.transpose();
       g.noalias() += w * r * J;
+    }
+    if (pull > 0.0) {
+      H.diagonal().tail<3>().array() += pull;
+      g.tail<3>() += pull * (X.R.transpose() * X.t);
     }
     H.diagonal().array() += 1e-6 * (1.0 + H.trace());
     const Vector6d dx = -solve_symmetric6(H, g);

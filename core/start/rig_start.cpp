@@ -29,6 +29,9 @@ constexpr int most_drives = 3;
 // How far off what is aligned may be: as it was placed; where that is doubtful.
 constexpr double near_m = 0.12;
 constexpr double far_m = 0.3;
+// What is right settles in one to three alignments, seven where it has far to go; what is wrong wanders on.
+constexpr int most_alignments = 20;
+constexpr int most_of_doubtful = 8;
 // Stops that walked farther than this from where a table's turns had placed them may have slid; held firmly they walk
 // no farther than this where the rig did turn about a point, and lose no more than this of what fits.
 constexpr double slid_m = 0.2;
@@ -38,6 +41,8 @@ constexpr double most_lost = 0.03;
 // more of it where stops are placed rightly instead of wrongly.
 constexpr double doubtful_fit = 0.8;
 constexpr double clear_gain = 0.05;
+// Of the stops of a table, so many must hang together.
+constexpr double least_found = 0.4;
 
 std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, int lidar) {
   std::vector<PatchSurfels> out;
@@ -46,6 +51,15 @@ std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, i
   }
   std::sort(out.begin(), out.end(), [](const PatchSurfels& a, const PatchSurfels& b) { return a.stop < b.stop; });
   return out;
+}
+
+std::vector<PatchSurfels> known_of(std::vector<PatchSurfels> patches, const Start& start) {
+  std::erase_if(patches, [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
+  return patches;
+}
+
+double share_of(const std::vector<PatchSurfels>& some, const std::vector<PatchSurfels>& all) {
+  return all.empty() ? 0.0 : static_cast<double>(some.size()) / static_cast<double>(all.size());
 }
 
 RegistrationResult place_lidar(const StartInput& input, const std::vector<PatchSurfels>& patches, int lidar,
@@ -125,7 +139,7 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   if (map.size() < min_surfels) {
     // Without the base there is nothing to search on: the guesses stand, the others' overlap decides.
     for (std::size_t i = 0; i < lidars; ++i) start.lidar_known[i] = input.guess_T_base_sensor[i].has_value();
-    align_all(input, patches, near_m, hold, start);
+    align_all(input, patches, near_m, hold, most_alignments, start);
     return true;
   }
   const SurfelIndex coarse(without_repetitions(map, 1.0), 1.0);
@@ -145,9 +159,10 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   place_by_shapes(input, patches, start);
   if (doubtful == Doubtful::reconsidered) {
     reconsider(
-        doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, placed); }, start);
+        doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, most_of_doubtful, placed); },
+        start);
   }
-  align_all(input, patches, near_m, hold, start);
+  align_all(input, patches, near_m, hold, most_alignments, start);
   return true;
 }
 
@@ -190,8 +205,7 @@ Start nothing_placed(const StartInput& input) {
 // From where the stops stand to where everything does. Nothing when it was stopped.
 std::optional<Start> from_stops(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                 std::vector<PatchSurfels> base_patches, const RunContext& context, Start start) {
-  std::erase_if(base_patches,
-                [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
+  base_patches = known_of(std::move(base_patches), start);
   const Start turned = start;
   if (base_patches.size() > 1) {
     refine_stops(input, base_patches, loose_hold, start);
@@ -214,7 +228,6 @@ std::optional<Start> from_stops(const StartInput& input, const std::vector<Patch
 // fits clearly better is taken, and what it rests on is told.
 void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
                      const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
-  if (!may_have_equal_steps(input)) return;
   const double before = fit_of(input, patches, start);
   if (before >= doubtful_fit) return;
   double best = before + clear_gain;
@@ -231,6 +244,23 @@ void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& p
   }
   // What is doubtful there may still be right elsewhere.
   if (start.has_assumed_steps) place_lidars(input, patches, base_patches, loose_hold, context, start);
+}
+
+// Where most of what was seen lies on nothing also in equal steps, or was seen from stops that are not known, steps
+// need not be equal: what fits clearly better is taken, even if some stops are not known then.
+void try_any_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                   const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
+  const double before = fit_of(input, patches, start);
+  if (before * share_of(known_of(base_patches, start), base_patches) >= doubtful_fit) return;
+  Start other = nothing_placed(input);
+  place_by_evidence(input, base_patches, other);
+  const std::vector<PatchSurfels> found = known_of(base_patches, other);
+  if (share_of(found, base_patches) < least_found) return;
+  refine_stops(input, found, loose_hold, other);
+  if (!place_lidars(input, patches, found, loose_hold, context, other, Doubtful::left)) return;
+  if (fit_of(input, patches, other) < before + clear_gain) return;
+  place_lidars(input, patches, found, loose_hold, context, other);
+  start = std::move(other);
 }
 
 }  // namespace
@@ -253,7 +283,10 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   context.reporter.progress("start: poses", -1.0);
   place_stops(input, base_patches, placed);
   std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
-  if (start) try_equal_steps(input, patches, base_patches, context, *start);
+  if (start && has_unknown_steps(input)) {
+    try_equal_steps(input, patches, base_patches, context, *start);
+    try_any_steps(input, patches, base_patches, context, *start);
+  }
   if (!start || context.cancelled()) return cancelled_error();
   return *std::move(start);
 }

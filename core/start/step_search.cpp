@@ -54,15 +54,6 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
   return steps;
 }
 
-std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from, int to) {
-  Matrix3d R = Matrix3d::Identity();
-  for (auto j = static_cast<std::size_t>(from) + 1; j <= static_cast<std::size_t>(to); ++j) {
-    if (j >= R_previous_this.size() || !R_previous_this[j]) return std::nullopt;
-    R = R * *R_previous_this[j];
-  }
-  return R;
-}
-
 // The step that the scores of all pairs add up to most for; none where fewer than half of the pairs have one like it.
 std::optional<double> common_step(const std::vector<std::vector<Step>>& pairs) {
   double best = 0.0;
@@ -99,6 +90,15 @@ Step choose(const std::vector<Step>& steps, const std::optional<double>& expecte
 }
 
 }  // namespace
+
+std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from, int to) {
+  Matrix3d R = Matrix3d::Identity();
+  for (auto j = static_cast<std::size_t>(from) + 1; j <= static_cast<std::size_t>(to); ++j) {
+    if (j >= R_previous_this.size() || !R_previous_this[j]) return std::nullopt;
+    R = R * *R_previous_this[j];
+  }
+  return R;
+}
 
 std::vector<Matrix3d> rotations_from_search(const std::vector<PatchSurfels>& base_patches, int stops,
                                             const Vector3d& axis,

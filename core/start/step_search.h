@@ -10,6 +10,10 @@ namespace rigcal {
 /// Steps of a table that differ by less are alike: turned by hand it hits its marks to some degrees.
 constexpr double alike_step_rad = to_rad(6.0);
 
+/// The turn from stop `from` to the later stop `to`, where all turns between are known; `R_previous_this` may be empty.
+[[nodiscard]] std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from,
+                                                 int to);
+
 /// How the rig is turned at each stop (R_G_base, the first is the identity) where no gyro was there. Each patch is
 /// turned about `axis` (unit, base frame) through the full circle and laid on the one before it; most steps of a table
 /// are alike, so that what most of them agree on decides where one alone is ambiguous. `base_patches` in the order of

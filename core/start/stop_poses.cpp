@@ -9,6 +9,7 @@
 #include "core/start/own_view.h"
 #include "core/start/signed_turns.h"
 #include "core/start/step_search.h"
+#include "core/start/step_tree.h"
 #include "core/start/turning.h"
 
 namespace rigcal {
@@ -109,8 +110,17 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
   }
 }
 
-bool may_have_equal_steps(const StartInput& input) {
+bool has_unknown_steps(const StartInput& input) {
   return input.trajectory.empty() && input.axis && input.stops > 2 && !gyro_is_complete(input);
+}
+
+void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {
+  const FoundTurns turns = rotations_by_evidence(base_patches, input.stops, *input.axis, input.R_previous_this);
+  start.stop_known = turns.found;
+  // How the others are turned says nothing about the foot.
+  std::vector<PatchSurfels> found = base_patches;
+  std::erase_if(found, [&](const PatchSurfels& p) { return !turns.found[static_cast<std::size_t>(p.stop)]; });
+  start.state.T_G_base = poses_from_rotations(found, turns.R_G_base);
 }
 
 void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& base_patches, double way,

@@ -22,11 +22,15 @@ constexpr StopHold firm_hold{0.01, to_rad(0.2)};
 /// `base_patches`: of the base, in the order of stops.
 void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
 
-/// Whether a table turned about a known axis by steps of which nothing is known: most are equal, and go all round.
-[[nodiscard]] bool may_have_equal_steps(const StartInput& input);
+/// Whether a table turned about a known axis by steps of which some are not known.
+[[nodiscard]] bool has_unknown_steps(const StartInput& input);
 
-/// Where the base stood if so, and the table turned right-handed about its axis (`way` 1) or the other way round (-1).
-/// Sets what `place_stops` does.
+/// Where the base stood if these need not be alike; only the stops that hang together are known then. Sets what
+/// `place_stops` does.
+void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
+
+/// Where the base stood if most are equal and go all round, and the table turned right-handed about its axis (`way` 1)
+/// or the other way round (-1). Sets what `place_stops` does.
 void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& base_patches, double way,
                           Start& start);
 
