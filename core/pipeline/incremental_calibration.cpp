@@ -15,6 +15,9 @@ namespace {
 
 // Up to so many stops a search from scratch costs little, and an early mistake does not stay.
 constexpr int few_stops = 3;
+// Everything is searched for again when there are so many times as many stops, and sooner while something failed.
+constexpr double growth = 2.0;
+constexpr double growth_after_failure = 1.5;
 
 int base_lidar(const Rig& rig, const std::vector<int>& lidar_sensors) {
   const auto base = std::find(lidar_sensors.begin(), lidar_sensors.end(), rig.base);
@@ -49,7 +52,9 @@ void IncrementalCalibration::add_stop(CalibrationStop stop) {
 
 bool IncrementalCalibration::is_due_anew() const {
   const auto stops = static_cast<int>(recording_.stops.size());
-  if (!solution_ || stops <= few_stops || stops >= 2 * stops_at_search_) return true;
+  const bool has_failed = std::find(failed_at_search_.begin(), failed_at_search_.end(), 1) != failed_at_search_.end();
+  const double least = stops_at_search_ * (has_failed ? growth_after_failure : growth);
+  if (!solution_ || stops <= few_stops || stops >= least) return true;
   for (const PatchSurfels& patch : recording_.surfels) {
     if (!solution_->start.lidar_known[static_cast<std::size_t>(patch.lidar)] && !patch.surfels.empty()) return true;
   }
@@ -132,22 +137,44 @@ Expected<StopEstimate> IncrementalCalibration::estimate(const RunContext& contex
   LidarCalibrationOptions options = options_.lidars;
   options.require = options_.goal;
   const std::optional<WarmStart> warm = warm_start();
-  std::unique_ptr<LidarSolution> solution;
   KeepingReporter reporter(context.reporter);
-  const Expected<CalibrationResult> result =
-      estimate_lidars(rig_, recording_, guess_, options, {reporter, context.stop}, warm ? &*warm : nullptr, solution);
+  const auto solve = [&](const WarmStart* from) -> Expected<CalibrationResult> {
+    std::unique_ptr<LidarSolution> solution;
+    auto solved = estimate_lidars(rig_, recording_, guess_, options, {reporter, context.stop}, from, solution);
+    if (solved) solution_ = std::move(solution);
+    return solved;
+  };
+  Expected<CalibrationResult> result = solve(warm ? &*warm : nullptr);
   if (!result) return result.error();
-  solution_ = std::move(solution);
-  if (!warm) stops_at_search_ = static_cast<int>(recording_.stops.size());
+  // What comes right though the search had failed may have come to rest on something else.
+  const bool is_sudden = warm && has_sudden(result->sensors);
+  if (is_sudden) {
+    (void)reporter.take();
+    result = solve(nullptr);
+    if (!result) return result.error();
+  }
+  const bool searched = !warm || is_sudden;
+  if (searched) {
+    stops_at_search_ = static_cast<int>(recording_.stops.size());
+    failed_at_search_.clear();
+    for (const SensorResult& sensor : result->sensors) failed_at_search_.push_back(!sensor.T_base_sensor);
+  }
   StopEstimate out;
   out.stops = static_cast<int>(recording_.stops.size());
-  out.searched = !warm;
+  out.searched = searched;
   out.warnings = reporter.take();
   out.reached = result->status == Status::good;
   for (const SensorResult& sensor : result->sensors) out.lidars.push_back(one_lidar(sensor));
   if (options_.advise) advise(*result, out);
   out.wall_s = seconds_since(begun);
   return out;
+}
+
+bool IncrementalCalibration::has_sudden(const std::vector<SensorResult>& sensors) const {
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    if (sensors[i].T_base_sensor && failed_at_search_[i]) return true;
+  }
+  return false;
 }
 
 LidarEstimate IncrementalCalibration::one_lidar(const SensorResult& sensor) const {

@@ -63,8 +63,8 @@ class IncrementalCalibration {
   void add_stop(CalibrationStop stop);
   /// Of the stops so far. Starts from the solution before where the new stops can be laid on it (the way there from the
   /// last stop that is known was told by a gyro, a table or a trajectory, or the table's axis is known), from scratch
-  /// otherwise: while there are few stops, at each doubling of them, and while a LiDAR has not been found. Errors: as
-  /// `calibrate_lidars`; cancelled.
+  /// otherwise: while there are few stops, at each doubling of them (or half as many more, while one failed), when a
+  /// LiDAR comes right that had failed, and while one has not been found. Errors: as `calibrate_lidars`; cancelled.
   [[nodiscard]] Expected<StopEstimate> estimate(const RunContext& context);
   /// The batch's result on all stops, and its errors.
   [[nodiscard]] Expected<CalibrationResult> finish(const std::vector<CameraRecording>& cameras,
@@ -80,6 +80,8 @@ class IncrementalCalibration {
  private:
   [[nodiscard]] std::optional<WarmStart> warm_start() const;
   [[nodiscard]] bool is_due_anew() const;
+  /// Whether one has a transform that had none after the last search.
+  [[nodiscard]] bool has_sudden(const std::vector<SensorResult>& sensors) const;
   /// T_G_base of a stop that is not known, by how it stands to the last known one before it; nothing: only a search of
   /// all stops might find it.
   [[nodiscard]] std::optional<SE3> pose_of(std::size_t stop, const Start& start) const;
@@ -94,6 +96,7 @@ class IncrementalCalibration {
   LidarRecording recording_;
   std::unique_ptr<LidarSolution> solution_;
   int stops_at_search_ = 0;
+  std::vector<char> failed_at_search_;  // by sensor of a result
 };
 
 /// One more stop of a recording.

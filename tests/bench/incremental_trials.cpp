@@ -81,14 +81,17 @@ void try_one(const std::string& name, int seed, const LightRecording& run) {
     all_s += took_s;
     worst_s = std::max(worst_s, took_s);
     Worst off;
+    int good = 0;
     for (std::size_t i = 1; i < last.lidars.size(); ++i) {
       const SensorResult& result = last.lidars[i].result;
+      good += result.status == Status::good ? 1 : 0;
       if (result.T_base_sensor) off.take(*result.T_base_sensor, run.truth.T_base_sensor[i], result.covariance);
     }
     const std::vector<char>& known = calibration.solution()->start.stop_known;
-    std::printf("  stop %2d: %5.2f s %-8s %d LiDARs, %7.1f mm, %6.3f deg, %5.1f sigma off; %td stops left out%s\n",
-                last.stops, took_s, last.searched ? "searched" : "", off.found, off.mm, off.deg, off.sigmas,
-                std::count(known.begin(), known.end(), 0), last.reached ? ", reached" : "");
+    std::printf(
+        "  stop %2d: %5.2f s %-8s %d LiDARs (%d good), %7.1f mm, %6.3f deg, %5.1f sigma off; %td stops left out%s\n",
+        last.stops, took_s, last.searched ? "searched" : "", off.found, good, off.mm, off.deg, off.sigmas,
+        std::count(known.begin(), known.end(), 0), last.reached ? ", reached" : "");
   }
   const double begun_s = processor_s();
   LidarCalibrationOptions at_once;
