@@ -54,7 +54,7 @@ class Calibration {
 
   Expected<CalibrationResult> run() {
     if (const auto right = check(); !right) return right.error();
-    if (const auto done = find_rough(); !done) return done.error();
+    if (const auto done = find_rough(false); !done) return done.error();
     choose_patches(0);
     if (const auto done = solve(); !done) return done.error();
     if (const auto done = take_out_range_errors(); !done) return done.error();
@@ -70,7 +70,7 @@ class Calibration {
       solution_.noise = warm->noise;
       solution_.T_grid_G = warm->T_grid_G;
       solution_.gyro_lidar = warm->gyro_lidar;
-    } else if (const auto done = find_rough(); !done) {
+    } else if (const auto done = find_rough(true); !done) {
       return done.error();
     }
     choose_patches(warm != nullptr ? warm->stops_before : 0);
@@ -100,7 +100,7 @@ class Calibration {
   [[nodiscard]] int lidars() const { return static_cast<int>(recording_.lidar_sensors.size()); }
   [[nodiscard]] int sensor_of(int lidar) const { return recording_.lidar_sensors[static_cast<std::size_t>(lidar)]; }
 
-  Expected<void> find_rough() {
+  Expected<void> find_rough(bool goes_on) {
     StageReport& stage = clock_.begin("start");
     std::vector<PatchSurfels> found;
     if (recording_.surfels.empty()) found = extract_surfels(recording_.patches, SurfelOptions{});
@@ -117,6 +117,7 @@ class Calibration {
     input.R_previous_this = recording_.R_previous_this;
     input.trajectory = recording_.trajectory;
     input.cells = &recording_.patches;
+    input.goes_on = goes_on;
     input.turned_rad = with_signs(recording_.turned_rad, recording_.gyro_turns);
     if (rig_.turntable) input.axis = rig_.turntable->axis;
     warn_of_mixups(surfels);

@@ -284,7 +284,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   place_stops(input, base_patches, placed);
   std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
   if (start && has_unknown_steps(input)) {
-    try_equal_steps(input, patches, base_patches, context, *start);
+    if (!input.goes_on) try_equal_steps(input, patches, base_patches, context, *start);
     try_any_steps(input, patches, base_patches, context, *start);
   }
   if (!start || context.cancelled()) return cancelled_error();

@@ -27,6 +27,8 @@ struct StartInput {
   /// have the other sign than turns forth. Empty, or one for each stop.
   std::vector<std::optional<double>> turned_rad;
   std::optional<Vector3d> axis;  ///< Of the table in the base frame; without one and without gyro it is searched for.
+  /// More stops are to come: what was recorded so far is no full turn, whose steps could be assumed.
+  bool goes_on = false;
   /// What the surfels were made of; null: LiDARs with few surfels have only those.
   const std::vector<PatchCells>* cells = nullptr;
 };
@@ -48,10 +50,10 @@ struct Start {
 [[nodiscard]] std::vector<SE3> poses_from_first(const Start& start);
 
 /// Rough poses and extrinsics. Poses: from the trajectory, else by the gyro about a foot that the
-/// scene shows, else by a search about the axis, or by equal steps all round where that fits clearly better; then each
-/// LiDAR with a guess is laid on the base's map around it, by surfels or, where few, by shapes, one without where its
-/// own panorama meets the base's; then all surfels on each other. Where stops slid off a table's turn it holds them;
-/// those of a drive are placed by what all LiDARs saw.
+/// scene shows, else by a search about the axis, or by equal steps all round or any steps where that fits clearly
+/// better; then each LiDAR with a guess is laid on the base's map around it, by surfels or, where few, by shapes, one
+/// without where its own panorama meets the base's; then all surfels on each other. Where stops slid off a table's turn
+/// it holds them; those of a drive are placed by what all LiDARs saw.
 [[nodiscard]] Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfels>& patches,
                                          const RunContext& context);
 

@@ -126,5 +126,25 @@ TEST(FindStop, FindsNothingWhereNothingFits) {
   EXPECT_FALSE(find_stop(unlike));
 }
 
+TEST(FindLeftOut, GoesOnFromWhatItFoundForthAndBack) {
+  Table table(irregular(), {0.0, 40.0, 80.0, 120.0, 160.0, 215.0, 240.0});
+  for (const std::size_t stop : {0, 1, 4, 5}) table.forget(stop);
+  Start start = table.last(3).solved;
+  find_left_out(table.last(3).surfels, start);
+  for (std::size_t j = 0; j < start.stop_known.size(); ++j) {
+    EXPECT_TRUE(start.stop_known[j]) << j;
+    EXPECT_THAT(start.state.T_G_base[j], SE3Near(table.truth()[j], 0.3, 10.0)) << j;
+  }
+}
+
+TEST(FindLeftOut, LeavesOutWhatFitsNowhere) {
+  Table table(irregular(), {0.0, 40.0, 80.0, 120.0});
+  std::vector<PatchSurfels> surfels = table.last(2).surfels;
+  surfels.back().surfels = room({{8.0, 20.0}, {9.0, 100.0}});
+  Start start = table.last(2).solved;
+  find_left_out(surfels, start);
+  EXPECT_EQ(start.stop_known, (std::vector<char>{1, 1, 1, 0}));
+}
+
 }  // namespace
 }  // namespace rigcal
