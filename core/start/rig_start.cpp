@@ -251,7 +251,8 @@ void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& p
 void try_any_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
                    const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
   const double before = fit_of(input, patches, start);
-  if (before * share_of(known_of(base_patches, start), base_patches) >= doubtful_fit) return;
+  const double fit_of_all = before * share_of(known_of(base_patches, start), base_patches);
+  if (!start.has_assumed_steps && fit_of_all >= doubtful_fit) return;
   Start other = nothing_placed(input);
   place_by_evidence(input, base_patches, other);
   const std::vector<PatchSurfels> found = known_of(base_patches, other);

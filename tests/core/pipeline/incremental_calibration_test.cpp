@@ -154,6 +154,26 @@ void expect_stops_near(const IncrementalCalibration& calibration, const LightRec
   }
 }
 
+TEST(IncrementalCalibration, SearchesSoonerWhileSomethingFails) {
+  // A third of a turn: the LiDARs look to all sides and have not seen the same yet.
+  sim::LightRigOptions options;
+  options.turntable.stops = 20;
+  options.shots_per_patch = 5000;
+  LightRecording run = make_light_recording(*sim::make_light_rig(*sim::load_scene("room"), options));
+  IncrementalCalibration calibration = begin(run);
+  SilentReporter silent;
+  std::vector<int> searches;
+  std::vector<CalibrationStop> stops = stops_of(run.recording);
+  for (int j = 0; j < 6; ++j) {
+    calibration.add_stop(std::move(stops[static_cast<std::size_t>(j)]));
+    const auto estimate = calibration.estimate({silent});
+    ASSERT_TRUE(estimate) << estimate.error().message();
+    EXPECT_FALSE(estimate->lidars[1].result.T_base_sensor);
+    if (estimate->searched) searches.push_back(j + 1);
+  }
+  EXPECT_THAT(searches, ElementsAre(1, 2, 3, 5));
+}
+
 TEST(IncrementalCalibration, GoesOnWithoutAGyroByTheTablesAxis) {
   LightRecording run = part_of_turn();
   for (auto& R : run.recording.R_previous_this) R.reset();

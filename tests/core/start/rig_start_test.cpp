@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <optional>
 #include <stop_token>
 
 #include "core/base/parallel.h"
@@ -17,19 +19,22 @@ namespace {
 // A courtyard with walking people, seen by an AVIA and three MID-40 from a table turned by hand; every guess is off by
 // 10 degrees and 0.2 m.
 struct Courtyard : LightRun {
-  explicit Courtyard(std::uint64_t seed, int stops = 20) : LightRun(seen(seed, stops)) {
+  explicit Courtyard(std::uint64_t seed, int stops = 20,
+                     const std::optional<std::array<double, 2>>& step_range_deg = std::nullopt)
+      : LightRun(seen(seed, stops, step_range_deg)) {
     for (std::size_t i = 0; i < truth.rig.sensors.size(); ++i)
       input.guess_T_base_sensor[i] = truth.rig.sensors[i].initial_T_base_sensor;
     input.axis = truth.axis;
   }
 
  private:
-  static sim::LightRig seen(std::uint64_t seed, int stops) {
+  static sim::LightRig seen(std::uint64_t seed, int stops, const std::optional<std::array<double, 2>>& step_range_deg) {
     const auto scene = sim::load_scene("courtyard");
     EXPECT_TRUE(scene.has_value());
     sim::LightRigOptions options;
     options.seed = seed;
     options.turntable.stops = stops;
+    options.turntable.step_range_deg = step_range_deg;
     options.shots_per_patch = shots_per_patch;
     auto light = sim::make_light_rig(*scene, options);
     EXPECT_TRUE(light.has_value());
@@ -85,6 +90,19 @@ TEST(FindStart, FindsStopsThatTheBaseCannotLayOnEachOther) {
       expect_all_found(run, start, 0.6);
     }
   }
+}
+
+TEST(FindStart, FindsStepsThatAreUnlikeEachOther) {
+  const Courtyard run(1, 12, {{15.0, 45.0}});
+  const Start start = found(run);
+  EXPECT_FALSE(start.has_assumed_steps);
+  expect_all_found(run, start);
+}
+
+TEST(FindStart, AssumesNoFullTurnWhereMoreStopsAreToCome) {
+  Courtyard run(1, 5);
+  run.input.goes_on = true;
+  EXPECT_FALSE(found(run).has_assumed_steps);
 }
 
 // Walls all around and a narrow view of them: held by what they saw alone, stops slid by a metre.
