@@ -246,8 +246,8 @@ void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& p
   if (start.has_assumed_steps) place_lidars(input, patches, base_patches, loose_hold, context, start);
 }
 
-// Where most of what was seen lies on nothing also in equal steps, or was seen from stops that are not known, steps
-// need not be equal: what fits clearly better is taken, even if some stops are not known then.
+// Where equal steps were assumed, or much of what was seen lies on nothing or was seen from stops that are not known,
+// steps need not be equal: what fits clearly better is taken, even if some stops are not known then.
 void try_any_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
                    const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
   const double before = fit_of(input, patches, start);
