@@ -56,27 +56,16 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
 
 // The step that the scores of all pairs add up to most for; none where fewer than half of the pairs have one like it.
 std::optional<double> common_step(const std::vector<std::vector<Step>>& pairs) {
-  double best = 0.0;
-  std::optional<double> common;
-  for (int deg = -180; deg < 180; ++deg) {
-    double sum = 0.0;
-    std::size_t alike = 0;
-    for (const std::vector<Step>& steps : pairs) {
-      double most = 0.0;
-      for (const Step& s : steps) {
-        const double d = angle_apart(s.angle, to_rad(deg));
-        // The middle of a cluster of angles counts a little more than its edges.
-        if (d < alike_step_rad) most = std::max(most, s.score * (1.0 - 0.05 * d / alike_step_rad));
-      }
-      sum += most;
-      alike += most > 0.0 ? 1 : 0;
-    }
-    if (sum <= best) continue;
-    best = sum;
-    common.reset();
-    if (2 * alike > pairs.size()) common = to_rad(deg);
+  std::vector<std::vector<StepVote>> votes;
+  for (const std::vector<Step>& steps : pairs) {
+    std::vector<StepVote>& pair = votes.emplace_back();
+    for (const Step& s : steps) pair.push_back({s.angle, s.score});
   }
-  return common;
+  const std::optional<double> common = most_voted(votes);
+  if (!common) return std::nullopt;
+  const auto alike = std::count_if(votes.begin(), votes.end(),
+                                   [&](const std::vector<StepVote>& pair) { return vote_for(pair, *common) > 0.0; });
+  return 2 * static_cast<std::size_t>(alike) > pairs.size() ? common : std::nullopt;
 }
 
 Step choose(const std::vector<Step>& steps, const std::optional<double>& expected, const Vector3d& axis) {
@@ -90,6 +79,28 @@ Step choose(const std::vector<Step>& steps, const std::optional<double>& expecte
 }
 
 }  // namespace
+
+double vote_for(const std::vector<StepVote>& pair, double angle_rad) {
+  double most = 0.0;
+  for (const StepVote& vote : pair) {
+    const double d = angle_apart(vote.angle, angle_rad);
+    if (d < alike_step_rad) most = std::max(most, vote.weight * (1.0 - 0.05 * d / alike_step_rad));
+  }
+  return most;
+}
+
+std::optional<double> most_voted(const std::vector<std::vector<StepVote>>& pairs) {
+  double best = 0.0;
+  std::optional<double> out;
+  for (int deg = -180; deg < 180; ++deg) {
+    double sum = 0.0;
+    for (const std::vector<StepVote>& pair : pairs) sum += vote_for(pair, to_rad(deg));
+    if (sum <= best) continue;
+    best = sum;
+    out = to_rad(deg);
+  }
+  return out;
+}
 
 std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from, int to) {
   Matrix3d R = Matrix3d::Identity();

@@ -10,6 +10,17 @@ namespace rigcal {
 /// Steps of a table that differ by less are alike: turned by hand it hits its marks to some degrees.
 constexpr double alike_step_rad = to_rad(6.0);
 
+/// A step that a pair of stops may stand apart by, and what speaks for it.
+struct StepVote {
+  double angle = 0.0;  ///< About the axis, rad.
+  double weight = 0.0;
+};
+
+/// What a pair says for a step of `angle_rad`: the most weight of those alike; the nearer ones count a little more.
+[[nodiscard]] double vote_for(const std::vector<StepVote>& pair, double angle_rad);
+/// The step, in whole degrees, that the votes of all pairs add up to most for, rad; nothing without any.
+[[nodiscard]] std::optional<double> most_voted(const std::vector<std::vector<StepVote>>& pairs);
+
 /// The turn from stop `from` to the later stop `to`, where all turns between are known; `R_previous_this` may be empty.
 [[nodiscard]] std::optional<Matrix3d> known_step(const std::vector<std::optional<Matrix3d>>& R_previous_this, int from,
                                                  int to);

@@ -35,34 +35,26 @@ constexpr std::size_t stops_back = 3;
 // The step that the evidence of all pairs adds up to most for; none where no more than half of the pairs have one like
 // it that is not far behind their best, or too few of those that tell their step clearly.
 std::optional<double> common_step(const std::vector<std::vector<StepMatch>>& pairs) {
-  double best = 0.0;
-  std::optional<double> common;
-  for (int deg = -180; deg < 180; ++deg) {
-    double sum = 0.0;
-    std::size_t alike = 0;
-    std::size_t clear = 0;
-    std::size_t clearly_alike = 0;
-    for (const std::vector<StepMatch>& matches : pairs) {
-      double most = 0.0;
-      for (const StepMatch& m : matches) {
-        const double d = angle_apart(m.angle, to_rad(deg));
-        // The middle of a cluster of angles counts a little more than its edges.
-        if (d < alike_step_rad) most = std::max(most, m.evidence * (1.0 - 0.05 * d / alike_step_rad));
-      }
-      sum += most;
-      const bool is_clear = !matches.empty() && matches.front().evidence >= clear_evidence;
-      const bool is_alike = most > 0.0 && most > 0.5 * matches.front().evidence;
-      alike += is_alike ? 1 : 0;
-      clear += is_clear ? 1 : 0;
-      clearly_alike += is_clear && is_alike ? 1 : 0;
-    }
-    if (sum <= best) continue;
-    best = sum;
-    common.reset();
-    const bool is_usual = static_cast<double>(clearly_alike) >= usual_share * static_cast<double>(clear);
-    if (is_usual && 2 * alike > pairs.size()) common = to_rad(deg);
+  std::vector<std::vector<StepVote>> votes;
+  for (const std::vector<StepMatch>& matches : pairs) {
+    std::vector<StepVote>& pair = votes.emplace_back();
+    for (const StepMatch& m : matches) pair.push_back({m.angle, m.evidence});
   }
-  return common;
+  const std::optional<double> common = most_voted(votes);
+  if (!common) return std::nullopt;
+  std::size_t alike = 0;
+  std::size_t clear = 0;
+  std::size_t clearly_alike = 0;
+  for (const std::vector<StepVote>& pair : votes) {
+    const double vote = vote_for(pair, *common);
+    const bool is_clear = !pair.empty() && pair.front().weight >= clear_evidence;
+    const bool is_alike = vote > 0.0 && vote > 0.5 * pair.front().weight;
+    alike += is_alike ? 1 : 0;
+    clear += is_clear ? 1 : 0;
+    clearly_alike += is_clear && is_alike ? 1 : 0;
+  }
+  const bool is_usual = static_cast<double>(clearly_alike) >= usual_share * static_cast<double>(clear);
+  return is_usual && 2 * alike > pairs.size() ? common : std::nullopt;
 }
 
 // Which way round (1 or -1) the best matches turn, weighed by their evidence.
