@@ -10,8 +10,8 @@ namespace rigcal {
 
 /// What is known after a stop in one line: each LiDAR with its 95 % bounds.
 [[nodiscard]] std::string estimate_line(const StopEstimate& estimate);
-/// The lines that follow it for who has to do something: which stops were left out, what is weak, and the
-/// advice.
+/// The lines that follow it for who has to do something: which stops were left out, what is weak,
+/// and the advice.
 [[nodiscard]] std::vector<std::string> estimate_remarks(const StopEstimate& estimate);
 /// The same for a terminal of 80 columns.
 [[nodiscard]] std::vector<std::string> estimate_block(const StopEstimate& estimate);

@@ -88,9 +88,8 @@ std::optional<SE3> IncrementalCalibration::pose_of(std::size_t stop, const Start
   }
   const PlacementInput input{start, recording_.surfels, static_cast<int>(stop), static_cast<int>(from)};
   if (const auto R = turn_between(from, stop, start)) return place_stop(input, *R);
-  // Steps that were assumed to be those of a full turn were others with the stops to come.
   const bool has_axis = rig_.turntable && rig_.turntable->axis;
-  return has_axis && !start.has_assumed_steps ? find_stop(input) : std::nullopt;
+  return has_axis ? find_stop(input) : std::nullopt;
 }
 
 std::optional<WarmStart> IncrementalCalibration::warm_start() const {

@@ -154,20 +154,16 @@ void find_left_out(const std::vector<PatchSurfels>& surfels, Start& start) {
   const auto is_known = [&](int j) {
     return j >= 0 && j < stops && start.stop_known[static_cast<std::size_t>(j)] != 0;
   };
-  // Forth, then back: what is found is a known neighbour of the next one. Whoever was not found may lie on what was
-  // found since.
+  // What is found is a known neighbour of the next one.
   for (bool found = true; found;) {
     found = false;
-    for (const int way : {1, -1}) {
-      for (int i = 0; i < stops; ++i) {
-        const int j = way > 0 ? i : stops - 1 - i;
-        if (is_known(j) || !is_known(j - way)) continue;
-        const std::optional<SE3> T = find_stop({start, surfels, j, j - way});
-        if (!T) continue;
-        start.state.T_G_base[static_cast<std::size_t>(j)] = *T;
-        start.stop_known[static_cast<std::size_t>(j)] = 1;
-        found = true;
-      }
+    for (int j = 0; j < stops; ++j) {
+      if (is_known(j) || !(is_known(j - 1) || is_known(j + 1))) continue;
+      const std::optional<SE3> T = find_stop({start, surfels, j, is_known(j - 1) ? j - 1 : j + 1});
+      if (!T) continue;
+      start.state.T_G_base[static_cast<std::size_t>(j)] = *T;
+      start.stop_known[static_cast<std::size_t>(j)] = 1;
+      found = true;
     }
   }
 }

@@ -14,7 +14,7 @@ struct Lever {
 
   Lever(const SE3& T, const Vector3d& centroid) : Rt(T.R.transpose()), t(T.t - centroid) {}
 
-  /// Ad^T v
+  /// Ad^T v; v is [by phi; by tau], the result [by rotation; by translation].
   [[nodiscard]] Vector6d of(const Vector6d& v) const {
     Vector6d out;
     out << Rt * (v.head<3>() - t.cross(v.tail<3>())), Rt * v.tail<3>();

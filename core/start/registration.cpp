@@ -9,7 +9,6 @@
 #include "core/base/parallel.h"
 #include "core/geometry/matrix6.h"
 #include "core/start/coarse_search.h"
-#include "core/start/held_registration.h"
 #include "core/start/own_view.h"
 
 namespace rigcal {
@@ -119,13 +118,8 @@ double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, con
   return score;
 }
 
-SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X, double from_m,
-                        double to_m) {
-  return refine_held(index, moving, X, from_m, to_m, 0.0);
-}
-
-SE3 refine_held(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m, double to_m,
-                double pull) {
+SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& start, double from_m,
+                        double to_m, double pull) {
   SE3 X = start;
   double tolerance = from_m;
   for (int iteration = 0; iteration < 24; ++iteration) {

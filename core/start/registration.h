@@ -43,9 +43,10 @@ struct RegistrationResult {
 [[nodiscard]] double balanced_score(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
                                     double min_cosine, double max_plane_distance_m);
 
-/// Point-to-plane refinement from X with tolerances that shrink from `from_m` to `to_m`.
+/// Point-to-plane refinement from X with tolerances that shrink from `from_m` to `to_m`. `pull` holds the translation
+/// near zero where surfaces leave it open: its square (m^2) counts as much as so many squared distances of surfels.
 [[nodiscard]] SE3 refine_registration(const SurfelIndex& index, const MovingSurfels& moving, const SE3& X,
-                                      double from_m, double to_m);
+                                      double from_m, double to_m, double pull = 0.0);
 
 /// Searches around a guess and refines the best. `coarse` has a reach of about a metre, `fine` of half a metre.
 [[nodiscard]] RegistrationResult register_surfels(const SurfelIndex& coarse, const SurfelIndex& fine,

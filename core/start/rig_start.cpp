@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/start/align_all.h"
 #include "core/start/axis_search.h"
@@ -29,7 +30,7 @@ constexpr int most_drives = 3;
 // How far off what is aligned may be: as it was placed; where that is doubtful.
 constexpr double near_m = 0.12;
 constexpr double far_m = 0.3;
-// What is right settles in one to three alignments, seven where it has far to go; what is wrong wanders on.
+// What is right settles in a few alignments; what is wrong wanders on, and is not worth more of them.
 constexpr int most_alignments = 20;
 constexpr int most_of_doubtful = 8;
 // Stops that walked farther than this from where a table's turns had placed them may have slid; held firmly they walk
@@ -51,11 +52,6 @@ std::vector<PatchSurfels> patches_of(const std::vector<PatchSurfels>& patches, i
   }
   std::sort(out.begin(), out.end(), [](const PatchSurfels& a, const PatchSurfels& b) { return a.stop < b.stop; });
   return out;
-}
-
-std::vector<PatchSurfels> known_of(std::vector<PatchSurfels> patches, const Start& start) {
-  std::erase_if(patches, [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
-  return patches;
 }
 
 double share_of(const std::vector<PatchSurfels>& some, const std::vector<PatchSurfels>& all) {
@@ -223,45 +219,58 @@ std::optional<Start> from_stops(const StartInput& input, const std::vector<Patch
   return start;
 }
 
-// What the base sees from one stop it may not see from the next, and is laid on something else then. Where little of
-// what was seen lies on itself, the table is thought to have turned all round in equal steps, this way or that: what
-// fits clearly better is taken, and what it rests on is told.
-void try_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
-                     const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
-  const double before = fit_of(input, patches, start);
-  if (before >= doubtful_fit) return;
-  double best = before + clear_gain;
-  for (const double way : {1.0, -1.0}) {
-    Start other = nothing_placed(input);
-    place_in_equal_steps(input, base_patches, way, other);
-    refine_stops(input, base_patches, loose_hold, other);
-    if (!place_lidars(input, patches, base_patches, loose_hold, context, other, Doubtful::left)) return;
-    const double fit = fit_of(input, patches, other);
-    if (fit < best) continue;
-    best = fit;
-    start = std::move(other);
-    start.has_assumed_steps = true;
-  }
-  // What is doubtful there may still be right elsewhere.
-  if (start.has_assumed_steps) place_lidars(input, patches, base_patches, loose_hold, context, start);
+struct Attempt {
+  Start start;
+  double fit = 0.0;
+};
+
+// From where `place` puts the stops, but for what is doubtful. Nothing where too few of them are known, or it was
+// stopped.
+std::optional<Attempt> attempt(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                               const std::vector<PatchSurfels>& base_patches, const RunContext& context,
+                               const std::function<void(Start&)>& place) {
+  Attempt out{nothing_placed(input)};
+  place(out.start);
+  const std::vector<PatchSurfels> known = known_of(base_patches, out.start);
+  if (share_of(known, base_patches) < least_found) return std::nullopt;
+  refine_stops(input, known, loose_hold, out.start);
+  if (!place_lidars(input, patches, known, loose_hold, context, out.start, Doubtful::left)) return std::nullopt;
+  out.fit = fit_of(input, patches, out.start);
+  return out;
 }
 
-// Where equal steps were assumed, or much of what was seen lies on nothing or was seen from stops that are not known,
-// steps need not be equal: what fits clearly better is taken, even if some stops are not known then.
-void try_any_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
-                   const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
-  const double before = fit_of(input, patches, start);
-  const double fit_of_all = before * share_of(known_of(base_patches, start), base_patches);
-  if (!start.has_assumed_steps && fit_of_all >= doubtful_fit) return;
-  Start other = nothing_placed(input);
-  place_by_evidence(input, base_patches, other);
-  const std::vector<PatchSurfels> found = known_of(base_patches, other);
-  if (share_of(found, base_patches) < least_found) return;
-  refine_stops(input, found, loose_hold, other);
-  if (!place_lidars(input, patches, found, loose_hold, context, other, Doubtful::left)) return;
-  if (fit_of(input, patches, other) < before + clear_gain) return;
-  place_lidars(input, patches, found, loose_hold, context, other);
-  start = std::move(other);
+// What the base sees from one stop it may not see from the next, and is lost then or laid on something else. Where
+// little of what was seen lies on itself, the table may have turned all round in equal steps, this way or that, which
+// is told as what it rests on; or by steps that need not be equal, even if some stops are not known then. What fits
+// clearly better is taken.
+void try_other_steps(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                     const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
+  double fit = fit_of(input, patches, start);
+  if (fit * share_of(known_of(base_patches, start), base_patches) >= doubtful_fit) return;
+  const auto try_steps = [&](const std::function<void(Start&)>& place) {
+    return attempt(input, patches, base_patches, context, place);
+  };
+  bool is_other = false;
+  const auto take_if_better = [&](std::optional<Attempt> other) {
+    if (!other || other->fit < fit + clear_gain) return;
+    fit = other->fit;
+    start = std::move(other->start);
+    is_other = true;
+  };
+  if (!input.goes_on && fit < doubtful_fit) {
+    std::optional<Attempt> equal;
+    for (const double way : {1.0, -1.0}) {
+      std::optional<Attempt> other = try_steps([&](Start& placed) {
+        place_in_equal_steps(input, base_patches, way, placed);
+        placed.has_assumed_steps = true;
+      });
+      if (other && (!equal || other->fit > equal->fit)) equal = std::move(other);
+    }
+    take_if_better(std::move(equal));
+  }
+  take_if_better(try_steps([&](Start& placed) { place_by_evidence(input, base_patches, placed); }));
+  // What is doubtful there may still be right elsewhere.
+  if (is_other) place_lidars(input, patches, known_of(base_patches, start), loose_hold, context, start);
 }
 
 }  // namespace
@@ -284,10 +293,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   context.reporter.progress("start: poses", -1.0);
   place_stops(input, base_patches, placed);
   std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
-  if (start && has_unknown_steps(input)) {
-    if (!input.goes_on) try_equal_steps(input, patches, base_patches, context, *start);
-    try_any_steps(input, patches, base_patches, context, *start);
-  }
+  if (start && has_unknown_steps(input)) try_other_steps(input, patches, base_patches, context, *start);
   if (!start || context.cancelled()) return cancelled_error();
   return *std::move(start);
 }

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
-#include "core/start/held_registration.h"
+#include "core/base/best_apart.h"
+#include "core/geometry/angles.h"
+#include "core/start/step_search.h"
 
 namespace rigcal {
 namespace {
 
-// The base of a rig on a table stands no farther from its axis.
-constexpr double max_foot_m = 0.6;
 // What slid farther than a turn about the table can carry it is likely wrong; its angle may be right.
 constexpr double slid_share = 0.3;
 // What surfaces leave open stays where it was.
@@ -18,8 +20,6 @@ constexpr double last_pull = 0.1;
 // Tried all round, so far apart, with so many surfels.
 constexpr int tried_every_deg = 5;
 constexpr std::size_t tried_items = 300;
-// Axis and table are known to a degree or two.
-constexpr double max_tilt_rad = to_rad(3.0);
 constexpr double apart_rad = to_rad(5.0);
 // What comes to lie as near as this is the same.
 constexpr double same_rad = to_rad(2.0);
@@ -30,7 +30,7 @@ constexpr double same_direction_rad = to_rad(3.0);
 constexpr double other_range_m = 0.3;
 constexpr double other_range_share = 0.05;
 // Fewer surfels matched than this share are no overlap.
-constexpr double overlap_score = 0.15;
+constexpr double least_share = 0.15;
 // Where a surface is seen under a flatter angle its range says little.
 constexpr double flat_cosine = 0.17;
 // What is contradicted counts so many times as much as what is met: a wrong turn that lays much on other walls has a
@@ -94,7 +94,7 @@ double StepView::evidence(const MovingSurfels& after, const SE3& X) const {
   return all > 0.0 ? (met - contradiction_weight * contradicted) / all : 0.0;
 }
 
-double StepView::score(const MovingSurfels& after, const SE3& X) const {
+double StepView::share(const MovingSurfels& after, const SE3& X) const {
   return match_score(fine_, after, X, same_surface_cosine, same_surface_m);
 }
 
@@ -105,7 +105,7 @@ std::vector<StepMatch> StepView::matches(const MovingSurfels& after, std::size_t
   for (int deg = -180; deg < 180; deg += tried_every_deg) {
     StepMatch match;
     const SE3 turned{exp_so3(to_rad(deg) * axis_), Vector3d::Zero()};
-    match.X = refine_held(coarse_, few, turned, 0.6, 0.25, pull);
+    match.X = refine_registration(coarse_, few, turned, 0.6, 0.25, pull);
     const bool is_new = std::none_of(tried.begin(), tried.end(), [&](const StepMatch& other) {
       return rotation_distance(other.X.R, match.X.R) < same_rad && (other.X.t - match.X.t).norm() < same_m;
     });
@@ -116,27 +116,18 @@ std::vector<StepMatch> StepView::matches(const MovingSurfels& after, std::size_t
   std::vector<StepMatch> out;
   tried.insert(tried.end(), starts.begin(), starts.end());
   for (StepMatch& match : tried) {
-    match.X = refine_held(fine_, after, match.X, 0.3, 0.08, pull);
-    match.X = refine_held(fine_, after, match.X, 0.15, 0.08, last_pull);
-    const Vector3d phi = log_so3(match.X.R);
-    match.angle = phi.dot(axis_);
-    if ((phi - match.angle * axis_).norm() > max_tilt_rad) continue;
-    match.evidence = evidence(after, match.X);
-    if (match.X.t.norm() > 2.0 * max_foot_m * std::abs(std::sin(0.5 * phi.norm())) + 0.1) match.evidence *= slid_share;
-    match.score = score(after, match.X);
-    if (match.evidence > 0.0 || match.score >= overlap_score) out.push_back(match);
+    match.X = refine_registration(fine_, after, match.X, 0.3, 0.08, pull);
+    match.X = refine_registration(fine_, after, match.X, 0.15, 0.08, last_pull);
+    const std::optional<double> angle = angle_about(axis_, match.X.R);
+    if (!angle) continue;
+    match.angle = *angle;
+    match.score = evidence(after, match.X);
+    if (has_slid(match.X)) match.score *= slid_share;
+    match.share = share(after, match.X);
+    if (match.score > 0.0 || match.share >= least_share) out.push_back(match);
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const StepMatch& a, const StepMatch& b) { return a.evidence > b.evidence; });
-  std::vector<StepMatch> apart;
-  for (const StepMatch& match : out) {
-    if (apart.size() >= most) break;
-    if (std::none_of(apart.begin(), apart.end(), [&](const StepMatch& other) {
-          return std::abs(std::remainder(match.angle - other.angle, 2.0 * pi)) < apart_rad;
-        }))
-      apart.push_back(match);
-  }
-  return apart;
+  return best_apart(std::move(out), most,
+                    [](const StepMatch& a, const StepMatch& b) { return angle_apart(a.angle, b.angle) < apart_rad; });
 }
 
 }  // namespace rigcal

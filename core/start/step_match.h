@@ -8,10 +8,10 @@ namespace rigcal {
 
 /// One way in which a rig may have turned about its axis from one stop to another.
 struct StepMatch {
-  double angle = 0.0;     ///< About the axis, rad, right-handed.
-  SE3 X;                  ///< From the base at the later stop to the base at the earlier one.
-  double score = 0.0;     ///< Share of what was seen from the later stop that lies on what was seen from the earlier.
-  double evidence = 0.0;  ///< See StepView::evidence; at most 1.
+  double angle = 0.0;  ///< About the axis, rad, right-handed.
+  SE3 X;               ///< T_earlier_later of the base, m.
+  double score = 0.0;  ///< By StepView::evidence; at most 1.
+  double share = 0.0;  ///< By StepView::share.
 };
 
 /// What the base saw from one stop, to lay on it what it saw from another one after a turn about `axis` (unit, base
@@ -23,15 +23,15 @@ class StepView {
   /// The patch as what is to be laid on another view.
   [[nodiscard]] const MovingSurfels& moving() const { return moving_; }
 
-  /// Share of `after` that lies on what was seen from here, less three times the share that stands before or behind
-  /// what was seen there; what faces along the axis, as a floor does, fits every turn and counts for nothing. Near 0
-  /// where the views have nothing in common.
+  /// Share of `after`, moved by `X` (T_here_after, m), that lies on what was seen from here, less three times the share
+  /// that stands before or behind what was seen there; what faces along the axis, as a floor does, fits every turn and
+  /// counts for nothing. Near 0 where the views have nothing in common.
   [[nodiscard]] double evidence(const MovingSurfels& after, const SE3& X) const;
 
-  /// Share of `after` that lies on what was seen from here.
-  [[nodiscard]] double score(const MovingSurfels& after, const SE3& X) const;
+  /// Share of `after`, moved by `X`, that lies on what was seen from here.
+  [[nodiscard]] double share(const MovingSurfels& after, const SE3& X) const;
 
-  /// The ways in which `after` fits, of the whole circle, distinct by 5 degrees: those of most evidence first, at most
+  /// The ways in which `after` fits, of the whole circle, distinct by 5 degrees: the best first, at most
   /// `most`, and only those that have some or lie on what was seen to a share of 0.15.
   [[nodiscard]] std::vector<StepMatch> matches(const MovingSurfels& after, std::size_t most) const;
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "core/base/best_apart.h"
 #include "core/base/parallel.h"
 #include "core/geometry/angles.h"
 
@@ -12,6 +14,9 @@ namespace {
 
 // The base of a rig on a table stands no farther from its axis.
 constexpr double max_foot_m = 0.6;
+constexpr double slack_m = 0.1;
+// Axis and table are known to a degree or two.
+constexpr double max_tilt_rad = to_rad(3.0);
 
 struct Step {
   double angle = 0.0;  // about the axis
@@ -32,24 +37,18 @@ std::vector<Step> steps_between(const PatchSurfels& before, const PatchSurfels& 
     const Matrix3d R = exp_so3(to_rad(deg) * axis);
     circle.push_back({to_rad(deg), R, match_score(coarse, few, {R, Vector3d::Zero()}, std::cos(to_rad(20.0)), 0.3)});
   }
-  std::stable_sort(circle.begin(), circle.end(), [](const Step& a, const Step& b) { return a.score > b.score; });
+  circle = best_apart(std::move(circle), 16,
+                      [](const Step& a, const Step& b) { return angle_apart(a.angle, b.angle) < to_rad(5.0); });
   std::vector<Step> steps;
-  std::vector<double> tried;
   for (const Step& s : circle) {
-    if (tried.size() >= 16) break;
-    if (std::any_of(tried.begin(), tried.end(), [&](double a) { return angle_apart(a, s.angle) < to_rad(5.0); }))
-      continue;
-    tried.push_back(s.angle);
     SE3 X = refine_registration(coarse, moving, {s.R, Vector3d::Zero()}, 0.8, 0.3);
     X = refine_registration(fine, moving, X, 0.3, 0.08);
-    const Vector3d phi = log_so3(X.R);
-    const double angle = phi.dot(axis);
-    // Axis and table are known to a degree or two.
-    if ((phi - angle * axis).norm() > to_rad(3.0)) continue;
+    const std::optional<double> angle = angle_about(axis, X.R);
+    if (!angle) continue;
     double score = match_score(fine, moving, X, same_surface_cosine, same_surface_m);
-    // One that slid farther than a turn about the table can carry it is likely wrong; its angle may be right.
-    if (X.t.norm() > 2.0 * max_foot_m * std::abs(std::sin(0.5 * phi.norm())) + 0.1) score *= 0.7;
-    steps.push_back({angle, X.R, score});
+    // Likely wrong, but its angle may be right.
+    if (has_slid(X)) score *= 0.7;
+    steps.push_back({*angle, X.R, score});
   }
   return steps;
 }
@@ -79,6 +78,17 @@ Step choose(const std::vector<Step>& steps, const std::optional<double>& expecte
 }
 
 }  // namespace
+
+std::optional<double> angle_about(const Vector3d& axis, const Matrix3d& R) {
+  const Vector3d phi = log_so3(R);
+  const double angle = phi.dot(axis);
+  if ((phi - angle * axis).norm() > max_tilt_rad) return std::nullopt;
+  return angle;
+}
+
+bool has_slid(const SE3& X) {
+  return X.t.norm() > 2.0 * max_foot_m * std::abs(std::sin(0.5 * log_so3(X.R).norm())) + slack_m;
+}
 
 double vote_for(const std::vector<StepVote>& pair, double angle_rad) {
   double most = 0.0;

@@ -10,6 +10,13 @@ namespace rigcal {
 /// Steps of a table that differ by less are alike: turned by hand it hits its marks to some degrees.
 constexpr double alike_step_rad = to_rad(6.0);
 
+/// By how much (rad, right-handed) `R` turns about `axis` (unit); nothing where it turns about another one, by more
+/// than the 3 degrees to which axis and table are known.
+[[nodiscard]] std::optional<double> angle_about(const Vector3d& axis, const Matrix3d& R);
+/// Whether a base lies farther off after a move `X` (T_before_after, m) than a turn of its table can carry it, which it
+/// stands on within 0.6 m of the axis.
+[[nodiscard]] bool has_slid(const SE3& X);
+
 /// A step that a pair of stops may stand apart by, and what speaks for it.
 struct StepVote {
   double angle = 0.0;  ///< About the axis, rad.

@@ -18,7 +18,7 @@ constexpr std::size_t most_matches = 12;
 // the way it goes, by no more than a narrow view can follow; nothing.
 constexpr double least_of_common = 0.01;
 // Somebody who walked by contradicts much; what lies on what was seen to this share is believed nevertheless.
-constexpr double least_score_of_common = 0.15;
+constexpr double least_share_of_common = 0.15;
 constexpr double least_of_next = 0.03;
 constexpr double least_alone = 0.3;
 constexpr double next_rad = to_rad(75.0);
@@ -38,7 +38,7 @@ std::optional<double> common_step(const std::vector<std::vector<StepMatch>>& pai
   std::vector<std::vector<StepVote>> votes;
   for (const std::vector<StepMatch>& matches : pairs) {
     std::vector<StepVote>& pair = votes.emplace_back();
-    for (const StepMatch& m : matches) pair.push_back({m.angle, m.evidence});
+    for (const StepMatch& m : matches) pair.push_back({m.angle, m.score});
   }
   const std::optional<double> common = most_voted(votes);
   if (!common) return std::nullopt;
@@ -62,7 +62,7 @@ double usual_way(const std::vector<std::vector<StepMatch>>& pairs) {
   double sum = 0.0;
   for (const std::vector<StepMatch>& matches : pairs) {
     if (matches.empty() || std::abs(matches.front().angle) < alike_step_rad) continue;
-    sum += std::copysign(std::max(0.0, matches.front().evidence), matches.front().angle);
+    sum += std::copysign(std::max(0.0, matches.front().score), matches.front().angle);
   }
   return sum < 0.0 ? -1.0 : 1.0;
 }
@@ -126,9 +126,9 @@ class StepTree {
           common_ && angle_apart(m.angle, *common_ * (nodes_[k].stop - nodes_[on].stop)) < alike_step_rad;
       const double ahead = way_ * m.angle;
       const bool is_next = on + 1 == k && ahead > -alike_step_rad && ahead < next_rad;
-      const bool is_usual = is_common && (m.evidence >= least_of_common || m.score >= least_score_of_common);
-      if (!is_usual && m.evidence < (is_next ? least_of_next : least_alone)) continue;
-      const double worth = m.evidence + (is_common ? common_margin : 0.0) + (is_common || is_next ? way_margin : 0.0);
+      const bool is_usual = is_common && (m.score >= least_of_common || m.share >= least_share_of_common);
+      if (!is_usual && m.score < (is_next ? least_of_next : least_alone)) continue;
+      const double worth = m.score + (is_common ? common_margin : 0.0) + (is_common || is_next ? way_margin : 0.0);
       if (best != nullptr && worth <= most) continue;
       most = worth;
       best = &m;

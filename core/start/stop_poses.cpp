@@ -110,6 +110,11 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
   }
 }
 
+std::vector<PatchSurfels> known_of(std::vector<PatchSurfels> patches, const Start& start) {
+  std::erase_if(patches, [&](const PatchSurfels& p) { return !start.stop_known[static_cast<std::size_t>(p.stop)]; });
+  return patches;
+}
+
 bool has_unknown_steps(const StartInput& input) {
   return input.trajectory.empty() && input.axis && input.stops > 2 && !gyro_is_complete(input);
 }
@@ -118,9 +123,7 @@ void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>&
   const FoundTurns turns = rotations_by_evidence(base_patches, input.stops, *input.axis, input.R_previous_this);
   start.stop_known = turns.found;
   // How the others are turned says nothing about the foot.
-  std::vector<PatchSurfels> found = base_patches;
-  std::erase_if(found, [&](const PatchSurfels& p) { return !turns.found[static_cast<std::size_t>(p.stop)]; });
-  start.state.T_G_base = poses_from_rotations(found, turns.R_G_base);
+  start.state.T_G_base = poses_from_rotations(known_of(base_patches, start), turns.R_G_base);
 }
 
 void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& base_patches, double way,

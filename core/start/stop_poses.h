@@ -22,6 +22,9 @@ constexpr StopHold firm_hold{0.01, to_rad(0.2)};
 /// `base_patches`: of the base, in the order of stops.
 void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);
 
+/// Those of stops that are known.
+[[nodiscard]] std::vector<PatchSurfels> known_of(std::vector<PatchSurfels> patches, const Start& start);
+
 /// Whether a table turned about a known axis by steps of which some are not known.
 [[nodiscard]] bool has_unknown_steps(const StartInput& input);
 

@@ -175,5 +175,23 @@ TEST(Thinned, KeepsTheNumberAskedForEvenlyAndInOrder) {
   EXPECT_EQ(1000U, thinned(moving, 5000).items.size());
 }
 
+TEST(RefineRegistration, HoldsBackWhatSurfacesLeaveOpen) {
+  std::vector<PlacedSurfel> floor;
+  MovingSurfels moving{{SE3{}}, {}};
+  for (double x = -4.0; x <= 4.0; x += 0.25) {
+    for (double y = -4.0; y <= 4.0; y += 0.25) {
+      floor.push_back({{x, y, -1.0}, Vector3d::UnitZ(), 0});
+      if (std::abs(x) < 2.0 && std::abs(y) < 2.0) moving.items.push_back({0, {x, y, -1.0}, Vector3d::UnitZ()});
+    }
+  }
+  const SurfelIndex index(floor, 0.5);
+  const SE3 start{Matrix3d::Identity(), Vector3d(0.2, -0.1, 0.05)};
+  const SE3 open = refine_registration(index, moving, start, 0.3, 0.08);
+  EXPECT_NEAR(open.t.head<2>().norm(), start.t.head<2>().norm(), 0.02);
+  EXPECT_NEAR(open.t.z(), 0.0, 1e-3);
+  const SE3 held = refine_registration(index, moving, start, 0.3, 0.08, 1.0);
+  EXPECT_LT(held.t.norm(), 0.01);
+}
+
 }  // namespace
 }  // namespace rigcal

@@ -11,6 +11,32 @@
 namespace rigcal {
 namespace {
 
+TEST(AngleAbout, IsToldOfTurnsAboutThatAxisOnly) {
+  const Vector3d axis = Vector3d(0.1, -0.2, 1.0).normalized();
+  const auto angle = angle_about(axis, exp_so3(-2.5 * axis) * exp_so3(to_rad(1.0) * Vector3d::UnitX()));
+  ASSERT_TRUE(angle);
+  EXPECT_NEAR(-2.5, *angle, to_rad(1.0));
+  EXPECT_FALSE(angle_about(axis, exp_so3(to_rad(20.0) * axis) * exp_so3(to_rad(5.0) * Vector3d::UnitX())));
+}
+
+TEST(HasSlid, WhereNoTurnOfATableCarriesItThatFar) {
+  // Half a metre from the axis a quarter turn moves it by 0.71 m.
+  EXPECT_FALSE(has_slid({exp_so3(0.5 * pi * Vector3d::UnitZ()), Vector3d(0.5, 0.5, 0.0)}));
+  EXPECT_TRUE(has_slid({exp_so3(to_rad(5.0) * Vector3d::UnitZ()), Vector3d(0.5, 0.5, 0.0)}));
+}
+
+TEST(MostVoted, IsTheStepThatMostPairsHaveThoughItIsTheBestOfFew) {
+  const std::vector<std::vector<StepVote>> pairs{{{to_rad(100.0), 0.5}, {to_rad(30.0), 0.4}},
+                                                 {{to_rad(-60.0), 0.5}, {to_rad(31.0), 0.4}},
+                                                 {{to_rad(170.0), 0.5}, {to_rad(29.0), 0.4}}};
+  const auto step = most_voted(pairs);
+  ASSERT_TRUE(step);
+  EXPECT_NEAR(30.0, to_deg(*step), 1.0);
+  EXPECT_EQ(0.5, vote_for(pairs[0], to_rad(100.0)));
+  EXPECT_EQ(0.0, vote_for(pairs[0], to_rad(60.0)));
+  EXPECT_FALSE(most_voted({{}, {}}));
+}
+
 TEST(RotationsFromSearch, FollowATableTurnedByHandThroughAFullTurn) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const TurningRun run(turn_by_hand(seed), seed);

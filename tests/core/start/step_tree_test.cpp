@@ -89,7 +89,7 @@ TEST(StepView, IsContradictedByATurnThatIsWrong) {
   };
   EXPECT_GT(before.evidence(after.moving(), X(25.0)), 0.2);
   for (const double deg : {10.0, 40.0, 90.0, -25.0}) EXPECT_LT(before.evidence(after.moving(), X(deg)), 0.0) << deg;
-  EXPECT_GT(before.score(after.moving(), X(25.0)), before.score(after.moving(), X(10.0)));
+  EXPECT_GT(before.share(after.moving(), X(25.0)), before.share(after.moving(), X(10.0)));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 using Kind = Delivery::Kind;
 
 constexpr std::int64_t ms = 1'000'000;
-constexpr std::int64_t patience = 3000 * ms;  ///< The tests' machine may be busy with something else.
+constexpr std::int64_t patience = 10'000 * ms;  ///< The tests' machine may be busy with something else.
 
 std::int64_t monotonic_ns() {
   timespec time{};
@@ -57,11 +57,20 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
     EXPECT_TRUE(delivery.has_value()) << delivery.error().message();
     return delivery ? *std::move(delivery) : Delivery{};
   }
+  /// The next whole frame. On a busy machine a part of one may be all that comes in time: such frames are counted.
   Frame frame() {
-    Delivery delivery = next();
-    EXPECT_EQ(delivery.kind, Kind::frame);
-    EXPECT_EQ(delivery.frame.facts().status, FrameStatus::whole);
-    return std::move(delivery.frame);
+    not_whole_before = 0;
+    for (;;) {
+      Delivery delivery = next();
+      EXPECT_EQ(delivery.kind, Kind::frame);
+      if (delivery.kind != Kind::frame || delivery.frame.is_whole()) return std::move(delivery.frame);
+      EXPECT_EQ(delivery.frame.facts().status, FrameStatus::incomplete);
+      not_whole_before += 1 + delivery.frame.facts().missing_before;
+      if (++not_whole > most_not_whole) {
+        ADD_FAILURE() << not_whole << " frames were not whole";
+        return {};
+      }
+    }
   }
   Expected<void> call(Camera& of, CameraCall which) {
     const auto plain = [](const auto& expected) {
@@ -95,6 +104,9 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
   std::unique_ptr<ContractSubject> subject;
   std::unique_ptr<Camera> camera;
   CameraSetup setup;
+  static constexpr std::uint64_t most_not_whole = 3;
+  std::uint64_t not_whole = 0;         ///< Of all frames so far.
+  std::uint64_t not_whole_before = 0;  ///< Between the last two whole ones, with those that never came.
 };
 
 TEST_P(CameraContract, ACallThatIsNotLegalIsAnErrorAndChangesNothing) {
@@ -212,7 +224,7 @@ TEST_P(CameraContract, FramesComeInOrderAndAsTheyWereSetUp) {
     EXPECT_LE(facts.host_stamp_ns, monotonic_ns() + (setup.host_stamp == HostStamp::arrival_end ? 200 * ms : 0));
     EXPECT_GT(facts.host_stamp_ns, monotonic_ns() - 2 * patience);
     if (before) {
-      EXPECT_EQ(facts.frame_id, before->frame_id + 1 + facts.missing_before);
+      EXPECT_EQ(facts.frame_id, before->frame_id + 1 + facts.missing_before + not_whole_before);
       EXPECT_GT(facts.host_stamp_ns, before->host_stamp_ns);
       if (facts.device_stamp_ns) {
         EXPECT_GT(*facts.device_stamp_ns, *before->device_stamp_ns);
@@ -221,7 +233,7 @@ TEST_P(CameraContract, FramesComeInOrderAndAsTheyWereSetUp) {
     before = facts;
   }
   EXPECT_EQ(camera->counters().whole(), 14U);
-  EXPECT_EQ(camera->counters().damaged(), 0U);
+  EXPECT_EQ(camera->counters().damaged(), not_whole);
 }
 
 TEST_P(CameraContract, BuffersAreUsedAgain) {
