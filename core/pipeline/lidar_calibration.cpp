@@ -22,7 +22,9 @@
 namespace rigcal {
 namespace {
 
-constexpr int max_tight_passes = 8;  // A bound only; passes end when nothing moves any more.
+// Bounds only; passes end when nothing moves any more, and only what does not rest is settled.
+constexpr int max_tight_passes = 8;
+constexpr int max_settling_passes = 8;
 
 // Of an estimate while more stops are to come; they end when nothing moves any more.
 constexpr int tight_passes_of_estimate = 5;
@@ -48,7 +50,7 @@ class Calibration {
         options_(options),
         context_(context),
         solving_guess_(guess),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
+        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -219,7 +221,12 @@ class Calibration {
     StageReport& stage = clock_.begin(name);
     const RefineInput input = input_of(use);
     double done = 0.0;
+    solution_.moves_on_one_grid.clear();
     for (RefinePass pass : passes) {
+      if (pass.grids > 1) {
+        if (is_at_rest()) break;
+        if (solution_.moves_on_one_grid.empty()) solution_.moves_on_one_grid = solution_.refined.last_moves;
+      }
       context_.reporter.progress(name, done / static_cast<double>(passes.size()));
       const bool loose = pass.map.gate_slack_m > 0.0;
       if (!loose) trust_.set_gates(pass);
@@ -258,6 +265,12 @@ class Calibration {
     return {};
   }
 
+  [[nodiscard]] bool is_at_rest() const {
+    const std::vector<ExtrinsicMove>& moves = solution_.refined.last_moves;
+    return std::all_of(moves.begin(), moves.end(),
+                       [&](const ExtrinsicMove& move) { return is_rest(move, options_.require); });
+  }
+
   // Where every LiDAR stands after a stage, for --log-level debug.
   void tell(const std::string& stage) const {
     for (int i = 0; i < lidars(); ++i) context_.reporter.debug(stage + ": " + place_words(i, solution_));
@@ -265,7 +278,7 @@ class Calibration {
 
   Expected<void> solve() {
     solution_.adjust = solving_priors(recording_, solution_.start, solving_guess_, options_);
-    const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
+    const std::vector<RefinePass> passes = standard_passes(max_tight_passes, max_settling_passes);
     RefinePass loose = passes.front();
     // Where it is the last, its map is what sigma is told from.
     if (options_.last_stage != LastStage::joint) {
@@ -383,7 +396,7 @@ class Calibration {
   // surfaces do it by a part of that.
   Expected<void> take_out_range_errors() {
     if (options_.last_stage != LastStage::joint) return {};
-    const std::vector<RefinePass> passes = standard_passes(max_tight_passes);
+    const std::vector<RefinePass> passes = standard_passes(max_tight_passes, max_settling_passes);
     for (int round = 0; round < most_range_rounds; ++round) {
       const std::optional<RangeFinding> finding = errors_that_stand_out(solution_);
       if (!finding) break;

@@ -89,13 +89,12 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;
   e.has_assumed_steps = s.start.has_assumed_steps;
-  // Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
   // One that slides does not speak against the others.
-  const ExtrinsicMove last = i < s.refined.last_moves.size() ? s.refined.last_moves[i] : ExtrinsicMove{};
+  ExtrinsicMove last = i < s.refined.last_moves.size() ? s.refined.last_moves[i] : ExtrinsicMove{};
   // What ended early as it was told is no end; `mark_unfinished` says so.
-  e.converged = options.last_stage != LastStage::joint || s.refined.converged ||
-                (last.translation_m <= 0.1 * options.require.translation_m &&
-                 last.rotation_rad <= 0.1 * options.require.rotation_rad);
+  e.converged = options.last_stage != LastStage::joint || s.refined.converged || is_rest(last, options.require);
+  e.settled_late = e.converged && i < s.moves_on_one_grid.size() && !is_rest(s.moves_on_one_grid[i], options.require);
+  if (e.settled_late) last = s.moves_on_one_grid[i];
   e.last_move_m = last.translation_m;
   e.last_move_rad = last.rotation_rad;
   e.match_score = s.start.matches[i].score;
@@ -169,6 +168,10 @@ void mark_unfinished(LastStage last, SensorResult& sensor) {
 }
 
 }  // namespace
+
+bool is_rest(const ExtrinsicMove& move, const Requirement& require) {
+  return move.translation_m <= 0.1 * require.translation_m && move.rotation_rad <= 0.1 * require.rotation_rad;
+}
 
 SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
   const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust, usual_range_errors, s.ranges};

@@ -14,7 +14,8 @@ struct LidarSolution {
   ParameterLayout layout;  ///< As it was solved: the LiDAR that is fixed may be another than the base.
   AdjustOptions adjust;    ///< Likewise; poses of its priors in the world of that.
   RefineSummary refined;
-  std::vector<char> use;  ///< Patches that took part.
+  std::vector<ExtrinsicMove> moves_on_one_grid;  ///< Of the pass before those that settle; empty where none had to.
+  std::vector<char> use;                         ///< Patches that took part.
   std::vector<NoiseModel> noise;
   double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
   SE3 T_grid_G;
@@ -29,6 +30,9 @@ struct LidarSolution {
     return corrected.empty() ? recording.patches : corrected;
   }
 };
+
+/// Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
+[[nodiscard]] bool is_rest(const ExtrinsicMove& move, const Requirement& require);
 
 /// What a calibration begins with instead of a search: where an earlier one of the same recording's first stops ended,
 /// with the poses of the stops since, good to a few centimetres.

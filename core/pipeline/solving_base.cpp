@@ -220,6 +220,7 @@ void change_base(int from, int base, LidarSolution& solution) {
   change_base_of_state(sb, solution.start.state);
   change_base_of_matches(static_cast<std::size_t>(from), sb, T_base_from, solution.start);
   change_base_of_moves(sb, solution.state, solution.refined.last_moves);
+  change_base_of_moves(sb, solution.state, solution.moves_on_one_grid);
   if (!solution.frozen.empty()) {
     solution.frozen[static_cast<std::size_t>(from)] = T_base_from.R.transpose() * solution.frozen[sb];
     solution.frozen[sb].setZero();

@@ -110,11 +110,13 @@ AdjustOptions adjust_options(const RefineInput& input, const RefinePass& pass) {
 
 }  // namespace
 
-std::vector<RefinePass> standard_passes(int tight) {
-  std::vector<RefinePass> passes(static_cast<std::size_t>(2 + tight));
+std::vector<RefinePass> standard_passes(int tight, int settling) {
+  const auto settle_from = static_cast<std::size_t>(2 + tight);
+  std::vector<RefinePass> passes(settle_from + static_cast<std::size_t>(settling));
   for (std::size_t i = 2; i < passes.size(); ++i) {
     passes[i].map.with_rays = true;
     passes[i].form = HessianForm::exact;
+    if (i >= settle_from) passes[i].grids = 3;
   }
   for (std::size_t i = 0; i < 2; ++i) {
     passes[i].map.gate_slack_m = 0.01;
@@ -135,11 +137,14 @@ Expected<RefineSummary> refine(const RefineInput& input, const ParameterLayout& 
     summary.map = build_plane_map(input.patches, state, input.noise, input.T_grid_G, pass.map, input.use);
     merge_leaves(pass, summary.map);
     const RigState before = state;
-    const AdjustSummary adjusted = adjust(summary.map.features, layout, adjust_options(input, pass), state);
-    summary.iterations += adjusted.iterations;
-    summary.cost_before = adjusted.cost_before;
-    summary.cost_after = adjusted.cost_after;
-    summary.costs.push_back(adjusted.costs);
+    const Expected<AdjustSummary> adjusted =
+        pass.grids > 1 ? adjust_over_grids(input, layout, pass, pass.grids, summary.map, context, state)
+                       : adjust(summary.map.features, layout, adjust_options(input, pass), state);
+    if (!adjusted) return adjusted.error();
+    summary.iterations += adjusted->iterations;
+    summary.cost_before = adjusted->cost_before;
+    summary.cost_after = adjusted->cost_after;
+    summary.costs.push_back(adjusted->costs);
     summary.last_moves.clear();
     for (std::size_t i = 0; i < state.T_base_sensor.size(); ++i) {
       const SE3 move = before.T_base_sensor[i].inverse() * state.T_base_sensor[i];

@@ -19,12 +19,14 @@ struct RefinePass {
   bool trust_noise = false;  ///< See MergeOptions.
   HessianForm form = HessianForm::gauss_newton;
   int iterations = 6;
+  int grids = 1;  ///< Whose leaves are adjusted together, see `adjust_over_grids`.
 };
 
 /// Two passes with loose gates for a start that is right to a few centimetres, by cubes, then `tight` ones by pieces,
 /// each with a map built anew; the tight ones' maps have rays. The exact Hessian is theirs alone: farther from the end
-/// it is often indefinite, and the Gauss-Newton one leads there from more starts.
-[[nodiscard]] std::vector<RefinePass> standard_passes(int tight);
+/// it is often indefinite, and the Gauss-Newton one leads there from more starts. The last `settling` are over three
+/// grids, for what the others do not bring to rest: where planes are few, what a leaf's border cuts moves everything.
+[[nodiscard]] std::vector<RefinePass> standard_passes(int tight, int settling = 0);
 
 /// How far one pass moved the extrinsic of a LiDAR.
 struct ExtrinsicMove {

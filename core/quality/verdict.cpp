@@ -143,13 +143,19 @@ bool is_worse_than_start(const LidarEvidence& e) {
   return e.hold_out_start_rms_m > 0.0 && !(e.hold_out_rms_m <= std::max(worse_ratio * e.hold_out_start_rms_m, worse_m));
 }
 
-// So that the rig file is what is wrong where it says another.
-bool is_place_sure(const LidarEvidence& e) {
-  return e.converged && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e);
-}
-
 bool is_far_from_guess(const LidarEvidence& e) {
   return e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m;
+}
+
+// What moves on with each map of one grid is a false match, mostly, but not where it was expected.
+bool came_to_rest(const LidarEvidence& e) {
+  if (!e.settled_late) return e.converged;
+  return e.converged && e.has_guess && !is_far_from_guess(e) && !is_ambiguous(e);
+}
+
+// So that the rig file is what is wrong where it says another.
+bool is_place_sure(const LidarEvidence& e) {
+  return came_to_rest(e) && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e);
 }
 
 std::string from_guess_words(const LidarEvidence& e) {
@@ -263,11 +269,11 @@ std::string why_no_place(const LidarEvidence& e) {
 }
 
 void judge_end(const LidarEvidence& e, const Requirement& require, Verdict& verdict) {
-  if (e.converged) {
+  if (came_to_rest(e)) {
     judge_bounds(e, require, verdict);
     return;
   }
-  // What moves on with each map is a false match, mostly: of its place the bounds say nothing.
+  // Of its place the bounds say nothing.
   const bool is_told = e.last_move_m > 0.0 || e.last_move_rad > 0.0;
   fail(verdict, "it did not come to rest, the last iterations still moved it" +
                     (is_told ? " by " + mm(e.last_move_m) + " and " + deg(e.last_move_rad) : std::string()) +

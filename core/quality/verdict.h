@@ -35,7 +35,8 @@ struct LidarEvidence {
   bool has_assumed_steps = false;  ///< See Start.
   bool observable = true;
   bool converged = true;
-  double last_move_m = 0.0;  ///< What the last pass over its surfaces moved it by.
+  bool settled_late = false;  ///< Only passes over several grids brought it to rest.
+  double last_move_m = 0.0;   ///< What the last pass over its surfaces moved it by; the last over one grid where late.
   double last_move_rad = 0.0;
   double match_score = 1.0;  ///< Share of its surfels on the base's map; runner-up: the best other pose's.
   double runner_up_score = 0.0;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/parallel.h"
 #include "core/start/axis_search.h"
 #include "core/start/panorama_match.h"
 #include "core/start/unguessed.h"
@@ -114,8 +115,7 @@ void reconsider(const Doubts& doubts, const std::vector<PatchSurfels>& patches,
     const std::vector<int> lidars(doubts.order.begin() + static_cast<std::ptrdiff_t>(first), doubts.order.end());
     const Group group = group_of(lidars, patches, *rig, start);
     const RegistrationResult leader = start.matches[static_cast<std::size_t>(lidars.front())];
-    std::vector<Hypothesis> hypotheses;
-    const auto try_from = [&](double score, Start placed) {
+    const auto tried = [&](double score, Start placed) {
       Hypothesis h{placed, {}, {}, 0.0, score};
       align(placed);
       const SurfelIndex fine(without_repetitions(map_of(doubts, first, patches, *rig, placed).surfels, 0.25), 0.5);
@@ -123,25 +123,34 @@ void reconsider(const Doubts& doubts, const std::vector<PatchSurfels>& patches,
       h.X = there.X;
       h.fit = balanced_score(fine, thinned(there.moving, fitted_items), there.X, same_surface_cosine, same_surface_m);
       h.aligned = std::move(placed);
-      hypotheses.push_back(std::move(h));
+      return h;
     };
-    for (const ScoredPose& pose :
-         laid_as_one(group, map_of(doubts, first, patches, *rig, start), leader, rig->drove())) {
-      // Poses that were aligned with one place speak for it: each has its own. In a symmetric scene they are right for
-      // all, and then better than those before.
-      const SE3 T_new_old = pose.X * group.X.inverse();
-      try_from(pose.score, moved(group, T_new_old, start));
-      if (hypotheses.size() == 1) continue;
-      const Start& of_first = hypotheses.front().aligned;
-      const Panorama map = map_of(doubts, first, patches, *rig, of_first);
-      const SurfelIndex coarse(without_repetitions(map.surfels, 1.0), 1.0);
-      const Group there = group_of(lidars, patches, *rig, of_first);
-      const SE3 X = refine_registration(coarse, thinned(there.moving, fitted_items), T_new_old * there.X, 0.4, 0.1);
-      try_from(pose.score, moved(there, X * there.X.inverse(), of_first));
-    }
+    const std::vector<ScoredPose> poses =
+        laid_as_one(group, map_of(doubts, first, patches, *rig, start), leader, rig->drove());
+    if (poses.empty()) continue;
+    std::vector<Hypothesis> hypotheses(2 * poses.size() - 1);
+    const auto moved_by = [&](std::size_t k) { return poses[k].X * group.X.inverse(); };
+    hypotheses[0] = tried(poses[0].score, moved(group, moved_by(0), start));
+    // Poses that were aligned with one place speak for it: each place is tried by itself and from there. In a symmetric
+    // scene poses are right for all places, and then better than those before.
+    const Start of_first = hypotheses[0].aligned;
+    const Group there = group_of(lidars, patches, *rig, of_first);
+    const SurfelIndex coarse(without_repetitions(map_of(doubts, first, patches, *rig, of_first).surfels, 1.0), 1.0);
+    const MovingSurfels some = thinned(there.moving, fitted_items);
+    parallel_for(hypotheses.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t h = begin + 1; h < end + 1; ++h) {
+        const std::size_t k = (h + 1) / 2;
+        if (h % 2 == 1) {
+          hypotheses[h] = tried(poses[k].score, moved(group, moved_by(k), start));
+        } else {
+          const SE3 X = refine_registration(coarse, some, moved_by(k) * there.X, 0.4, 0.1);
+          hypotheses[h] = tried(poses[k].score, moved(there, X * there.X.inverse(), of_first));
+        }
+      }
+    });
     std::stable_sort(hypotheses.begin(), hypotheses.end(),
                      [](const Hypothesis& a, const Hypothesis& b) { return a.fit > b.fit; });
-    if (hypotheses.empty() || hypotheses.front().fit <= 0.0) continue;
+    if (hypotheses.front().fit <= 0.0) continue;
     const Hypothesis& best = hypotheses.front();
     const Hypothesis* rival = nullptr;
     double doubt = 0.0;

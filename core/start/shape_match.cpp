@@ -156,10 +156,12 @@ ShapeMatch match_shapes(const std::vector<ShapeScene>& scenes, const std::vector
     return rotation_distance(a.X.R, b.X.R) < to_rad(4.5) && (a.X.t - b.X.t).norm() < 0.3;
   });
   for (std::size_t level = 0; level < scenes.size(); ++level) {
-    for (ScoredPose& c : best) {
-      c.X = refine(scenes[level], c.X, 12);
-      c.score = shape_score(scenes[level], c.X);
-    }
+    parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        best[i].X = refine(scenes[level], best[i].X, 12);
+        best[i].score = shape_score(scenes[level], best[i].X);
+      }
+    });
     // What has run into the same place needs no second look.
     best = best_apart(std::move(best), refined, is_same);
   }

@@ -183,6 +183,28 @@ TEST(AdjustOverGrids, WithOneGridMovesNothingThatIsAtRest) {
   EXPECT_LT((state.T_base_sensor[1].t - rest.T_base_sensor[1].t).norm(), 4e-6);  // twice what ends a pass
 }
 
+TEST(Refine, SettlesByPassesOverThreeGridsAfterTheTightOnes) {
+  const std::vector<RefinePass> passes = standard_passes(2, 3);
+  ASSERT_EQ(passes.size(), 7U);
+  for (std::size_t k = 0; k < passes.size(); ++k) EXPECT_EQ(passes[k].grids, k < 4 ? 1 : 3) << k;
+  EXPECT_EQ(passes.back().form, HessianForm::exact);
+  const Room room(63);
+  SilentReporter reporter;
+  const RefineInput input{room.patches, room.noise, room.T_grid_G, {}, {}};
+  RigState rest = room.truth;
+  ASSERT_TRUE(refine(input, room.layout, standard_passes(3), RunContext{reporter}, rest).has_value());
+  RigState settled = rest;
+  const auto summary = refine(input, room.layout, {passes.back()}, RunContext{reporter}, settled);
+  ASSERT_TRUE(summary.has_value());
+  RigState evened = rest;
+  ASSERT_TRUE(
+      adjust_over_grids(input, room.layout, passes.back(), 3, summary->map, RunContext{reporter}, evened).has_value());
+  EXPECT_EQ(settled.T_base_sensor[1].t, evened.T_base_sensor[1].t);
+  EXPECT_EQ(summary->last_moves[1].translation_m,
+            (rest.T_base_sensor[1].inverse() * settled.T_base_sensor[1]).t.norm());
+  EXPECT_GT(summary->last_moves[1].translation_m, 0.0);
+}
+
 TEST(AdjustOverGrids, StopsWhenToldTo) {
   const Room room(62);
   SilentReporter reporter;

@@ -41,6 +41,12 @@ TEST(JudgeLidar, SoundEvidenceIsGoodWithoutAWord) {
   EXPECT_THAT(verdict.reasons, IsEmpty());
 }
 
+TEST(JudgeLidar, SettledLateNearItsGuessItIsJudgedAsAnyOther) {
+  LidarEvidence e = sound();
+  e.settled_late = true;
+  EXPECT_EQ(judge_lidar(e, Requirement{}).status, Status::good);
+}
+
 TEST(JudgeLidar, HalvesThatDifferByChanceOrByLittleAreNoFlaw) {
   LidarEvidence e = sound();
   e.halves = {true, 7, 15.0, to_rad(0.3), 0.03};
@@ -169,6 +175,25 @@ INSTANTIATE_TEST_SUITE_P(
              Status::weak, "its rotation is known to 0.140 degrees only"},
         Flaw{"PriorDecides", [](LidarEvidence& e) { e.covariance_data_only = covariance(to_rad(0.01), 0.2); },
              Status::weak, "not from the data"},
+        Flaw{"SettledLateWithoutAGuess",
+             [](LidarEvidence& e) {
+               e.settled_late = true;
+               e.has_guess = false;
+               e.last_move_m = 0.0031;
+             },
+             Status::failed, "still moved it by 3.1 mm"},
+        Flaw{"SettledLateFarFromItsGuess",
+             [](LidarEvidence& e) {
+               e.settled_late = true;
+               e.from_guess_rad = to_rad(80.0);
+             },
+             Status::failed, "did not come to rest"},
+        Flaw{"SettledLateWhereAnotherPlaceFits",
+             [](LidarEvidence& e) {
+               e.settled_late = true;
+               e.runner_up_score = 0.95 * e.match_score;
+             },
+             Status::failed, "did not come to rest"},
         Flaw{"StillMoving", [](LidarEvidence& e) { e.converged = false; }, Status::failed, "still moved it:"},
         Flaw{"StillMovingByTheLast",
              [](LidarEvidence& e) {
