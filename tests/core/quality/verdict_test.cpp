@@ -41,10 +41,19 @@ TEST(JudgeLidar, SoundEvidenceIsGoodWithoutAWord) {
   EXPECT_THAT(verdict.reasons, IsEmpty());
 }
 
-TEST(JudgeLidar, SettledLateNearItsGuessItIsJudgedAsAnyOther) {
-  LidarEvidence e = sound();
-  e.settled_late = true;
-  EXPECT_EQ(judge_lidar(e, Requirement{}).status, Status::good);
+TEST(JudgeLidar, WhatSettledLateCountsWhereItWasExpectedOnly) {
+  LidarEvidence near = sound();
+  near.settled_late = true;
+  EXPECT_EQ(judge_lidar(near, {}).status, Status::good);
+  LidarEvidence far = near;
+  far.from_guess_rad = to_rad(80.0);
+  LidarEvidence ambiguous = near;
+  ambiguous.runner_up_score = 0.95 * ambiguous.match_score;
+  for (const LidarEvidence& e : {far, ambiguous}) {
+    const Verdict verdict = judge_lidar(e, {});
+    EXPECT_EQ(verdict.status, Status::failed);
+    EXPECT_THAT(verdict.reasons, Contains(HasSubstr("did not come to rest")));
+  }
 }
 
 TEST(JudgeLidar, HalvesThatDifferByChanceOrByLittleAreNoFlaw) {
@@ -182,18 +191,6 @@ INSTANTIATE_TEST_SUITE_P(
                e.last_move_m = 0.0031;
              },
              Status::failed, "still moved it by 3.1 mm"},
-        Flaw{"SettledLateFarFromItsGuess",
-             [](LidarEvidence& e) {
-               e.settled_late = true;
-               e.from_guess_rad = to_rad(80.0);
-             },
-             Status::failed, "did not come to rest"},
-        Flaw{"SettledLateWhereAnotherPlaceFits",
-             [](LidarEvidence& e) {
-               e.settled_late = true;
-               e.runner_up_score = 0.95 * e.match_score;
-             },
-             Status::failed, "did not come to rest"},
         Flaw{"StillMoving", [](LidarEvidence& e) { e.converged = false; }, Status::failed, "still moved it:"},
         Flaw{"StillMovingByTheLast",
              [](LidarEvidence& e) {
