@@ -56,9 +56,10 @@ void judge_observability(const LidarEvidence& e, Verdict& verdict) {
                     " open; add " + open.surface + " where it and the others look" + turn_words(e.helpful_turn));
 }
 
-// What else than more stops mends; empty: stops agree.
-std::string wandering_words(double scatter) {
-  if (!(scatter > 1.0)) return {};
+// What else than more stops mends where `bound` is more than `required`; empty: stops agree, or noise alone explains
+// it: along what no surface holds they differ by anything.
+std::string wandering_words(double scatter, double bound, double required) {
+  if (!(scatter > 1.0) || bound > std::sqrt(scatter) * required) return {};
   return "single stops differ in it by " + number(std::sqrt(scatter), 1) +
          " times what noise explains: a mount that does not sit firmly, or stops that were laid on each other wrongly; "
          "fasten it, let the rig rest in each stop, and record again";
@@ -68,7 +69,7 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
   const double t = translation_bound(e.covariance);
   const double r = rotation_bound(e.covariance);
   if (!(t <= require.translation_m)) {
-    const std::string wanders = wandering_words(e.scatter.place);
+    const std::string wanders = wandering_words(e.scatter.place, t, require.translation_m);
     weaken(verdict, "its translation is known to " + mm(t) + " only (95 %, asked for: " + mm(require.translation_m) +
                         "), worst along " + weak_translation_words(e.covariance, e.T_base_sensor) + "; " +
                         (wanders.empty() ? "add stops that see a surface facing that way: " +
@@ -83,7 +84,7 @@ void judge_bounds(const LidarEvidence& e, const Requirement& require, Verdict& v
                         turn_words(e.helpful_turn));
   }
   if (!(r <= require.rotation_rad)) {
-    const std::string wanders = wandering_words(e.scatter.turn);
+    const std::string wanders = wandering_words(e.scatter.turn, r, require.rotation_rad);
     weaken(verdict, "its rotation is known to " + deg(r) + " only (95 %, asked for: " + deg(require.rotation_rad) +
                         "); " + (wanders.empty() ? "add stops with larger or farther surfaces" : wanders));
   }
@@ -147,10 +148,11 @@ bool is_far_from_guess(const LidarEvidence& e) {
   return e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m;
 }
 
-// What moves on with each map of one grid is a false match, mostly, but not where it was expected.
+// What moves on with each map of one grid is a false match, mostly: nothing else may speak against its place.
 bool came_to_rest(const LidarEvidence& e) {
   if (!e.settled_late) return e.converged;
-  return e.converged && e.has_guess && !is_far_from_guess(e) && !is_ambiguous(e);
+  return e.converged && e.has_guess && !is_far_from_guess(e) && !is_ambiguous(e) && e.used_share >= sure_share &&
+         e.hold_out <= disagreeing_hold_out;
 }
 
 // So that the rig file is what is wrong where it says another.

@@ -41,7 +41,7 @@ TEST(JudgeLidar, SoundEvidenceIsGoodWithoutAWord) {
   EXPECT_THAT(verdict.reasons, IsEmpty());
 }
 
-TEST(JudgeLidar, WhatSettledLateCountsWhereItWasExpectedOnly) {
+TEST(JudgeLidar, WhatSettledLateCountsWhereNothingSpeaksAgainstIt) {
   LidarEvidence near = sound();
   near.settled_late = true;
   EXPECT_EQ(judge_lidar(near, {}).status, Status::good);
@@ -49,7 +49,11 @@ TEST(JudgeLidar, WhatSettledLateCountsWhereItWasExpectedOnly) {
   far.from_guess_rad = to_rad(80.0);
   LidarEvidence ambiguous = near;
   ambiguous.runner_up_score = 0.95 * ambiguous.match_score;
-  for (const LidarEvidence& e : {far, ambiguous}) {
+  LidarEvidence alone = near;
+  alone.used_share = 0.2;
+  LidarEvidence disagreeing = near;
+  disagreeing.hold_out = 2.5;
+  for (const LidarEvidence& e : {far, ambiguous, alone, disagreeing}) {
     const Verdict verdict = judge_lidar(e, {});
     EXPECT_EQ(verdict.status, Status::failed);
     EXPECT_THAT(verdict.reasons, Contains(HasSubstr("did not come to rest")));
@@ -157,6 +161,12 @@ INSTANTIATE_TEST_SUITE_P(
                e.scatter.turn = 4.0;
              },
              Status::weak, "single stops differ in it by 2.0 times what noise explains"},
+        Flaw{"WandersAlongWhatNothingHolds",
+             [](LidarEvidence& e) {
+               e.covariance = e.covariance_data_only = covariance(to_rad(0.01), 0.1);
+               e.scatter.place = 4.0;
+             },
+             Status::weak, "add stops that see a surface facing that way"},
         Flaw{"LeftOut", [](LidarEvidence& e) { e.took_part = false; }, Status::failed,
              "all stops in which it saw something were left out"},
         Flaw{"CovarianceIsNoNumber", [](LidarEvidence& e) { e.covariance(3, 3) = std::nan(""); }, Status::failed,
