@@ -157,7 +157,8 @@ bool came_to_rest(const LidarEvidence& e) {
 
 // So that the rig file is what is wrong where it says another.
 bool is_place_sure(const LidarEvidence& e) {
-  return came_to_rest(e) && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e);
+  return came_to_rest(e) && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e) &&
+         e.hold_out <= disagreeing_hold_out;
 }
 
 std::string from_guess_words(const LidarEvidence& e) {
@@ -196,7 +197,8 @@ void judge_share(const LidarEvidence& e, Verdict& verdict) {
                       "the others see the same surfaces, and see its clock by rigcal inspect");
 }
 
-// What lies on next to nothing that others saw, and has another sign of a false match; or has all other signs of one.
+// What lies on next to nothing that others saw, and has another sign of a false match; has all other signs of one; or
+// rests on steps that nobody saw and is far from where it was expected.
 std::string why_mislaid(const LidarEvidence& e) {
   if (e.has_guess && is_far_from_guess(e) && is_ambiguous(e) && !(e.hold_out <= disagreeing_hold_out)) {
     return "it ended " + from_guess_words(e) +
@@ -205,6 +207,12 @@ std::string why_mislaid(const LidarEvidence& e) {
            number(e.hold_out, 1) +
            " times what noise explains: a false match; record stops, in smaller turns, in which it and the others see "
            "the same surfaces, and check initial_extrinsics";
+  }
+  const bool is_known_mixup = !e.stands_at.empty() || e.guess_is_inverse;
+  if (e.has_guess && is_far_from_guess(e) && e.has_assumed_steps && !is_known_mixup) {
+    return "it ended " + from_guess_words(e) +
+           ", and the steps of the table that it rests on were assumed: a false match, or the rig turned otherwise; "
+           "record more stops in smaller, equal turns, or with a gyro, and check initial_extrinsics";
   }
   if (!(e.used_share < mislaid_share)) return {};
   std::string sign;

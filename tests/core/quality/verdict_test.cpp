@@ -215,6 +215,16 @@ INSTANTIATE_TEST_SUITE_P(
         Flaw{"WorseThanTheStart", [](LidarEvidence& e) { e.hold_out_start_rms_m = 0.0015; }, Status::failed, "worse"}),
     [](const auto& flaw) { return std::string(flaw.param.name); });
 
+TEST(JudgeLidar, RestsOnAssumedStepsOnlyNearItsGuess) {
+  LidarEvidence e = sound();
+  e.has_assumed_steps = true;
+  EXPECT_EQ(judge_lidar(e, {}).status, Status::weak);
+  e.from_guess_m = 0.57;
+  const Verdict verdict = judge_lidar(e, {});
+  EXPECT_EQ(verdict.status, Status::failed);
+  EXPECT_THAT(verdict.reasons, Contains(HasSubstr("the steps of the table that it rests on were assumed")));
+}
+
 // A rig file that is right must not be mended by a place that is wrong.
 TEST(JudgeLidar, BlamesTheRigFileOnlyWhereThePlaceIsSure) {
   LidarEvidence far = sound();
@@ -226,6 +236,7 @@ TEST(JudgeLidar, BlamesTheRigFileOnlyWhereThePlaceIsSure) {
       [](LidarEvidence& e) { e.converged = false; },
       [](LidarEvidence& e) { e.runner_up_score = 0.75; },
       [](LidarEvidence& e) { e.used_share = 0.3; },
+      [](LidarEvidence& e) { e.hold_out = 3.1; },
       [](LidarEvidence& e) { e.hold_out_start_rms_m = 0.0015; },
   };
   for (const std::string other : {"", "c"}) {
