@@ -121,10 +121,10 @@ TEST(LivePage, ShowsItInABrowser) {
   EXPECT_THAT(page, HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40"));
   EXPECT_THAT(page, HasSubstr("stop 2 &lt;b&gt;is&lt;/b&gt; in"));
   EXPECT_THAT(page, HasSubstr("<td>left</td><td>streaming</td>"));
-  // The first and the last of 32 LiDARs share what was seen.
+  // The first and the last of 32 LiDARs, by their names, share what was seen.
   (*server)->publish(some_state(rig_of(32), 0x8000'0001U));
   EXPECT_THAT(browser->dom_of((*server)->url() + "#once", 2000),
-              HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, mid40, lidar3"));
+              HasSubstr("50 % of all directions seen, 50 % by more than one LiDAR: avia, lidar10, lidar11"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "core/base/seconds.h"
 #include "tests/drivers/camera/image_folder_fixture.h"
 #include "tests/support/scratch_folder.h"
 
@@ -74,31 +75,29 @@ TEST_F(ImageCamera, CutsThePartOutOfTheImage) {
 }
 
 TEST_F(ImageCamera, KeepsTheRecordedTimesOrTheRateThatIsAsked) {
-  write_camera_folder(scratch / "left", 4, 60 * ms);
+  write_camera_folder(scratch / "left", 4, 200 * ms);
   pace = ImageCameraOptions::Pace::recorded;
+  // A busy machine may make any of them late, the first one, too.
+  std::int64_t before_ns = monotonic_now_ns();
   play();
-  std::int64_t first = next().frame.facts().host_stamp_ns;
-  for (int i = 1; i < 3; ++i) EXPECT_GE(next().frame.facts().host_stamp_ns - first, i * 60 * ms);
+  for (int i = 0; i < 3; ++i) EXPECT_GE(next().frame.facts().host_stamp_ns - before_ns, i * 200 * ms);
   EXPECT_EQ(next(0).kind, Kind::nothing);
   CameraConfig config;
   config.frame_rate = 50.0;
+  before_ns = monotonic_now_ns();
   play(config);
-  first = next().frame.facts().host_stamp_ns;
-  for (int i = 1; i < 4; ++i) {
-    const std::int64_t stamp = next().frame.facts().host_stamp_ns;
-    EXPECT_GE(stamp - first, i * 20 * ms - ms);
-  }
+  for (int i = 0; i < 4; ++i) EXPECT_GE(next().frame.facts().host_stamp_ns - before_ns, i * 20 * ms);
 }
 
 TEST_F(ImageCamera, LosesWhatIsNotTakenInTime) {
-  write_camera_folder(scratch / "left", 10, 5 * ms);
+  write_camera_folder(scratch / "left", 10, 50 * ms);
   pace = ImageCameraOptions::Pace::recorded;
   CameraConfig config;
   config.buffers = 2;
   play(config);
   const Delivery first = next();
   const Delivery second = next();
-  EXPECT_EQ(next(100 * ms).kind, Kind::ended);
+  EXPECT_EQ(next(1000 * ms).kind, Kind::ended);
   EXPECT_EQ(first.frame.facts().frame_id, 0U);
   EXPECT_EQ(second.frame.facts().frame_id, 1U);
   EXPECT_EQ(camera->counters().no_buffer, 8U);
