@@ -151,8 +151,8 @@ bool is_far_from_guess(const LidarEvidence& e) {
 // What moves on with each map of one grid is a false match, mostly: nothing else may speak against its place.
 bool came_to_rest(const LidarEvidence& e) {
   if (!e.settled_late) return e.converged;
-  return e.converged && e.has_guess && !is_far_from_guess(e) && !is_ambiguous(e) && e.used_share >= sure_share &&
-         e.hold_out <= disagreeing_hold_out;
+  return e.converged && e.has_guess && !is_far_from_guess(e) && !e.has_assumed_steps && !is_ambiguous(e) &&
+         e.used_share >= sure_share && e.hold_out <= disagreeing_hold_out;
 }
 
 // So that the rig file is what is wrong where it says another.

@@ -53,7 +53,9 @@ TEST(JudgeLidar, WhatSettledLateCountsWhereNothingSpeaksAgainstIt) {
   alone.used_share = 0.2;
   LidarEvidence disagreeing = near;
   disagreeing.hold_out = 2.5;
-  for (const LidarEvidence& e : {far, ambiguous, alone, disagreeing}) {
+  LidarEvidence assumed = near;
+  assumed.has_assumed_steps = true;
+  for (const LidarEvidence& e : {far, ambiguous, alone, disagreeing, assumed}) {
     const Verdict verdict = judge_lidar(e, {});
     EXPECT_EQ(verdict.status, Status::failed);
     EXPECT_THAT(verdict.reasons, Contains(HasSubstr("did not come to rest")));
