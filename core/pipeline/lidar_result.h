@@ -31,7 +31,8 @@ struct LidarSolution {
   }
 };
 
-/// Maps built anew shuffle cells between voxels for ever; a tenth of what is asked for is rest enough.
+/// Whether a LiDAR that the last pass moved so far has come to rest: by a tenth of what is asked for at most, in turn
+/// and in place. Maps built anew shuffle cells between voxels for ever.
 [[nodiscard]] bool is_rest(const ExtrinsicMove& move, const Requirement& require);
 
 /// What a calibration begins with instead of a search: where an earlier one of the same recording's first stops ended,

@@ -148,18 +148,18 @@ bool is_far_from_guess(const LidarEvidence& e) {
   return e.from_guess_rad > far_from_guess_rad || e.from_guess_m > far_from_guess_m;
 }
 
+bool fits_here_only(const LidarEvidence& e) {
+  return !is_ambiguous(e) && e.used_share >= sure_share && e.hold_out <= disagreeing_hold_out;
+}
+
 // What moves on with each map of one grid is a false match, mostly: nothing else may speak against its place.
 bool came_to_rest(const LidarEvidence& e) {
-  if (!e.settled_late) return e.converged;
-  return e.converged && e.has_guess && !is_far_from_guess(e) && !e.has_assumed_steps && !is_ambiguous(e) &&
-         e.used_share >= sure_share && e.hold_out <= disagreeing_hold_out;
+  const bool is_expected = e.has_guess && !is_far_from_guess(e) && !e.has_assumed_steps;
+  return e.converged && (!e.settled_late || (is_expected && fits_here_only(e)));
 }
 
 // So that the rig file is what is wrong where it says another.
-bool is_place_sure(const LidarEvidence& e) {
-  return came_to_rest(e) && !is_ambiguous(e) && e.used_share >= sure_share && !is_worse_than_start(e) &&
-         e.hold_out <= disagreeing_hold_out;
-}
+bool is_place_sure(const LidarEvidence& e) { return came_to_rest(e) && fits_here_only(e) && !is_worse_than_start(e); }
 
 std::string from_guess_words(const LidarEvidence& e) {
   return number(to_deg(e.from_guess_rad), 0) + " degrees and " + number(e.from_guess_m, 2) +

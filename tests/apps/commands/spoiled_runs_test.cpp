@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
@@ -46,6 +47,7 @@ class SpoiledRuns : public testing::Test {
     scratch = scratch_folder("spoiled");
     browser = HeadlessBrowser::find(scratch);
   }
+
   static ProgramRun rigcal(const std::string& arguments) { return run_rigcal(arguments, scratch); }
   static std::string file(const fs::path& name) { return text_of(scratch / name); }
 
@@ -61,7 +63,10 @@ class SpoiledRuns : public testing::Test {
     EXPECT_THAT(run.out, code == 0 ? good : content) << session;
     const std::string page = file(fs::path(result) / "report.html");
     EXPECT_LT(page.size(), 20'000'000U);
-    if (!browser) return;
+    if (!browser) {
+      std::printf("NOT TESTED, what the page shows: %s\n", HeadlessBrowser::missing);
+      return;
+    }
     for (const auto& [width, height] : {std::pair{1280, 800}, {390, 844}}) {
       const nlohmann::json seen = browser->seen(page, width, height, false);
       ASSERT_TRUE(seen.value("done", false)) << json_text(seen);
