@@ -29,9 +29,7 @@ constexpr int max_settling_passes = 8;
 // Of an estimate while more stops are to come; they end when nothing moves any more.
 constexpr int tight_passes_of_estimate = 5;
 
-// Of the last map of all; more would take more time than they even out.
-constexpr int last_grids = 3;
-// It moves poses by tenths of a millimetre, over which the cost is a parabola.
+// The last map of all moves poses by tenths of a millimetre, over which the cost is a parabola.
 constexpr int last_iterations = 2;
 
 // Each takes out most of what the one before left.
@@ -50,7 +48,7 @@ class Calibration {
         options_(options),
         context_(context),
         solving_guess_(guess),
-        solution_{{}, {}, ParameterLayout(stops(), lidars()), {}, {}, {}, {}, {}, 0.0, {}, {}, {}, {}, {}} {}
+        solution_(stops(), lidars()) {}
 
   [[nodiscard]] LidarSolution take_solution() { return std::move(solution_); }
 
@@ -417,8 +415,9 @@ class Calibration {
     RefinePass pass = standard_passes(1).back();
     pass.iterations = last_iterations;
     trust_.set_gates(pass);
-    const Expected<AdjustSummary> done = adjust_over_grids(input_of(solution_.use), solution_.layout, pass, last_grids,
-                                                           solution_.refined.map, context_, solution_.state);
+    const Expected<AdjustSummary> done =
+        adjust_over_grids(input_of(solution_.use), solution_.layout, pass, grids_to_even_out, solution_.refined.map,
+                          context_, solution_.state);
     if (!done) return done.error();
     stage.iterations = done->iterations;
     stage.cost_before = done->cost_before;

@@ -9,6 +9,9 @@ namespace rigcal {
 
 /// Where the calibration ended, in the base's frame.
 struct LidarSolution {
+  /// Nothing is known yet.
+  LidarSolution(int stops, int lidars) : layout(stops, lidars) {}
+
   Start start;
   RigState state;
   ParameterLayout layout;  ///< As it was solved: the LiDAR that is fixed may be another than the base.

@@ -116,7 +116,7 @@ std::vector<RefinePass> standard_passes(int tight, int settling) {
   for (std::size_t i = 2; i < passes.size(); ++i) {
     passes[i].map.with_rays = true;
     passes[i].form = HessianForm::exact;
-    if (i >= settle_from) passes[i].grids = 3;
+    if (i >= settle_from) passes[i].grids = grids_to_even_out;
   }
   for (std::size_t i = 0; i < 2; ++i) {
     passes[i].map.gate_slack_m = 0.01;

@@ -22,9 +22,12 @@ struct RefinePass {
   int grids = 1;  ///< Whose leaves are adjusted together, see `adjust_over_grids`.
 };
 
+/// Another grid gives another result: two more even most of that out, and each takes as long as the first.
+inline constexpr int grids_to_even_out = 3;
+
 /// Two passes with loose gates for a start that is right to a few centimetres, by cubes, then `tight` ones by pieces,
 /// each with a map built anew; the tight ones' maps have rays. The exact Hessian is theirs alone: farther from the end
-/// it is often indefinite, and the Gauss-Newton one leads there from more starts. The last `settling` are over three
+/// it is often indefinite, and the Gauss-Newton one leads there from more starts. The last `settling` are over several
 /// grids, for what the others do not bring to rest: where planes are few, what a leaf's border cuts moves everything.
 [[nodiscard]] std::vector<RefinePass> standard_passes(int tight, int settling = 0);
 
@@ -59,9 +62,8 @@ struct RefineInput {
                                              RigState& state);
 
 /// Which points a leaf's border leaves to its neighbour moves its plane by more than noise: another grid gives another
-/// result. From where the passes came to rest the leaves of `first`, the last one's map, are adjusted together with
-/// those of as many grids in all, shifted against each other by equal shares of the largest voxel, each counted by as
-/// much less.
+/// result. The leaves of `first`, a map built at `state` or near it, are adjusted together with those of as many grids
+/// in all, shifted against each other by equal shares of the largest voxel, each counted by as much less.
 [[nodiscard]] Expected<AdjustSummary> adjust_over_grids(const RefineInput& input, const ParameterLayout& layout,
                                                         const RefinePass& pass, int grids, const PlaneMap& first,
                                                         const RunContext& context, RigState& state);

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/pipeline/lidar_result.h"
 #include "core/quality/verdict_text.h"
-#include "tests/core/pipeline/empty_solution.h"
 
 namespace rigcal {
 namespace {
@@ -31,7 +31,7 @@ struct GivenRun {
   void judge() { rest_on_given_stops(views, recording, solution, camera, verdict); }
 
   LidarRecording recording;
-  LidarSolution solution = empty_solution(5, 1);
+  LidarSolution solution{5, 1};
   std::vector<CameraView> views;
   PoseEstimate camera;
   Verdict verdict;

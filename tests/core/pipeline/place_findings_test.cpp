@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/core/pipeline/empty_solution.h"
+#include "core/pipeline/lidar_result.h"
 
 namespace rigcal {
 namespace {
@@ -21,7 +21,7 @@ class PlaceFindingsTest : public testing::Test {
   }
   [[nodiscard]] std::vector<PlaceFindings> find() const { return place_findings(guess_, solution_, 0); }
 
-  LidarSolution solution_ = empty_solution(1, 4);
+  LidarSolution solution_{1, 4};
   std::vector<std::optional<SE3>> guess_;
 };
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/core/pipeline/empty_solution.h"
+#include "core/pipeline/lidar_result.h"
 
 namespace rigcal {
 namespace {
@@ -22,7 +22,7 @@ SensorResult lidar(const char* name, Status status, double offset_m) {
 
 // With a cloud whose ranges were corrected.
 LidarSolution solution() {
-  LidarSolution solved = empty_solution(1, 3);
+  LidarSolution solved(1, 3);
   solved.ranges = {RangeLaw::constant, {{0.01, 0.0}, {0.02, 0.0}, {0.03, 0.0}}};
   solved.corrected.resize(1);
   return solved;

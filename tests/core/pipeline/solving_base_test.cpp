@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "core/pipeline/lidar_result.h"
 #include "simdata/scene/scene_file.h"
-#include "tests/core/pipeline/empty_solution.h"
 #include "tests/support/light_recording.h"
 
 namespace rigcal {
@@ -206,7 +206,7 @@ void expect_the_same_for_another_base(const LightRecording& run) {
 // Where a plane and the grid are, seen from a stop, does not depend on which stop the world begins at.
 TEST(BeginAtFirstStop, MovesAllThatIsToldInTheWorld) {
   const SE3 T_G_second{exp_so3(Vector3d(0.1, -0.2, 0.7)), Vector3d(0.4, 0.1, -0.3)};
-  LidarSolution solution = empty_solution(2, 1);
+  LidarSolution solution(2, 1);
   solution.T_grid_G = {exp_so3(Vector3d(0.0, 0.3, 0.2)), Vector3d(1.0, 2.0, 3.0)};
   solution.start.stop_known = {0, 1};
   solution.state.T_G_base = {SE3{}, T_G_second};
