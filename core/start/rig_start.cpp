@@ -33,6 +33,9 @@ constexpr double far_m = 0.3;
 // What is right settles in a few alignments; what is wrong wanders on, and is not worth more of them.
 constexpr int most_alignments = 20;
 constexpr int most_of_doubtful = 8;
+// So many surfels, and so many of each patch, tell which of several places is right.
+constexpr std::size_t doubtful_items = 6000;
+constexpr std::size_t least_of_doubtful_patch = 75;
 // Stops that walked farther than this from where a table's turns had placed them may have slid; held firmly they walk
 // no farther than this where the rig did turn about a point, and lose no more than this of what fits.
 constexpr double slid_m = 0.2;
@@ -154,9 +157,9 @@ bool place_lidars(const StartInput& input, const std::vector<PatchSurfels>& patc
   const Doubts doubts = place_without_guess(input, patches, start);
   place_by_shapes(input, patches, start);
   if (doubtful == Doubtful::reconsidered) {
+    const std::vector<PatchSurfels> few = thinned(patches, doubtful_items, least_of_doubtful_patch);
     reconsider(
-        doubts, patches, [&](Start& placed) { align_all(input, patches, far_m, hold, most_of_doubtful, placed); },
-        start);
+        doubts, patches, [&](Start& placed) { align_all(input, few, far_m, hold, most_of_doubtful, placed); }, start);
   }
   align_all(input, patches, near_m, hold, most_alignments, start);
   return true;
