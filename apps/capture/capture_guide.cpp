@@ -102,7 +102,7 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
       case Kind::settled:
         settled_ns_ = event.stamp_ns;
         stop_ = event.stop;
-        tell(happened::RestSettled{event.stop});
+        tell(happened::RestSettled{event.stop, seconds_of_ns(event.stamp_ns)});
         break;
       case Kind::complete: {
         const Stop& stop = event.record->stop;

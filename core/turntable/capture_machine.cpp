@@ -82,9 +82,11 @@ void CaptureMachine::look_at_rest() {
   }
 }
 
-void CaptureMachine::begin_stop(int stop) {
+void CaptureMachine::begin_stop(const happened::RestSettled& input) {
   rest_ = Rest::settled;
-  stop_ = stop;
+  stop_ = input.stop;
+  place_ = static_cast<std::size_t>(
+      std::count_if(told_s_.begin(), told_s_.end(), [&](double told_s) { return told_s <= input.at_s; }));
   rested_s_ = 0.0;
   is_full_ = false;
   for (Seen& seen : sensors_) seen.has_image = false;
@@ -98,6 +100,10 @@ void CaptureMachine::check_full() {
 void CaptureMachine::count_stop() {
   is_full_ = true;
   left_early_ = false;
+  if (goal_.turns_itself) {
+    if (place_ < places_in_) return;  // The other part of it counts.
+    places_in_ = place_ + 1;
+  }
   ++stops_;
   actions_.push_back(CaptureAction::secure);
   if (goal_.stops > 0 && stops_ >= goal_.stops) {
@@ -105,8 +111,9 @@ void CaptureMachine::count_stop() {
     actions_.push_back(CaptureAction::end);
     return;
   }
-  // Of a stop that is over the table has turned on already.
-  if (goal_.turns_itself && rest_ == Rest::settled) {
+  // Stops that are found anew are of where the table has turned on from already.
+  if (goal_.turns_itself && place_ == told_s_.size()) {
+    told_s_.push_back(now_s_);
     turns_told_ = 0;
     turn();
   }
@@ -153,7 +160,7 @@ void CaptureMachine::on(const happened::RestBegan&) {
 }
 
 void CaptureMachine::on(const happened::RestSettled& input) {
-  begin_stop(input.stop);
+  begin_stop(input);
   if (is_under_way()) look_at_rest();
 }
 
@@ -183,6 +190,7 @@ void CaptureMachine::on(const happened::FoundAnew&) {
   rest_ = Rest::none;
   stop_ = -1;
   stops_ = 0;
+  places_in_ = 0;
   short_stops_ = 0;
   rested_s_ = 0.0;
   is_full_ = false;
@@ -195,7 +203,7 @@ void CaptureMachine::on(const happened::TableArrived&) {
   table_is_turning_ = false;
   table_due_s_ = now_s_ + goal_.table_s;
   // The rest from before it turned is over, whether or not that was seen.
-  if (is_full_) rest_ = Rest::none;
+  if (is_full_ || place_ < places_in_) rest_ = Rest::none;
   if (is_under_way()) look_at_rest();
 }
 

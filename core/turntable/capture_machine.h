@@ -51,6 +51,7 @@ struct ImageCame {
 struct RestBegan {};
 struct RestSettled {
   int stop = 0;
+  double at_s = 0.0;  ///< When, by the machine's clock: what finds stops may be far behind it.
 };
 /// The stop that goes on is known to have lasted so long.
 struct Rested {
@@ -115,7 +116,8 @@ struct CaptureProgress {
 ///   --(the last wanted stop is full)--> complete;  any --(told to end)--> complete, --(trouble)--> failed
 ///
 /// A stop is full when it has lasted the dwell and every camera that is there has an image in it. A table that turns
-/// itself is told to once a stop is full, twice at most for a step; a rest does not count before it has arrived.
+/// itself is told to once a stop is full, twice at most for a step; a rest does not count before it has arrived, and of
+/// a stop that a gap in the data parts only one part does.
 class CaptureMachine {
  public:
   CaptureMachine(const CaptureGoal& goal, std::vector<CaptureSensor> sensors);
@@ -155,7 +157,7 @@ class CaptureMachine {
   [[nodiscard]] bool are_all_there() const;
   [[nodiscard]] bool has_all_images() const;
   void look_at_rest();
-  void begin_stop(int stop);
+  void begin_stop(const happened::RestSettled& input);
   void check_full();
   void count_stop();
   void turn();
@@ -167,7 +169,10 @@ class CaptureMachine {
   std::vector<Seen> sensors_;
   CaptureState state_ = CaptureState::idle;
   Rest rest_ = Rest::none;
-  int stop_ = -1;  ///< That goes on, or went on last.
+  int stop_ = -1;               ///< That goes on, or went on last.
+  std::size_t place_ = 0;       ///< Of that: how many steps of a table that turns itself were told before it settled.
+  std::size_t places_in_ = 0;   ///< Of these places, so many have a stop that counts or have been passed by.
+  std::vector<double> told_s_;  ///< When each step was told first.
   int stops_ = 0;
   int short_stops_ = 0;
   double rested_s_ = 0.0;

@@ -49,7 +49,7 @@ class Machine {
   }
   Machine& settle(int stop) {
     EXPECT_THAT(tell(RestBegan{}), IsEmpty());
-    EXPECT_THAT(tell(RestSettled{stop}), IsEmpty());
+    EXPECT_THAT(tell(RestSettled{stop, now_s}), IsEmpty());
     return *this;
   }
   /// What comes of the stop's being full.
@@ -221,6 +221,55 @@ TEST(CaptureMachine, TheStopFromBeforeTheTurnIsNotTakenForTheNextOne) {
   run.leave(0, 2.0).settle(1);
   EXPECT_EQ(run.state(), State::capturing);
   EXPECT_EQ(run.progress().stops, 1);
+}
+
+TEST(CaptureMachine, OfAStopThatAGapPartsOnePartCounts) {
+  CaptureGoal three = goal(true);
+  three.stops = 3;
+  Machine run(three);
+  run.begin().settle(0);
+  // The stop finder is behind: it tells of the first part at its end, and of the second while the table turns.
+  EXPECT_THAT(run.tell(StopOver{0, 2.0}, 5.0), ElementsAre(Action::secure, Action::turn_table));
+  run.tell(RestOver{});
+  run.tell(RestBegan{});
+  run.tell(RestSettled{1, 103.0});
+  run.tell(TableArrived{}, 2.0);
+  EXPECT_EQ(run.state(), State::moving);
+  EXPECT_THAT(run.tell(Rested{4.0}), IsEmpty());
+  run.leave(1, 2.0);
+  EXPECT_EQ(run.progress().stops, 1);
+  run.settle(2);
+  EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::turn_table));
+  EXPECT_EQ(run.progress().stops, 2);
+  // Told of after the table has arrived, it does not count either.
+  run.tell(TableArrived{}, 2.0);
+  run.leave(2, 1.5);
+  run.tell(RestBegan{});
+  run.tell(RestSettled{3, 106.0});
+  EXPECT_THAT(run.fill(), IsEmpty());
+  run.leave(3, 1.5).settle(4);
+  EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::end));
+}
+
+TEST(CaptureMachine, StopsOfATableThatAreFoundAnewDoNotTurnItAgain) {
+  CaptureGoal three = goal(true);
+  three.stops = 3;
+  Machine run(three);
+  run.begin().settle(0);
+  run.tell(TimePassed{}, 1.5);
+  EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::turn_table));
+  run.tell(TableArrived{}, 2.0);
+  run.leave(0, 1.5).settle(1);
+  run.tell(FoundAnew{}, 1.0);
+  EXPECT_EQ(run.progress().stops, 0);
+  run.tell(RestBegan{});
+  run.tell(RestSettled{0, 100.0});
+  EXPECT_THAT(run.tell(StopOver{0, 1.5}), ElementsAre(Action::secure));
+  run.tell(RestOver{});
+  run.tell(RestBegan{});
+  run.tell(RestSettled{1, 103.5});
+  EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::turn_table));
+  EXPECT_EQ(run.progress().stops, 2);
 }
 
 TEST(CaptureMachine, AStuckTableIsToldOnceMoreAndThenItFails) {
