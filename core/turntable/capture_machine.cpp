@@ -64,7 +64,9 @@ CaptureMachine::Seen* CaptureMachine::seen(int sensor) {
 
 // Where the rest that is known of puts the machine.
 void CaptureMachine::look_at_rest() {
-  if (table_is_turning_) {
+  // While the table turns nothing counts but a rest from before, told of late.
+  const bool is_from_before = rest_ == Rest::settled && !is_full_ && place_ < told_s_.size();
+  if (table_is_turning_ && !is_from_before) {
     state_ = CaptureState::moving;
     return;
   }
@@ -88,7 +90,7 @@ void CaptureMachine::begin_stop(const happened::RestSettled& input) {
   place_ = static_cast<std::size_t>(
       std::count_if(told_s_.begin(), told_s_.end(), [&](double told_s) { return told_s <= input.at_s; }));
   rested_s_ = 0.0;
-  is_full_ = false;
+  is_full_ = place_ < places_in_;  // The other part of it counts.
   for (Seen& seen : sensors_) seen.has_image = false;
 }
 
@@ -100,10 +102,7 @@ void CaptureMachine::check_full() {
 void CaptureMachine::count_stop() {
   is_full_ = true;
   left_early_ = false;
-  if (goal_.turns_itself) {
-    if (place_ < places_in_) return;  // The other part of it counts.
-    places_in_ = place_ + 1;
-  }
+  if (goal_.turns_itself) places_in_ = place_ + 1;
   ++stops_;
   actions_.push_back(CaptureAction::secure);
   if (goal_.stops > 0 && stops_ >= goal_.stops) {
@@ -203,7 +202,7 @@ void CaptureMachine::on(const happened::TableArrived&) {
   table_is_turning_ = false;
   table_due_s_ = now_s_ + goal_.table_s;
   // The rest from before it turned is over, whether or not that was seen.
-  if (is_full_ || place_ < places_in_) rest_ = Rest::none;
+  if (is_full_) rest_ = Rest::none;
   if (is_under_way()) look_at_rest();
 }
 

@@ -236,8 +236,9 @@ TEST(CaptureMachine, OfAStopThatAGapPartsOnePartCounts) {
   run.tell(TableArrived{}, 2.0);
   EXPECT_EQ(run.state(), State::moving);
   EXPECT_THAT(run.tell(Rested{4.0}), IsEmpty());
-  run.leave(1, 2.0);
+  run.leave(1, 0.5);
   EXPECT_EQ(run.progress().stops, 1);
+  EXPECT_EQ(run.progress().short_stops, 0);
   run.settle(2);
   EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::turn_table));
   EXPECT_EQ(run.progress().stops, 2);
@@ -270,6 +271,18 @@ TEST(CaptureMachine, StopsOfATableThatAreFoundAnewDoNotTurnItAgain) {
   run.tell(RestSettled{1, 103.5});
   EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::turn_table));
   EXPECT_EQ(run.progress().stops, 2);
+  // Once more, while it turns.
+  run.tell(FoundAnew{}, 1.0);
+  for (const double at_s : {100.0, 103.5}) {
+    run.tell(RestBegan{});
+    run.tell(RestSettled{0, at_s});
+    EXPECT_THAT(run.tell(StopOver{0, 1.5}), ElementsAre(Action::secure));
+    run.tell(RestOver{});
+  }
+  run.settle(2);
+  EXPECT_EQ(run.state(), State::moving);
+  run.tell(TableArrived{}, 1.0);
+  EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::end));
 }
 
 TEST(CaptureMachine, AStuckTableIsToldOnceMoreAndThenItFails) {
