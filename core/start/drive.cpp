@@ -8,6 +8,7 @@
 #include "core/base/best_apart.h"
 #include "core/base/parallel.h"
 #include "core/geometry/symmetric_solve.h"
+#include "core/start/overlap_limits.h"
 #include "core/start/own_view.h"
 #include "core/start/surfel_index.h"
 
@@ -18,7 +19,6 @@ namespace {
 constexpr std::array<double, 2> reaches_m{1.5, 3.0};
 constexpr double step_m = 0.3;
 constexpr double fits_well = 0.4;
-constexpr double min_score = 0.15;
 constexpr std::size_t searched_items = 150;
 constexpr std::size_t refined = 8;
 constexpr double apart_m = 0.4;

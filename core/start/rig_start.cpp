@@ -7,6 +7,7 @@
 #include "core/start/align_all.h"
 #include "core/start/axis_search.h"
 #include "core/start/hand_eye.h"
+#include "core/start/overlap_limits.h"
 #include "core/start/own_view.h"
 #include "core/start/rig_drive.h"
 #include "core/start/shape_start.h"
@@ -16,9 +17,6 @@
 namespace rigcal {
 namespace {
 
-// Fewer surfels than this, or a smaller share of them matched, are no overlap.
-constexpr std::size_t min_surfels = 20;
-constexpr double min_score = 0.15;
 // A LiDAR with more surfels than this has seen planes of all directions; one with fewer may slide along the road. A rig
 // that stood or turned in several places needs fewer.
 constexpr std::size_t enough_surfels = 1500;

@@ -5,14 +5,13 @@
 
 #include "core/base/parallel.h"
 #include "core/geometry/angles.h"
+#include "core/start/overlap_limits.h"
 #include "core/start/step_match.h"
 #include "core/start/step_search.h"
 
 namespace rigcal {
 namespace {
 
-// Fewer surfels are no view.
-constexpr std::size_t min_surfels = 20;
 constexpr std::size_t most_matches = 12;
 // What a match needs to be believed, by what else speaks for it: that most steps are like it; that the table goes on
 // the way it goes, by no more than a narrow view can follow; nothing.

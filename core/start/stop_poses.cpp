@@ -6,6 +6,7 @@
 #include "core/start/axis_search.h"
 #include "core/start/drive.h"
 #include "core/start/multiview.h"
+#include "core/start/overlap_limits.h"
 #include "core/start/own_view.h"
 #include "core/start/signed_turns.h"
 #include "core/start/step_search.h"
@@ -15,10 +16,6 @@
 namespace rigcal {
 namespace {
 
-// Fewer surfels matched than this share are no overlap.
-constexpr double min_score = 0.15;
-// Of what a LiDAR saw, so much must lie on what it saw from other stops.
-constexpr double min_own_score = 0.1;
 // Where less of what the base saw lies on what it saw from other stops, it may not have turned about a point.
 constexpr double turning_agreement = 0.85;
 // By how much more must, to believe so.

@@ -20,7 +20,7 @@ struct Handle {
   std::uint32_t cell = 0;
 };
 
-std::uint64_t voxel_of(const Vector3d& p, double size) {
+std::uint64_t voxel_key(const Vector3d& p, double size) {
   return packed_cube(floor_of(p.x() / size), floor_of(p.y() / size), floor_of(p.z() / size));
 }
 
@@ -61,7 +61,7 @@ PatchSurfels extract_surfels(const PatchCells& patch, const SurfelOptions& optio
   double size = options.size_m;
   for (int level = 0; level < 3; ++level, size *= 2.0) {
     handles.clear();
-    for (const std::uint32_t i : left) handles.push_back({voxel_of(patch.cells[i].mean, size), i});
+    for (const std::uint32_t i : left) handles.push_back({voxel_key(patch.cells[i].mean, size), i});
     radix_sort(handles);
     left.clear();
     const Handle* begin = handles.data();

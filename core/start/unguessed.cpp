@@ -5,6 +5,7 @@
 
 #include "core/start/axis_search.h"
 #include "core/start/hand_eye.h"
+#include "core/start/overlap_limits.h"
 #include "core/start/panorama_match.h"
 
 namespace rigcal {
@@ -14,9 +15,6 @@ namespace {
 constexpr double step_sigma_rad = to_rad(0.1);
 // Poses that wander farther off a turn about one axis than a table does.
 constexpr double wandering_m = 0.03;
-// Of what a LiDAR saw, so much must lie on what it saw from other stops, and so much on what the others saw.
-constexpr double min_own_score = 0.1;
-constexpr double min_score = 0.15;
 // A match as good as this, with no other nearly as good, is sure.
 constexpr double sure_score = 0.5;
 constexpr double sure_ratio = 0.75;

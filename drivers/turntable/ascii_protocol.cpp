@@ -7,7 +7,6 @@
 namespace rigcal::turntable {
 namespace {
 
-constexpr double most_off_deg = 0.1;
 constexpr std::string_view angle_place = "{angle}";
 constexpr std::string_view step_place = "{step}";
 constexpr std::size_t longest = 200;

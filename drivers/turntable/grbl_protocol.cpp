@@ -9,7 +9,6 @@ namespace rigcal::turntable {
 namespace {
 
 constexpr double start_up_s = 2.0;  // Opening the port restarts many boards.
-constexpr double most_off_deg = 0.1;
 constexpr std::string_view letters = "XYZABC";
 constexpr double most_deg = 1e6;  // As `read_number`.
 constexpr std::string_view soft_reset = "\x18";

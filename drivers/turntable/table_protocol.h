@@ -7,6 +7,9 @@
 
 namespace rigcal::turntable {
 
+/// Farther from where it was to go, a table has not arrived.
+inline constexpr double most_off_deg = 0.1;
+
 /// What a table says.
 struct TableNews {
   enum class Kind {
