@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -27,6 +28,8 @@ class ContractSubject {
   [[nodiscard]] virtual std::string missing_format() const { return "BayerGB14"; }
   [[nodiscard]] virtual bool has_software_trigger() const { return true; }
   [[nodiscard]] virtual bool allocates_for_frames() const { return false; }
+  /// How many of a test's frames may come in part: none but where frames are packets that a busy machine may lose.
+  [[nodiscard]] virtual std::uint64_t most_not_whole() const { return 0; }
 };
 
 struct SubjectMaker {

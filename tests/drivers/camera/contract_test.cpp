@@ -66,7 +66,7 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
       if (delivery.kind != Kind::frame || delivery.frame.is_whole()) return std::move(delivery.frame);
       EXPECT_EQ(delivery.frame.facts().status, FrameStatus::incomplete);
       not_whole_before += 1 + delivery.frame.facts().missing_before;
-      if (++not_whole > most_not_whole) {
+      if (++not_whole > subject->most_not_whole()) {
         ADD_FAILURE() << not_whole << " frames were not whole";
         return {};
       }
@@ -104,7 +104,6 @@ class CameraContract : public testing::TestWithParam<SubjectMaker> {
   std::unique_ptr<ContractSubject> subject;
   std::unique_ptr<Camera> camera;
   CameraSetup setup;
-  static constexpr std::uint64_t most_not_whole = 3;
   std::uint64_t not_whole = 0;         ///< Of all frames so far.
   std::uint64_t not_whole_before = 0;  ///< Between the last two whole ones, with those that never came.
 };

@@ -16,6 +16,7 @@ class VirtualGigeSubject final : public ContractSubject {
   [[nodiscard]] std::string name() const override { return address_of(device_); }
   [[nodiscard]] CameraConfig config() const override { return small_config(); }
   [[nodiscard]] std::optional<Region> part() const override { return Region{16, 8, 128, 64}; }
+  [[nodiscard]] std::uint64_t most_not_whole() const override { return 3; }
 
   [[nodiscard]] bool start(std::string& reason) {
     auto started = sim::CameraServer::start({device_});
@@ -47,6 +48,7 @@ class AravisFakeSubject final : public ContractSubject {
     return config;
   }
   [[nodiscard]] std::optional<Region> part() const override { return Region{16, 8, 128, 64}; }
+  [[nodiscard]] std::uint64_t most_not_whole() const override { return 3; }
   [[nodiscard]] bool is_running() const { return arv_gv_fake_camera_is_running(camera_) != 0; }
 
  private:

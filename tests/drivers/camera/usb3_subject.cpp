@@ -28,6 +28,7 @@ class Usb3Subject final : public ContractSubject {
     return config;
   }
   [[nodiscard]] std::optional<Region> part() const override { return Region{16, 8, 128, 64}; }
+  [[nodiscard]] std::uint64_t most_not_whole() const override { return 3; }
 
  private:
   std::string serial_;
