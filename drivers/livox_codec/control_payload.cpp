@@ -6,6 +6,12 @@
 #include "drivers/livox_codec/payload_io.h"
 
 namespace rigcal::livox {
+
+// Not in line: every payload says what is wrong with its fields.
+void PayloadReader::fail(std::string_view mistake) {
+  if (mistake_.empty()) mistake_ = mistake;
+}
+
 namespace {
 
 template <class T>
@@ -18,30 +24,28 @@ concept ByFields = HasFields<T> && requires {
 };
 
 template <ByFields T>
-Expected<ControlPayload> decode_fields(const ControlFrame& frame) {
-  T payload{};
+void decode_fields(const ControlFrame& frame, PayloadReader& reader, T& payload) {
   if constexpr (IsAck<T>) {
     if (frame.payload.size() == 1 && frame.payload[0] != 0) {
       payload.ret = static_cast<ReturnCode>(frame.payload[0]);
-      return ControlPayload(std::move(payload));
+      return;
     }
   }
-  PayloadReader reader(frame.payload, !IsAck<T>);
+  reader.be_strict(!IsAck<T>);
   reader.read(payload);
   reader.finish();
   if constexpr (requires { payload.mistake(); }) {
     if (const char* mistake = payload.mistake()) reader.fail(mistake);
   }
-  if (reader.mistake().empty()) return ControlPayload(std::move(payload));
-  return input_error(reader.mistake(), frame_name(frame) + ", offset " + std::to_string(reader.offset()) +
-                                           " of a payload of " + std::to_string(frame.payload.size()) + " bytes");
 }
 
-template <class T>
-bool decode_if(const ControlFrame& frame, Expected<ControlPayload>& out) {
+/// Whether the frame is that one; what is wrong with its payload is the reader's to say.
+template <std::size_t index>
+bool decode_if(const ControlFrame& frame, PayloadReader& reader, ControlContent& out) {
+  using T = std::variant_alternative_t<index, ControlContent>;
   if constexpr (ByFields<T>) {
     if (command_of(frame) == T::command && frame.type == T::type) {
-      out = decode_fields<T>(frame);
+      decode_fields(frame, reader, out.emplace<index>());
       return true;
     }
   }
@@ -49,11 +53,8 @@ bool decode_if(const ControlFrame& frame, Expected<ControlPayload>& out) {
 }
 
 template <std::size_t... index>
-Expected<ControlPayload> decode_any(const ControlFrame& frame, std::index_sequence<index...>) {
-  Expected<ControlPayload> out =
-      ControlPayload(RawControl{frame.type, frame.set, frame.id, {frame.payload.begin(), frame.payload.end()}});
-  static_cast<void>((decode_if<std::variant_alternative_t<index, ControlContent>>(frame, out) || ...));
-  return out;
+bool decode_any(const ControlFrame& frame, PayloadReader& reader, ControlContent& out, std::index_sequence<index...>) {
+  return (decode_if<index>(frame, reader, out) || ...);
 }
 
 template <class T>
@@ -98,7 +99,14 @@ Expected<ControlPayload> decode_control(const ControlFrame& frame) {
   if (is_broadcast(frame)) return widened(parse_broadcast(frame));
   const bool asks_for_handshake = frame.type == FrameType::command && command_of(frame) == Command::handshake;
   if (asks_for_handshake || is_handshake(frame)) return widened(parse_handshake(frame));
-  return decode_any(frame, std::make_index_sequence<std::variant_size_v<ControlContent>>());
+  ControlPayload payload;
+  PayloadReader reader(frame.payload);
+  if (!decode_any(frame, reader, payload, std::make_index_sequence<std::variant_size_v<ControlContent>>())) {
+    return ControlPayload(RawControl{frame.type, frame.set, frame.id, {frame.payload.begin(), frame.payload.end()}});
+  }
+  if (reader.mistake().empty()) return payload;
+  return input_error(reader.mistake(), frame_name(frame) + ", offset " + std::to_string(reader.offset()) +
+                                           " of a payload of " + std::to_string(frame.payload.size()) + " bytes");
 }
 
 std::vector<std::uint8_t> encode_control(const ControlPayload& payload, std::uint16_t seq) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -31,8 +32,10 @@ constexpr bool is_defined(Enum value) {
 /// Reads fields until one is wrong; after that nothing changes any more.
 class PayloadReader {
  public:
-  /// `strict`: enumerations must have the value.
-  PayloadReader(ByteView payload, bool strict) : bytes_(payload), strict_(strict) {}
+  explicit PayloadReader(ByteView payload) : bytes_(payload) {}
+
+  /// Whether enumerations must have the value that is read.
+  void be_strict(bool strict) { strict_ = strict; }
 
   /// What is wrong; empty while nothing is.
   [[nodiscard]] const std::string& mistake() const { return mistake_; }
@@ -113,13 +116,11 @@ class PayloadReader {
     fail(std::to_string(bytes_.left()) + " bytes too many");
   }
 
-  void fail(const std::string& mistake) {
-    if (mistake_.empty()) mistake_ = mistake;
-  }
+  void fail(std::string_view mistake);
 
  private:
   ByteReader bytes_;
-  bool strict_;
+  bool strict_ = true;
   std::size_t at_ = 0;
   std::string mistake_;
 };
