@@ -15,11 +15,10 @@ include(GNUInstallDirs)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 
 # Another compiler may warn of what is right: it must not keep anybody from building.
+set(rigcal_tried_compilers "GNU 12" "GNU 14" "Clang 14")
+string(REGEX MATCH "^[0-9]+" rigcal_compiler_version "${CMAKE_CXX_COMPILER_VERSION}")
 set(rigcal_tries_compiler OFF)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12
-   AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 15)
-  set(rigcal_tries_compiler ON)
-elseif(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 15)
+if("${CMAKE_CXX_COMPILER_ID} ${rigcal_compiler_version}" IN_LIST rigcal_tried_compilers)
   set(rigcal_tries_compiler ON)
 endif()
 option(RIGCAL_WERROR "Take warnings for errors; by default with compilers that are tried" ${rigcal_tries_compiler})
@@ -80,13 +79,13 @@ rigcal_precompile(rigcal_headers
   <utility> <vector>)
 
 # Sources of a target as one, eight at a time: what they share of templates and headers is compiled once, which halves the
-# time of a whole build. Not those given behind it: they have private names that their neighbours have, too.
+# time of a whole build. Not those given behind it: they have private names that their neighbours have, too. It is tried with
+# GCC, whose warning of what is private to an included file means nothing here.
 function(rigcal_join_sources target)
-  if(RIGCAL_JOIN_SOURCES AND RIGCAL_PRECOMPILE)
+  if(RIGCAL_JOIN_SOURCES AND RIGCAL_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    # What is private to a file is in an included one here, where GCC warns of it.
-    target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>")
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
 endfunction()
 
