@@ -209,7 +209,7 @@ void BagBatches::add_points(Topic& topic, const BagMessage& message, RosType typ
   topic.counts.points += batch_.points.size();
   give_first(topic, topic.times.usual_ns());
   if (!known) {
-    topic.first.emplace(batch_);
+    topic.first = batch_;
   } else if (sinks_.points) {
     sinks_.points(batch_);
   }
