@@ -78,15 +78,17 @@ rigcal_precompile(rigcal_headers
   <Eigen/Core> <algorithm> <array> <cmath> <cstdint> <functional> <map> <memory> <optional> <span> <string> <string_view>
   <utility> <vector>)
 
-# Sources of a target as one, eight at a time: what they share of templates and headers is compiled once, which takes a
-# third off the time of a whole build. Not those given behind it: they have private names that their neighbours have, too. It is tried with
-# GCC, of whose warnings two mean nothing here: that something is private to an included file, and that values may have none,
-# which GCC 14 takes for so of optional ones. Where files are compiled by themselves, they are on.
+# Sources of a target as one, eight at a time: what they share of templates and headers is compiled once (decision 006). Not
+# those given behind it: they have private names that their neighbours have, too. It is tried with GCC, whose warning of what
+# is private to an included file means nothing here; GCC 14 takes optional values in joined files for unset ones.
 function(rigcal_join_sources target)
   if(RIGCAL_JOIN_SOURCES AND RIGCAL_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage -Wno-maybe-uninitialized)
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    if(CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+      target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+    endif()
   endif()
 endfunction()
 

@@ -28,7 +28,7 @@ class ContractSubject {
   [[nodiscard]] virtual std::string missing_format() const { return "BayerGB14"; }
   [[nodiscard]] virtual bool has_software_trigger() const { return true; }
   [[nodiscard]] virtual bool allocates_for_frames() const { return false; }
-  /// How many of a test's frames may come in part: none but where frames are packets that a busy machine may lose.
+  /// How many of a test's frames may come in part: none but where frames travel in pieces that a busy machine may lose.
   [[nodiscard]] virtual std::uint64_t most_not_whole() const { return 0; }
 };
 
