@@ -22,6 +22,8 @@ class InformationCost {
     double seen = 0.0;  ///< Sightings that fell into the images.
   };
   [[nodiscard]] Value value(const SE3& T_base_camera) const;
+  /// Of fewer sightings in the images it says nothing.
+  static constexpr double kLeastSeen = 1000.0;
 
   /// With the derivative by xi in T_base_camera exp(xi), xi = [rotation; translation].
   struct Derivatives {

@@ -27,7 +27,6 @@ constexpr double moved_m = 0.02;
 // Farther from the start it has run away.
 constexpr double lost_rad = to_rad(4.0);
 constexpr double lost_m = 0.6;
-constexpr double min_seen = 1000.0;
 
 // Where the two tell less of each other, nothing is known of the pose either, however still the cost lies.
 constexpr double least_information = 0.004;
@@ -109,7 +108,7 @@ std::optional<PoseEstimate> refine_information(const CameraScene& scene, const C
       sightings = find_sightings(scene, codes, camera, model, T, halvings > 0 ? coarse : wanted);
       seen_from = T;
     }
-    if (context.cancelled() || static_cast<double>(sightings.size()) < min_seen) return std::nullopt;
+    if (context.cancelled() || static_cast<double>(sightings.size()) < InformationCost::kLeastSeen) return std::nullopt;
     const std::vector<SmoothImage> images =
         information_images(scene, camera, halvings, halvings == 2 ? Shown::brightness : Shown::contrast);
     const InformationCost cost(model, sightings, images);

@@ -27,8 +27,7 @@ constexpr std::size_t refined_minima = 5;
 constexpr double same_rad = to_rad(1.0);
 constexpr double same_m = 0.15;
 
-// Less than this says nothing: fewer sightings in the images, or a best place hardly better than any.
-constexpr double min_seen = 1000.0;
+// A best place hardly better than any says nothing.
 constexpr double min_depth = 0.002;
 
 class Prior {
@@ -155,7 +154,7 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
   std::vector<GridPoint> grid = rotations_around(guess_T_base_camera, options.guess_sigma_rad);
   const InformationChance chance(sightings);
   score_grid(cost, prior, chance, grid);
-  if (context.cancelled() || grid.front().seen < min_seen) return std::nullopt;
+  if (context.cancelled() || grid.front().seen < InformationCost::kLeastSeen) return std::nullopt;
   if (grid[grid.size() / 2].score - grid.front().score < min_depth) return std::nullopt;
 
   std::vector<InformationPose> minima = minima_of(grid, cost, prior, chance);

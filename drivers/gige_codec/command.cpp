@@ -6,6 +6,7 @@
 
 #include "core/base/network_order.h"
 #include "drivers/gige_codec/frame.h"
+#include "drivers/gige_codec/stream_packet.h"
 
 namespace rigcal::gige {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 constexpr std::uint8_t key = 0x42;
 constexpr std::uint8_t ack_flag = 0x01;
 constexpr std::uint8_t extended_flag = 0x10;  // Of a discovery: the ack may be a broadcast.
-constexpr std::uint32_t packet_id_bits = 0x00FF'FFFF;
 
 Error wrong(const std::string& what, std::size_t offset) {
   return input_error(what, "byte " + std::to_string(offset) + " of a GigE Vision command");
@@ -39,8 +39,8 @@ Expected<Request> decode_resend(const CommandFrame& frame, ByteReader& reader) {
   ResendRequest request;
   request.channel = read_network<std::uint16_t>(reader);
   request.block = read_network<std::uint16_t>(reader);
-  request.first = read_network<std::uint32_t>(reader) & packet_id_bits;
-  request.last = read_network<std::uint32_t>(reader) & packet_id_bits;
+  request.first = read_network<std::uint32_t>(reader) & kPacketIdBits;
+  request.last = read_network<std::uint32_t>(reader) & kPacketIdBits;
   if (request.first > request.last) return wrong("the packets to send again run backwards", kHeaderBytes + 4);
   return Request(request);
 }

@@ -12,7 +12,6 @@ constexpr std::uint8_t extended_ids = 0x80;
 constexpr std::uint8_t kind_bits = 0x0F;
 constexpr std::uint16_t image_type = 0x0001;
 constexpr std::uint16_t chunk_bit = 0x4000;
-constexpr std::uint32_t packet_id_bits = 0x00FF'FFFF;
 
 Error wrong(const std::string& what, const char* where) { return input_error(what, where); }
 
@@ -44,7 +43,7 @@ Expected<StreamPacket> parse_stream_packet(ByteView datagram) {
   if ((kind & kind_bits) < 1 || (kind & kind_bits) > 3)
     return wrong("a packet of the kind " + std::to_string(kind & kind_bits) + " is not known", where);
   packet.kind = static_cast<PacketKind>(kind & kind_bits);
-  packet.packet = format & packet_id_bits;
+  packet.packet = format & kPacketIdBits;
   packet.payload = reader.take(reader.left());
   return packet;
 }

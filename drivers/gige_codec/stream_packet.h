@@ -13,6 +13,9 @@ namespace rigcal::gige {
 /// A block on the stream is a leader (packet 0), payload packets (1 and on) and a trailer.
 enum class PacketKind : std::uint8_t { leader = 1, trailer = 2, payload = 3 };
 
+/// Of 32 bits, those that number a packet.
+constexpr std::uint32_t kPacketIdBits = 0x00FF'FFFF;
+
 /// A packet of the stream, block ids of 16 bits. `payload` points into the bytes that were parsed.
 struct StreamPacket {
   Status status = Status::success;
