@@ -177,11 +177,14 @@ void CameraRecorder::expect_pulses(const camera::CameraSetup& setup) {
   FrameMatcherOptions options;
   options.has_device_stamps = setup.has_device_stamps;
   options.ids = setup.frame_ids;
-  const double delay_us = wanted_.config.trigger ? wanted_.config.trigger->delay_us : 0.0;
+  const double wanted_us = wanted_.config.trigger ? wanted_.config.trigger->delay_us : 0.0;
+  const double delay_us = setup.trigger_delay_us.value_or(wanted_us);
+  const auto delay_ns = std::llround(1e3 * delay_us);
   const auto exposure_ns = std::llround(1e3 * setup.exposure_us.value_or(0.0));
-  options.least_lag_ns = std::llround(1e3 * delay_us) + exposure_ns;
-  options.most_lag_ns += options.least_lag_ns;
-  options.least_interval_ns = exposure_ns;
+  const std::int64_t least_exposure_ns = setup.exposure_varies ? 0 : exposure_ns;
+  options.least_lag_ns = delay_ns + least_exposure_ns;
+  options.most_lag_ns += delay_ns + exposure_ns;
+  options.least_interval_ns = least_exposure_ns;
   const std::lock_guard lock(mutex_);
   pulses_.clear();
   new_matching_.emplace(options, delay_us);

@@ -66,8 +66,10 @@ struct CameraSetup {
   int height = 0;
   std::size_t image_bytes = 0;
   std::optional<double> exposure_us;
+  bool exposure_varies = false;  ///< The camera chooses it itself, or a pulse's width does: that was the last one.
   std::optional<double> gain;
-  std::optional<double> frame_rate;  ///< None where triggers make it.
+  std::optional<double> frame_rate;        ///< None where triggers make it.
+  std::optional<double> trigger_delay_us;  ///< None without a trigger.
   std::optional<int> packet_bytes;
   FrameIdRule frame_ids;           ///< How its frames are numbered.
   bool has_device_stamps = false;  ///< Its frames may have stamps of its own clock.

@@ -111,7 +111,8 @@ std::string fill(std::string_view left, const Words& words) {
 
 }  // namespace
 
-std::string describe_camera(const std::vector<std::string>& pixel_formats, Transport transport) {
+std::string describe_camera(const std::vector<std::string>& pixel_formats, Transport transport,
+                            double least_trigger_delay_us) {
   Words words{{"pixel_formats", format_entries(pixel_formats)},
               {"heartbeat.least", number(kShortestHeartbeatMs)},
               {"heartbeat.most", number(kLongestHeartbeatMs)},
@@ -130,6 +131,7 @@ std::string describe_camera(const std::vector<std::string>& pixel_formats, Trans
     words[std::string(info.name) + ".least"] = number(info.least);
     words[std::string(info.name) + ".most"] = number(info.most);
   }
+  words["TriggerDelay.least"] = number(least_trigger_delay_us);
   const bool is_gige = transport == Transport::gige;
   words["namespace"] = is_gige ? "GEV" : "U3V";
   words["chunk_category"] = is_gige ? "    <pFeature>ChunkDataControl</pFeature>\n" : "";

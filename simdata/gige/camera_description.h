@@ -36,6 +36,6 @@ constexpr unsigned kLongestPacketDelay = 10'000'000;  ///< Ticks.
 
 /// What the virtual camera can do, as a GenICam description. `pixel_formats` are names that gige::pixel_code knows.
 [[nodiscard]] std::string describe_camera(const std::vector<std::string>& pixel_formats,
-                                          Transport transport = Transport::gige);
+                                          Transport transport = Transport::gige, double least_trigger_delay_us = 0.0);
 
 }  // namespace rigcal::sim

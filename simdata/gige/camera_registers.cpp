@@ -30,7 +30,7 @@ constexpr std::size_t word_count = static_cast<std::size_t>(kLastSetting) + 1;
 
 CameraRegisters::CameraRegisters(const VirtualCameraOptions& options)
     : options_(options),
-      description_(describe_camera(options.pixel_formats, options.transport)),
+      description_(describe_camera(options.pixel_formats, options.transport, options.least_trigger_delay_us)),
       memory_(description_address + description_.size()) {
   RIGCAL_ASSERT(!options.pixel_formats.empty(), "a camera without a pixel format");
   define_bootstrap();
@@ -106,6 +106,7 @@ void CameraRegisters::define_features() {
   set(Feature::pixel_format, gige::pixel_code(options_.pixel_formats.front()).value());
   set_real(Feature::exposure_time, options_.exposure_us);
   set_real(Feature::gain, options_.gain_db);
+  set_real(Feature::trigger_delay, options_.least_trigger_delay_us);
   memory_.set(address_of(Feature::line_mode, 1), static_cast<std::uint32_t>(LineMode::strobe));
 }
 
@@ -134,8 +135,9 @@ bool CameraRegisters::is_allowed(const Place& place, std::uint32_t number) const
   const bool is_real = info.kind == FeatureInfo::Kind::real;
   const double real_value = static_cast<double>(std::bit_cast<float>(number));
   const double value_given = is_real ? real_value : static_cast<double>(number);
+  const double least = place.feature == Feature::trigger_delay ? options_.least_trigger_delay_us : info.least;
   // Written so that NaN is refused. The limits as floats: they come back as such.
-  if (!(value_given >= static_cast<double>(static_cast<float>(info.least)) &&
+  if (!(value_given >= static_cast<double>(static_cast<float>(least)) &&
         value_given <= (is_real ? static_cast<double>(static_cast<float>(info.most)) : info.most)))
     return false;
   const auto fits = [&](Feature offset, Feature most, std::uint32_t step) {

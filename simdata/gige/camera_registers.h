@@ -23,10 +23,11 @@ struct VirtualCameraOptions {
       "Mono8"};                 ///< Names that gige::pixel_code knows; the first is set at the start.
   double exposure_us = 5000.0;  ///< As it is set at the start, like the gain.
   double gain_db = 0.0;
-  double link_bits_per_s = 1e9;     ///< How fast packets leave, which also bounds the frame rate.
-  std::int64_t clock_start_ns = 0;  ///< What its clock reads when it is switched on, of its own time.
-  double clock_drift = 0.0;         ///< Seconds that its clock gains in a second.
-  double boot_s = 2.0;              ///< After a reset it is dark for so long.
+  double least_trigger_delay_us = 0.0;  ///< Some take none below their own, which is then set at the start.
+  double link_bits_per_s = 1e9;         ///< How fast packets leave, which also bounds the frame rate.
+  std::int64_t clock_start_ns = 0;      ///< What its clock reads when it is switched on, of its own time.
+  double clock_drift = 0.0;             ///< Seconds that its clock gains in a second.
+  double boot_s = 2.0;                  ///< After a reset it is dark for so long.
   bool can_resend = true;
   double answer_delay_s = 0.0;    ///< Its answers come so much later; it says that they are pending.
   std::uint16_t first_block = 1;  ///< Block ids begin with this one.

@@ -59,7 +59,9 @@ void Usb3Camera::define_tables(const VirtualCameraOptions& options) {
   set(table::kManifest + 8, std::uint32_t{0x0100'0000});   // Version 1.0.0 of the file.
   set(table::kManifest + 12, std::uint32_t{0x0101'0000});  // Schema 1.1, not packed.
   set(table::kManifest + 16, std::uint64_t{description_address});
-  set(table::kManifest + 24, std::uint64_t{describe_camera(options.pixel_formats, Transport::usb3).size()});
+  const std::string description =
+      describe_camera(options.pixel_formats, Transport::usb3, options.least_trigger_delay_us);
+  set(table::kManifest + 24, std::uint64_t{description.size()});
   set(table::kSecond, std::uint32_t{0x0001'0000});
   set(table::kSecond + 4, std::uint64_t{1});  // It has a table of streams.
   set(table::kMaxCommand, static_cast<std::uint32_t>(kMaxControlBytes));

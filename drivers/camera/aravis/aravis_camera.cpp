@@ -51,6 +51,8 @@ class AravisCamera final : public Camera {
   CameraConfig config_;
   CameraSetup setup_;
   CameraIdentity wanted_;
+  /// By its own register: not always what the bus tells in `wanted_` (FLIR's are decimal here and hexadecimal there).
+  std::string own_serial_;
   SettingsLog log_;
   std::unique_ptr<Device> device_;  ///< None while it is lost.
   std::unique_ptr<FrameStream> stream_;
@@ -92,6 +94,7 @@ Expected<CameraIdentity> AravisCamera::do_open(const std::string& name) {
   }
   device_ = *std::move(device);
   wanted_ = known.value_or(device_->identity());
+  own_serial_ = device_->identity().serial;
   mend_what_was_left();
   return wanted_;
 }
@@ -177,7 +180,7 @@ Expected<void> AravisCamera::reopen() {
   searches_by_name_ = !searches_by_name_;
   Expected<std::unique_ptr<Device>> device = Device::open(way);
   if (!device) return device.error();
-  if ((*device)->identity().serial != wanted_.serial) {
+  if ((*device)->identity().serial != own_serial_) {
     return system_error("another camera is there, " + (*device)->identity().id, wanted_.id,
                         "give each camera an address of its own");
   }

@@ -78,6 +78,12 @@ Expected<void> CameraSetter::select(const std::string& selector, const std::stri
   return set(selector, entry);
 }
 
+bool CameraSetter::is_other_than(const std::string& feature, const std::string& value) const {
+  if (!device_.has(feature)) return false;
+  const Expected<std::string> now = device_.get(feature);
+  return now && *now != value;
+}
+
 Error CameraSetter::refused(std::string what, std::string mend) const {
   return system_error(std::move(what), device_.identity().id, std::move(mend));
 }
@@ -209,13 +215,26 @@ Expected<void> CameraSetter::set_trigger(const TriggerConfig& trigger) {
     const char* edge = trigger.on_falling_edge ? "FallingEdge" : "RisingEdge";
     if (auto done = set("TriggerActivation", edge, frame_start); !done) return done;
   }
-  const std::string delay = device_.name_of(Purpose::trigger_delay);
-  if (!delay.empty()) {
-    if (auto done = set_within(delay, trigger.delay_us, "a trigger delay", "us"); !done) return done;
-  } else if (trigger.delay_us > 0.0) {
-    return refused("the camera's trigger has no delay", "give it the delay 0");
-  }
+  if (auto done = set_trigger_delay(trigger.delay_us); !done) return done;
   return set("TriggerMode", "On", frame_start);
+}
+
+/// Some cameras take no delay of 0, but have a least one; others have a switch for it.
+Expected<void> CameraSetter::set_trigger_delay(double delay_us) {
+  const std::string delay = device_.name_of(Purpose::trigger_delay);
+  if (delay.empty()) {
+    return delay_us > 0.0 ? refused("the camera's trigger has no delay", "give it the delay 0") : Expected<void>();
+  }
+  if (const std::string enable = device_.name_of(Purpose::trigger_delay_enable); !enable.empty()) {
+    if (auto done = set(enable, delay_us > 0.0 ? "true" : "false"); !done) return done;
+    if (delay_us <= 0.0) return {};
+  }
+  const double least_us = device_.range(delay).first;
+  if (delay_us <= 0.0 && least_us > 0.0) {
+    notes_.push_back("the camera exposes no sooner than " + fixed_text(least_us, 2) + " us after a pulse");
+    delay_us = least_us;
+  }
+  return set_within(delay, delay_us, "a trigger delay", "us");
 }
 
 Expected<void> CameraSetter::set_packets(const CameraConfig& config) {
@@ -310,8 +329,14 @@ Expected<CameraSetup> CameraSetter::read_back(const CameraConfig& config) {
     return number ? std::optional(*number) : std::nullopt;
   };
   setup.exposure_us = value(Purpose::exposure);
+  setup.exposure_varies = is_other_than("ExposureAuto", "Off") || is_other_than("ExposureMode", "Timed");
   setup.gain = value(Purpose::gain);
-  if (!config.trigger) setup.frame_rate = value(Purpose::frame_rate);
+  if (!config.trigger) {
+    setup.frame_rate = value(Purpose::frame_rate);
+  } else {
+    const bool has_none = is_other_than(device_.name_of(Purpose::trigger_delay_enable), "true");
+    setup.trigger_delay_us = has_none ? 0.0 : value(Purpose::trigger_delay).value_or(0.0);
+  }
   if (device_.is_gige()) {
     if (const auto bytes = device_.number("GevSCPSPacketSize"); bytes) setup.packet_bytes = static_cast<int>(*bytes);
   }

@@ -37,11 +37,14 @@ class CameraSetter {
   Expected<void> set_rate(double frame_rate);
   void lift_rate_limit(std::optional<double> pulse_rate);
   Expected<void> set_trigger(const TriggerConfig& trigger);
+  Expected<void> set_trigger_delay(double delay_us);
   Expected<void> set_packets(const CameraConfig& config);
   Expected<void> set_chunks();
   Expected<void> set_strobe(const std::string& line);
   Expected<void> set_ptp();
   Expected<CameraSetup> read_back(const CameraConfig& config);
+  /// False where it has no such feature.
+  [[nodiscard]] bool is_other_than(const std::string& feature, const std::string& value) const;
   [[nodiscard]] Error refused(std::string what, std::string mend) const;
 
   Device& device_;

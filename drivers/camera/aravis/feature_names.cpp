@@ -25,6 +25,7 @@ constexpr std::array<Row, static_cast<std::size_t>(kLastPurpose) + 1> table{{
       "AcquisitionFrameRateEnabled"}},
     {Purpose::frame_rate_auto, {"", "", "", "AcquisitionFrameRateAuto"}},
     {Purpose::trigger_delay, {"TriggerDelay", "TriggerDelay", "TriggerDelayAbs", "TriggerDelay"}},
+    {Purpose::trigger_delay_enable, {"", "", "", "TriggerDelayEnabled"}},
     {Purpose::ptp, {"PtpEnable", "GevIEEE1588", "GevIEEE1588", "GevIEEE1588"}},
     {Purpose::strobe_mode, {"Output", "Strobe", "Output", "Output"}},
     {Purpose::strobe_source, {"ExposureActive", "ExposureStartActive", "ExposureActive", "ExposureActive"}},

@@ -13,18 +13,19 @@ enum class Vendor : std::uint8_t { generic, hikrobot, basler, flir };
 /// What has different names. The names of the Standard Features Naming Convention that all agree on stand where they
 /// are used.
 enum class Purpose : std::uint8_t {
-  exposure,           ///< Microseconds.
-  gain,               ///< dB, or the camera's own steps.
-  frame_rate,         ///< Frames per second.
-  frame_rate_enable,  ///< Whether `frame_rate` counts.
-  frame_rate_auto,    ///< To be turned off.
-  trigger_delay,      ///< Microseconds.
-  ptp,                ///< Clocks by IEEE 1588.
-  strobe_mode,        ///< Of LineMode: the line shows something.
-  strobe_source,      ///< Of LineSource: it shows the exposure.
-  strobe_enable,      ///< A switch for it.
-  chunk_of_exposure,  ///< Of ChunkSelector.
-  chunk_exposure,     ///< The feature that is read from a frame.
+  exposure,              ///< Microseconds.
+  gain,                  ///< dB, or the camera's own steps.
+  frame_rate,            ///< Frames per second.
+  frame_rate_enable,     ///< Whether `frame_rate` counts.
+  frame_rate_auto,       ///< To be turned off.
+  trigger_delay,         ///< Microseconds.
+  trigger_delay_enable,  ///< Whether `trigger_delay` counts.
+  ptp,                   ///< Clocks by IEEE 1588.
+  strobe_mode,           ///< Of LineMode: the line shows something.
+  strobe_source,         ///< Of LineSource: it shows the exposure.
+  strobe_enable,         ///< A switch for it.
+  chunk_of_exposure,     ///< Of ChunkSelector.
+  chunk_exposure,        ///< The feature that is read from a frame.
 };
 constexpr Purpose kLastPurpose = Purpose::chunk_exposure;
 

@@ -62,6 +62,7 @@ VideoBuffers::~VideoBuffers() {
   none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   none.memory = V4L2_MEMORY_MMAP;
   device_->control(VIDIOC_REQBUFS, &none);
+  if (at_end_) at_end_();
 }
 
 int VideoBuffers::queue(std::size_t buffer) const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -38,6 +40,10 @@ class VideoBuffers final : public FrameStore {
   int take(Filled& filled);
   void give_back(std::size_t buffer) noexcept override;
 
+  /// To be called once the kernel has its buffers back, which the last lent one may keep it from: until then it takes
+  /// no other format. By the thread that gives that one back; for the owner, before it lets go of this.
+  void set_at_end(std::function<void()> at_end) { at_end_ = std::move(at_end); }
+
   [[nodiscard]] ByteView bytes(std::size_t buffer, std::size_t size) const;
   /// Whether all are lent, so that the kernel has none to fill.
   [[nodiscard]] bool is_dry() const;
@@ -59,6 +65,7 @@ class VideoBuffers final : public FrameStore {
   std::shared_ptr<const VideoDevice> device_;
   std::string pixel_format_;
   bool stamps_exposure_ = false;
+  std::function<void()> at_end_;
   mutable std::mutex mutex_;  ///< Of what follows.
   std::vector<Place> places_;
   std::size_t lent_ = 0;

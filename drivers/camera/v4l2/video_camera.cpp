@@ -270,7 +270,12 @@ Expected<void> VideoCamera::do_stop() {
   return {};
 }
 
-void VideoCamera::do_close() { do_let_go(); }
+// While frames are lent the device takes no format: what it was before is put back when the last one comes.
+void VideoCamera::do_close() {
+  if (buffers_ && setter_)
+    buffers_->set_at_end([setter = std::shared_ptr<VideoSetter>(std::move(setter_))] { setter->restore(); });
+  do_let_go();
+}
 
 // Closed, with the settings that it had when it was opened.
 void VideoCamera::do_let_go() {

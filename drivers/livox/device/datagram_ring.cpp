@@ -5,9 +5,7 @@
 
 namespace rigcal::livox {
 
-DatagramRing::DatagramRing(std::size_t datagrams) : capacity_(std::bit_ceil(std::max<std::size_t>(datagrams, 2))) {
-  slots_.reserve(capacity_);
-}
+DatagramRing::DatagramRing(std::size_t datagrams) : capacity_(std::bit_ceil(std::max<std::size_t>(datagrams, 2))) {}
 
 void DatagramRing::take_memory() { slots_.resize(capacity_); }
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <mutex>
 #include <thread>
 
 #include "apps/capture/camera_checks.h"
@@ -279,6 +280,34 @@ class ToldCamera final : public camera::Camera {
   std::size_t next_ = 0;
 };
 
+/// A camera that brings a frame 3 ms after each pulse.
+class PulsedCamera final : public camera::Camera {
+ public:
+  explicit PulsedCamera(camera::CameraSetup setup) : setup_(std::move(setup)) {}
+  ~PulsedCamera() override { close(); }
+  [[nodiscard]] camera::CameraCounters counters() const override { return {}; }
+  void pulse(std::int64_t monotonic_ns) {
+    const std::lock_guard lock(mutex_);
+    pulses_.push_back(monotonic_ns);
+  }
+
+ private:
+  Expected<camera::CameraIdentity> do_open(const std::string& name) override {
+    return camera::CameraIdentity{name, name, {}, {}, "pulsed", "none"};
+  }
+  Expected<camera::CameraSetup> do_configure(const camera::CameraConfig& /*config*/) override { return setup_; }
+  Expected<void> do_start() override { return {}; }
+  Expected<camera::Delivery> do_next(std::int64_t /*timeout_ns*/) override;
+  Expected<void> do_trigger() override { return {}; }
+  Expected<void> do_stop() override { return {}; }
+  void do_close() override {}
+
+  camera::CameraSetup setup_;
+  std::mutex mutex_;
+  std::vector<std::int64_t> pulses_;
+  std::size_t next_ = 0;
+};
+
 /// The driver "one", which has one camera to give.
 class OneCamera final : public camera::CameraBackend {
  public:
@@ -308,13 +337,14 @@ RigCamera left_camera() {
 }
 
 /// Frames of 2 x 2 pixels; nobody wants their memory back.
-camera::Delivery small_frame(std::int64_t host_stamp_ns) {
+camera::Delivery small_frame(std::int64_t host_stamp_ns, std::uint64_t id = 0) {
   struct NoStore final : camera::FrameStore {
     void give_back(std::size_t /*buffer*/) noexcept override {}
   };
   static const std::array<std::uint8_t, 4> pixels{};
   camera::FrameFacts facts;
   facts.host_stamp_ns = host_stamp_ns;
+  facts.frame_id = id;
   facts.width = 2;
   facts.height = 2;
   facts.row_bytes = 2;
@@ -323,6 +353,14 @@ camera::Delivery small_frame(std::int64_t host_stamp_ns) {
   delivery.kind = camera::Delivery::Kind::frame;
   delivery.frame = camera::Frame(facts, pixels, std::make_shared<NoStore>(), 0);
   return delivery;
+}
+
+Expected<camera::Delivery> PulsedCamera::do_next(std::int64_t /*timeout_ns*/) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const std::lock_guard lock(mutex_);
+  if (next_ == pulses_.size()) return camera::Delivery{};
+  const std::size_t id = next_++;
+  return small_frame(pulses_[id] + 3'000'000, id);
 }
 
 TEST(CameraRecorderStamps, AreOfTheMiddleOfTheExposureWhateverTheHostStamps) {
@@ -370,6 +408,44 @@ TEST(CameraRecorderEvents, TellWhyALostCameraIsNotTakenAgain) {
   EXPECT_TRUE(events.back().is_gap);
   EXPECT_EQ((*recorder)->status().state, "lost");
   (*recorder)->finish();
+}
+
+// In the sun it exposes for less than when it was set up: its images come sooner after their pulses.
+TEST(CameraRecorderPulses, OfAnExposureThatVariesMayComeSoonerThanItWasAtFirst) {
+  const fs::path session = scratch_folder("camera_exposure");
+  const net::ClockReading start = net::read_clocks();
+  const net::SessionClock clock(start);
+  camera::CameraSetup setup;
+  setup.pixel_format = "Mono8";
+  setup.exposure_us = 15'000.0;
+  setup.exposure_varies = true;
+  auto made = std::make_unique<PulsedCamera>(setup);
+  PulsedCamera& pulsed = *made;
+  CameraDrivers drivers = driver_of(std::move(made));
+  RigCamera wanted = left_camera();
+  wanted.config.trigger = camera::TriggerConfig{"Line0", false, 0.0};
+  wanted.has_pulses = true;
+  auto recorder = CameraRecorder::start(wanted, drivers, session.string(), start);
+  ASSERT_TRUE(recorder.has_value());
+  for (int i = 0; i < 400 && (*recorder)->status().state != "waits"; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  constexpr int pulses = 20;
+  for (int i = 0; i < pulses; ++i) {
+    const std::int64_t now_ns = net::read_clocks().monotonic_ns;
+    (*recorder)->add_pulse({i, clock.from_monotonic(now_ns)});
+    pulsed.pulse(now_ns);
+    std::this_thread::sleep_for(std::chrono::milliseconds(60 + 25 * (i % 3)));
+  }
+  for (int i = 0; i < 400 && (*recorder)->status().written < pulses; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  (*recorder)->finish();
+  const auto frames = read_frames((session / "images" / "left" / "frames.csv").string());
+  ASSERT_TRUE(frames.has_value()) << frames.error().message();
+  ASSERT_EQ(frames->size(), static_cast<std::size_t>(pulses));
+  for (std::size_t i = 0; i < frames->size(); ++i) {
+    ASSERT_TRUE((*frames)[i].trigger.has_value()) << i;
+    EXPECT_EQ(*(*frames)[i].trigger, static_cast<std::int64_t>(i));
+  }
 }
 
 // Pulses come all the time, also while the camera is set up anew: none of them can have released an image.

@@ -282,6 +282,34 @@ TEST_F(AravisCamera, EveryPulseOfTheLineIsOneFrame) {
   EXPECT_EQ(next(100 * ms).kind, Kind::nothing);
 }
 
+TEST_F(AravisCamera, WithoutADelayItIsTheLeastThatTheCameraTakes) {
+  device.device.least_trigger_delay_us = 9.0;
+  serve();
+  open();
+  CameraConfig config = small_config();
+  EXPECT_FALSE(configure(config).trigger_delay_us.has_value());
+  config.trigger = TriggerConfig{"Line0", false, 0.0};
+  setup = configure(config);
+  ASSERT_TRUE(setup.trigger_delay_us.has_value());
+  EXPECT_NEAR(*setup.trigger_delay_us, 9.0, 1e-3);
+  EXPECT_THAT(setup.notes, Contains(HasSubstr("no sooner than 9.00 us after a pulse")));
+  config.trigger->delay_us = 20.0;
+  EXPECT_NEAR(configure(config).trigger_delay_us.value_or(0.0), 20.0, 1e-3);
+  config.trigger->delay_us = 5.0;
+  EXPECT_THAT(error_of(config), HasSubstr("a trigger delay of 5.00 us is not possible"));
+}
+
+TEST_F(AravisCamera, AnExposureThatTheCameraChoosesIsSaidToVary) {
+  serve();
+  set_by_hand({{"ExposureAuto", "Continuous"}});
+  open();
+  CameraConfig config = small_config();
+  config.exposure_us.reset();
+  EXPECT_TRUE(configure(config).exposure_varies);
+  config.exposure_us = 1000.0;
+  EXPECT_FALSE(configure(config).exposure_varies);
+}
+
 TEST_F(AravisCamera, PulsesThatComeEarlyByTheirJitterAreFramesToo) {
   serve();
   CameraConfig config = small_config();

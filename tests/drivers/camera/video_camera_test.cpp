@@ -341,6 +341,25 @@ TEST_F(VideoCamera, WhileAllBuffersAreLentItWaits) {
   }
 }
 
+// The kernel takes no format while a buffer is lent.
+TEST_F(VideoCamera, PutsItsFormatBackWhenTheLastLentFrameComes) {
+  CameraConfig config;
+  config.pixel_format = "BayerRG12";
+  config.region = Region{10, 20, 100, 50};
+  stream(config);
+  {
+    const Delivery lent = next();
+    ASSERT_TRUE(lent.frame.is_whole());
+    camera->close();
+    EXPECT_EQ(kernel->open_files(), 1);
+  }
+  EXPECT_EQ(kernel->open_files(), 0);
+  open();
+  setup = configure({});
+  EXPECT_EQ(setup.pixel_format, "Mono8");
+  EXPECT_EQ(setup.width, 320);
+}
+
 TEST_F(VideoCamera, GivesBackWhatItTook) {
   stream();
   next();

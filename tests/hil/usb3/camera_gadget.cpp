@@ -4,9 +4,11 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <utility>
 
@@ -29,10 +31,13 @@ std::int64_t now_ns() {
   return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
 }
 
+/// The USB tells the serial number in hexadecimal where the camera's own registers have it in decimal: so do cameras of
+/// FLIR, and those who know one by either must not take it for two.
 UsbNames names_of(const gige::DeviceIdentity& identity) {
-  const std::string number =
-      identity.serial.substr(identity.serial.size() - std::min<std::size_t>(identity.serial.size(), 8));
-  return {identity.manufacturer, identity.model, identity.serial, "2BDF" + number};
+  std::array<char, 24> serial{};
+  std::snprintf(serial.data(), serial.size(), "%011llX", std::strtoull(identity.serial.c_str(), nullptr, 10));
+  const std::string text = serial.data();
+  return {identity.manufacturer, identity.model, text, "2BDF" + text.substr(text.size() - 8)};
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ int main(int count, char** words) {
   rigcal::sim::VirtualCameraOptions options;
   options.identity.manufacturer = "Hikrobot";
   options.identity.model = "MV-CA013-21UC";
-  options.identity.serial = "00F12345678";
+  options.identity.serial = "64729929336";  // 00F12345678 on the USB.
   options.identity.device_version = "1.0";
   options.pixel_formats = {"Mono8", "BayerRG8", "Mono12"};
   rigcal::hil::CameraGadget camera(**gadget, options, count > 1 ? words[1] : "");
