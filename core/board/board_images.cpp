@@ -222,7 +222,8 @@ ImageBoard whole_board(Lattice lattice, const BoardModel& board, const cv::Mat& 
   return out;
 }
 
-// All places of a part on the board, by either half turn and, where both fit, either axis along the rows.
+// All places of a part on the board: by every quarter turn after which it fits. The detector gives a part's rows along
+// the board's columns as well as along its rows.
 ImageBoard part_of_board(Lattice lattice, const BoardModel& board, const cv::Mat& image) {
   lattice.make_right_handed();
   if (lattice.columns > board.columns() || lattice.rows > board.rows()) {
@@ -237,19 +238,21 @@ ImageBoard part_of_board(Lattice lattice, const BoardModel& board, const cv::Mat
   }
   // The colour convention of whole boards: the square next to the first corner is dark, unless turning hides it.
   const bool tells = (board.columns() + board.rows()) % 2 != 0;
-  const bool bright = first_is_brighter(lattice, image) > 0.0;
-  const SE3 half_turn{exp_so3({0.0, 0.0, pi}), Vector3d::Zero()};
-  const Vector3d middle = 0.5 * (board.corner(0) + board.lattice(lattice.columns - 1, lattice.rows - 1));
-  const SE3 to_middle{Matrix3d::Identity(), middle};
-  for (int dy = 0; dy + lattice.rows <= board.rows(); ++dy) {
-    for (int dx = 0; dx + lattice.columns <= board.columns(); ++dx) {
-      const SE3 shift{Matrix3d::Identity(), board.lattice(dx, dy) - board.corner(0)};
-      // A part turned by a half has its colours changed where one of its sides has an even number of squares.
-      for (const bool turn : {false, true}) {
-        const bool swaps = turn && (lattice.columns + lattice.rows) % 2 != 0;
-        const bool shifted = (dx + dy) % 2 != 0;
-        if (tells && (bright != swaps) != shifted) continue;
-        const SE3 place = turn ? shift * (to_middle * half_turn * to_middle.inverse()) : shift;
+  const bool is_bright = first_is_brighter(lattice, image) > 0.0;
+  const auto middle_of = [&](int column, int row, int columns, int rows) -> Vector3d {
+    return 0.5 * (board.lattice(column, row) + board.lattice(column + columns - 1, row + rows - 1));
+  };
+  const Vector3d first_square = middle_of(0, 0, 2, 2);
+  const SE3 from_middle{Matrix3d::Identity(), -middle_of(0, 0, lattice.columns, lattice.rows)};
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    const SE3 turn = SE3{exp_so3({0.0, 0.0, 0.5 * pi * quarters}), Vector3d::Zero()} * from_middle;
+    const int columns = quarters % 2 == 0 ? lattice.columns : lattice.rows;
+    const int rows = quarters % 2 == 0 ? lattice.rows : lattice.columns;
+    for (int dy = 0; dy + rows <= board.rows(); ++dy) {
+      for (int dx = 0; dx + columns <= board.columns(); ++dx) {
+        const SE3 place = SE3{Matrix3d::Identity(), middle_of(dx, dy, columns, rows)} * turn;
+        const Vector3d square = place * first_square;
+        if (tells && (board.colour_at(square.x(), square.y(), 0.0) > 0) == is_bright) continue;
         out.alternatives.push_back(place.inverse());
       }
     }

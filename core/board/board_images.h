@@ -17,7 +17,8 @@ struct ImageBoard {
   std::vector<int> ids;                 ///< Of BoardModel::corner.
   std::vector<Eigen::Vector2d> pixels;  ///< Sub-pixel places of the corners.
   bool whole = true;                    ///< All inner corners are seen.
-  /// The true pose is the one found with `ids` times one of these motions of the board; the first is the identity.
+  /// The true pose is the one found with `ids` times one of these motions of the board; of whole boards the first is
+  /// the identity.
   std::vector<SE3> alternatives;
 };
 

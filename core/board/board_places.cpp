@@ -55,8 +55,8 @@ std::vector<BoardPlace> board_places(const std::vector<BoardSighting>& sightings
       if (nearest == nullptr) {
         nearest = &out.emplace_back();
         nearest->stop = stop;
-        nearest->T_base_board = T_base_sensor * s->T_sensor_board;
         fit.alternative = 0;
+        nearest->T_base_board = T_base_sensor * (s->T_sensor_board * s->alternatives[0]);
       }
       nearest->sightings.push_back(resolved(*s, fit.alternative, board));
     }

@@ -15,7 +15,7 @@ struct BoardSighting {
   int sensor = 0;
   int stop = 0;
   SE3 T_sensor_board;             ///< By this sensor alone; the true one is this times one of `alternatives`.
-  std::vector<SE3> alternatives;  ///< Motions of the board; the first is the identity.
+  std::vector<SE3> alternatives;  ///< Motions of the board; at least one.
   double corner_sigma_m = 0.01;   ///< How well the plate's corners are known by this sensor alone.
   std::optional<ImageBoard> image;
   std::optional<CloudBoard> cloud;

@@ -249,6 +249,32 @@ TEST(BoardAdjustment, KnowsTheOthersAsWellWhereOneCameraIsOpen) {
   EXPECT_NEAR(found.range_offset_sigma_m[0], alone.range_offset_sigma_m[0], 0.05 * alone.range_offset_sigma_m[0]);
 }
 
+// The pose that was found is none of the places: by the first of them the board stands where others see it, too.
+TEST(BoardPlaces, OfAPartAreWhereItsFirstPlaceIs) {
+  const SE3 T_camera_board{exp_so3({0.1, -0.2, 0.3}), {0.1, 0.0, 1.5}};
+  const SE3 half_turn = test_board().pattern_turns()[1];
+  std::vector<BoardSensor> sensors = make_sensors(SE3{});
+  sensors.push_back(sensors[1]);
+  std::vector<BoardSighting> sightings;
+  for (int sensor = 1; sensor < 3; ++sensor) {
+    ImageBoard part;
+    part.whole = false;
+    const CameraModel camera(test_camera());
+    for (int id = 0; id < test_board().corner_count() / 2; ++id) {
+      part.ids.push_back(test_board().id_at(half_turn * test_board().corner(id)));
+      part.pixels.push_back(*camera.project(T_camera_board * test_board().corner(id)));
+    }
+    part.alternatives = {half_turn};
+    const ImagePose pose{T_camera_board * half_turn.inverse(), 0.1};
+    sightings.push_back(image_sighting(sensor, 0, part, pose, test_board(), camera));
+  }
+  const auto places = board_places(sightings, sensors, test_board());
+  ASSERT_EQ(places.size(), 1U);
+  EXPECT_LT(test_board().corner_distance(places[0].T_base_board, T_camera_board), 1e-9);
+  ASSERT_EQ(places[0].sightings.size(), 2U);
+  EXPECT_EQ(places[0].sightings[0].image->ids[0], 0);
+}
+
 TEST(BoardAdjustment, NoticesRangesThatAreTooShort) {
   Random random(5);
   const World world = make_world(12, 0.03, random);

@@ -103,6 +103,30 @@ TEST(ImageBoards, UsesThePartOfABoardThatTheImageCuts) {
   EXPECT_LT(nearest, 0.03) << part.alternatives.size() << " places";
 }
 
+// Its rows may come out along the board's columns, and the square at its first corner may be bright.
+TEST(ImageBoards, APartIsPlacedHoweverTheBoardIsTurned) {
+  const CameraModel camera = test_camera();
+  int parts = 0;
+  for (const auto& [columns, rows] : {std::pair{7, 5}, std::pair{7, 4}}) {
+    const BoardModel board = make_board(columns, rows);
+    for (int quarters = 0; quarters < 4; ++quarters) {
+      const SE3 T = pose(0.1, -0.2, 0.05 + 0.5 * pi * quarters, 0.9, 0.0, 1.3);
+      const ImageBoards seen = find_image_boards(board_picture(camera, {T}, board), board);
+      if (seen.boards.size() != 1 || seen.boards[0].whole) continue;
+      ++parts;
+      const auto found = find_image_pose(seen.boards[0], board, camera);
+      ASSERT_TRUE(found);
+      double nearest = 1e9;
+      for (const SE3& place : seen.boards[0].alternatives) {
+        nearest = std::min(nearest, board.corner_distance(found->T_camera_board * place, T));
+        for (const int id : seen.boards[0].ids) ASSERT_GE(board.id_at(place.inverse() * board.corner(id)), 0);
+      }
+      EXPECT_LT(nearest, 0.03) << columns << " by " << rows << ", turned by " << 90 * quarters << " degrees";
+    }
+  }
+  EXPECT_GE(parts, 6);
+}
+
 TEST(ImageBoards, SaysSoWhereThereIsNone) {
   const ImageBoards seen = find_image_boards(board_picture(test_camera(), {}, make_board(7, 4)), make_board(7, 4));
   EXPECT_TRUE(seen.boards.empty());
