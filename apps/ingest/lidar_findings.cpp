@@ -80,17 +80,27 @@ std::string expected_at(const LidarSettings& lidar) {
   return text.empty() ? "no ip and no broadcast_code in the rig file" : text;
 }
 
-/// The LiDARs of the rig that gave no point packet: "mid100_left (192.168.1.21)", comma-separated.
-std::string missing_sensors(const Rig& rig, const IngestSummary& summary) {
+/// One for each sensor of the rig.
+std::vector<char> with_points(const Rig& rig, const IngestSummary& summary) {
+  std::vector<char> out(rig.sensors.size(), 0);
+  for (const DeviceIngest& device : summary.devices) {
+    if (device.sensor >= 0 && device.shots > 0) out[static_cast<std::size_t>(device.sensor)] = 1;
+  }
+  return out;
+}
+
+/// What is wrong where LiDARs of the rig gave no points, "no points of mid100_left (192.168.1.21); seen: ..."; empty
+/// where all did.
+std::string missing_words(const Rig& rig, const IngestSummary& summary, const std::vector<char>& has_points) {
   std::string text;
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
-    if (!rig.sensors[i].is_lidar()) continue;
-    const DeviceIngest* device = summary.of_sensor(static_cast<int>(i));
-    if (device != nullptr && device->shots > 0) continue;
+    if (!rig.sensors[i].is_lidar() || has_points[i]) continue;
     text += (text.empty() ? "" : ", ") + rig.sensors[i].name + " (" + expected_at(*rig.sensors[i].lidar) + ")";
   }
-  return text;
+  return text.empty() ? text : "no points of " + text + "; seen: " + seen_devices(rig, summary);
 }
+
+constexpr const char* mend_of_missing = "correct ip or broadcast_code in the rig file, or take the sensor out of it";
 
 }  // namespace
 
@@ -105,6 +115,11 @@ std::vector<std::string> ingest_warnings(const Rig& rig, const IngestSummary& su
       warnings.push_back("both " + to_string(other->ip) + " and " + to_string(device.ip) + " say that they are " +
                          sensor_of(rig, device).name + ": the points of both are used");
     }
+  }
+  const std::vector<char> has_points = with_points(rig, summary);
+  if (const std::string missing = missing_words(rig, summary, has_points);
+      !missing.empty() && is_enough(rig, has_points)) {
+    warnings.push_back("the recording has " + missing + "; " + mend_of_missing);
   }
   for (const RecordingFault& fault : recording_faults(packet_counters(rig, summary), clock_reports(rig, summary))) {
     warnings.push_back(to_string(fault));
@@ -147,6 +162,14 @@ std::vector<ClockReport> clock_reports(const Rig& rig, const IngestSummary& summ
   return reports;
 }
 
+bool is_enough(const Rig& rig, const std::vector<char>& has_points) {
+  if (!has_points[static_cast<std::size_t>(rig.base)]) return false;
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    if (static_cast<int>(i) != rig.base && (has_points[i] || !rig.sensors[i].is_lidar())) return true;
+  }
+  return false;
+}
+
 std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late) {
   const bool any = std::any_of(summary.devices.begin(), summary.devices.end(),
                                [](const DeviceIngest& device) { return device.packets > 0; });
@@ -159,10 +182,10 @@ std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, 
     return input_error("a sensor told its broadcast code after packets from its address had been used otherwise", {},
                        "correct the ip addresses in the rig file");
   }
-  const std::string missing = missing_sensors(rig, summary);
-  if (missing.empty()) return std::nullopt;
-  return input_error("the recording has no points of " + missing + "; seen: " + seen_devices(rig, summary), {},
-                     "correct ip or broadcast_code in the rig file, or take the sensor out of it");
+  const std::vector<char> has_points = with_points(rig, summary);
+  const std::string missing = missing_words(rig, summary, has_points);
+  if (missing.empty() || is_enough(rig, has_points)) return std::nullopt;
+  return input_error("the recording has " + missing, {}, mend_of_missing);
 }
 
 }  // namespace rigcal

@@ -11,6 +11,8 @@
 namespace rigcal {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -328,19 +330,6 @@ TEST(LidarIngest, ADumpWithoutALivoxPacketIsAnError) {
   EXPECT_EQ(bench.ingest.summary().not_livox, 2U);
 }
 
-TEST(LidarIngest, ASensorThatTheDumpDoesNotHaveIsAnErrorThatSaysWhatItHas) {
-  Bench bench(make_rig());
-  bench.send_points(kAviaIp, livox::DataType::cartesian_tagged, 0);
-  bench.send_points(kLeftIp, livox::DataType::cartesian, 0);
-  bench.send_points(kStrangerIp, livox::DataType::cartesian, 0);
-  const Expected<IngestSummary> summary = bench.ingest.finish();
-  ASSERT_FALSE(summary);
-  const std::string message = summary.error().message();
-  EXPECT_THAT(message, HasSubstr("right (192.168.1.161"));
-  EXPECT_THAT(message, HasSubstr("avia (192.168.1.179)"));
-  EXPECT_THAT(message, HasSubstr("192.168.1.99"));
-}
-
 TEST(LidarIngest, TwoDevicesThatSayTheyAreOneSensorAreWarnedOf) {
   Bench bench(make_rig());
   bench.broadcast(kLeftIp, kLeftCode);
@@ -373,6 +362,34 @@ TEST(LidarIngest, LidarsBehindAHubAreNotTakenForOne) {
   EXPECT_THAT(summary.error().message(), HasSubstr("several LiDARs send from 192.168.1.21"));
   EXPECT_THAT(summary.error().message(), HasSubstr("left is one"));
   EXPECT_TRUE(bench.ingest.summary().unfit);
+}
+
+TEST(LidarIngest, WithoutALidarThatSentNothingTheOthersAreUsed) {
+  Bench bench(make_rig());
+  bench.send_points(kAviaIp, livox::DataType::cartesian_tagged, 0);
+  bench.send_points(kLeftIp, livox::DataType::cartesian, 0);
+  bench.send_points(kStrangerIp, livox::DataType::cartesian, 0);
+  const Expected<IngestSummary> summary = bench.ingest.finish();
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_FALSE(summary->unfit);
+  EXPECT_THAT(summary->warnings,
+              Contains(AllOf(HasSubstr("no points of right (192.168.1.161"), HasSubstr("avia (192.168.1.179)"),
+                             HasSubstr("192.168.1.99"), HasSubstr("correct ip or broadcast_code"))));
+}
+
+TEST(LidarIngest, WithoutTheBaseOrWithTheBaseAloneIsAnErrorThatSaysWhatItHas) {
+  Rig without_cameras = make_rig();
+  without_cameras.sensors.pop_back();
+  for (const auto& [rig, ip] : {std::pair{make_rig(), kLeftIp}, std::pair{without_cameras, kAviaIp}}) {
+    Bench bench(rig);
+    bench.send_points(ip, livox::DataType::cartesian, 0);
+    bench.send_points(kStrangerIp, livox::DataType::cartesian, 0);
+    const Expected<IngestSummary> refused = bench.ingest.finish();
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message(), AllOf(HasSubstr("right (192.168.1.161"), HasSubstr(to_string(ip)),
+                                                 HasSubstr("192.168.1.99"), HasSubstr("correct ip")));
+    EXPECT_TRUE(bench.ingest.summary().unfit);
+  }
 }
 
 TEST(LidarIngest, WithoutARigEveryDeviceIsListedWithItsPoints) {
