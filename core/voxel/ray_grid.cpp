@@ -64,26 +64,30 @@ struct KeyShape {
   unsigned deep_bits;
 };
 
-// Where the cells of their depth are `across` as many.
-RIGCAL_WIDE void place_in_cells(const KeyShape shape, PlacedOnRays& at) {
+// The cell that many cells deep in the direction of a point of the block, where `across` of them fill 45 degrees.
+[[gnu::always_inline]] inline PlaceInCell place_in_cell(const KeyShape shape, const PlacedOnRays& at, std::size_t i,
+                                                        std::int32_t deep, double across) {
   const unsigned up_at = shape.deep_bits;
   const unsigned left_at = up_at + shape.across_bits;
   const unsigned face_at = left_at + shape.across_bits;
+  const double scale = across / std::max(at.depth[i], 1e-9);
+  const double inside = across * (1.0 - 1e-12);
+  const double u = std::min(at.left[i] * scale, inside);
+  const double v = std::min(at.up[i] * scale, inside);
+  const std::int32_t iu = small_floor_of(u);
+  const std::int32_t iv = small_floor_of(v);
+  const auto su = static_cast<std::int32_t>(4.0 * (u - static_cast<double>(iu)));
+  const auto sv = static_cast<std::int32_t>(4.0 * (v - static_cast<double>(iv)));
+  return {static_cast<std::uint64_t>(at.face[i]) << face_at | static_cast<std::uint64_t>(iu + shape.middle) << left_at |
+              static_cast<std::uint64_t>(iv + shape.middle) << up_at | static_cast<std::uint64_t>(deep),
+          static_cast<std::uint32_t>((su & 2) << 2 | (sv & 2) << 1 | (su & 1) << 1 | (sv & 1))};
+}
+
+RIGCAL_WIDE void place_in_cells(const KeyShape shape, PlacedOnRays& at) {
   for (std::size_t i = 0; i < cell_block; ++i) {
-    const double depth = at.depth[i];
-    const double across = at.across[i];
-    const double scale = across / std::max(depth, 1e-9);
-    const double inside = across * (1.0 - 1e-12);
-    const double u = std::min(at.left[i] * scale, inside);
-    const double v = std::min(at.up[i] * scale, inside);
-    const std::int32_t iu = small_floor_of(u);
-    const std::int32_t iv = small_floor_of(v);
-    at.key[i] = static_cast<std::uint64_t>(at.face[i]) << face_at |
-                static_cast<std::uint64_t>(iu + shape.middle) << left_at |
-                static_cast<std::uint64_t>(iv + shape.middle) << up_at | static_cast<std::uint64_t>(at.deep[i]);
-    const auto su = static_cast<std::int32_t>(4.0 * (u - static_cast<double>(iu)));
-    const auto sv = static_cast<std::int32_t>(4.0 * (v - static_cast<double>(iv)));
-    at.sixteenth[i] = static_cast<std::uint32_t>((su & 2) << 2 | (sv & 2) << 1 | (su & 1) << 1 | (sv & 1));
+    const PlaceInCell place = place_in_cell(shape, at, i, at.deep[i], at.across[i]);
+    at.key[i] = place.key;
+    at.sixteenth[i] = place.sixteenth;
   }
 }
 
@@ -101,6 +105,16 @@ void RayGrid::place(const PointBlock& block, PlacedOnRays& at) const {
   place_by_depth(size_m_, block, at);
   for (std::size_t i = 0; i < cell_block; ++i) at.across[i] = across_[static_cast<std::size_t>(at.deep[i])];
   place_in_cells({key_middle_, across_bits_, deep_bits_}, at);
+}
+
+std::optional<OtherSide> RayGrid::other_side(const PlacedOnRays& at, std::size_t number, double border_m) const {
+  const std::int32_t deep = at.deep[number];
+  const double inside_m = at.depth[number] - deep * size_m_;
+  const std::int32_t other = inside_m < border_m ? deep - 1 : inside_m > size_m_ - border_m ? deep + 1 : deep;
+  if (other < 0) return std::nullopt;
+  const double across = across_[static_cast<std::size_t>(other)];
+  if (across == across_[static_cast<std::size_t>(deep)]) return std::nullopt;
+  return OtherSide{place_in_cell({key_middle_, across_bits_, deep_bits_}, at, number, other, across), other < deep};
 }
 
 Vector3d RayGrid::middle_ahead(std::uint64_t key) const {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/se3.h"
@@ -19,6 +20,17 @@ struct PlacedOnRays {
   EachOfBlock<double> across;            ///< How many cells side by side fill 45 degrees at that depth.
   EachOfBlock<std::uint64_t> key;
   EachOfBlock<std::uint32_t> sixteenth;
+};
+
+/// Which cell, and which of its directions.
+struct PlaceInCell {
+  std::uint64_t key = 0;
+  std::uint32_t sixteenth = 0;
+};
+/// Of a point at a border between cells of different directions: where it would be on the other side.
+struct OtherSide {
+  PlaceInCell place;
+  bool is_nearer = false;  ///< The point lies at the far border of that cell, else at its near one.
 };
 
 /// Cells that lie along the sensor's rays: six faces of a cube around the sensor, directions in steps that are 14 to
@@ -52,6 +64,9 @@ class RayGrid {
     const std::size_t deep = deep_of(key);
     return deep == 0 || across_[deep - 1] == across_[deep];
   }
+  /// For a point of the block that lies within `border_m` of a border between depths: the cell on the border's other
+  /// side in the point's direction. Nothing where that is the one that is named alike, with the depth before or behind.
+  [[nodiscard]] std::optional<OtherSide> other_side(const PlacedOnRays& at, std::size_t number, double border_m) const;
   /// The middle of a cell: how far ahead, left and up, m.
   [[nodiscard]] Vector3d middle_ahead(std::uint64_t key) const;
 

@@ -110,6 +110,15 @@ void join(const CellParts& behind, const Vector3d& off, CellParts& near) {
   near.at_far = behind.at_far;
 }
 
+// Of each direction the points at a border are those of both sides.
+void share_border(CellParts& near, CellParts& behind) {
+  for (std::size_t k = 0; k < cell_sixteenths; ++k) {
+    const double at_border = near.at_far[k] + behind.at_near[k];
+    near.at_far[k] = at_border;
+    behind.at_near[k] = at_border;
+  }
+}
+
 }  // namespace
 
 void PieceMaker::begin(const RayGrid& grid) {
@@ -119,27 +128,20 @@ void PieceMaker::begin(const RayGrid& grid) {
 }
 
 void PieceMaker::take(std::uint64_t key) {
-  const bool is_behind = has_cell_ && key == end_;
-  if (is_behind && grid_->goes_on_behind(end_ - 1)) share_border();
+  if (next_->hit == 0) return;  // There are points of others at its borders, no more.
+  const bool is_behind = has_cell_ && key == end_ && grid_->goes_on_behind(end_ - 1);
+  if (is_behind) share_border(*cell_, *next_);
+  if (!is_behind && grid_->goes_on_before(key)) next_->at_near.fill(0.0);
   if (is_behind && end_ == key_ + 1 && is_cut_by_noise(*cell_, *next_, grid_->size_m())) {
     join(*next_, grid_->middle_ahead(key) - grid_->middle_ahead(key_), *cell_);
     ++end_;
     return;
   }
-  if (has_cell_) append_pieces();
+  if (has_cell_) append_pieces(is_behind);
   std::swap(cell_, next_);
   has_cell_ = true;
   key_ = key;
   end_ = key + 1;
-}
-
-// Each has counted its side: the density is that of both.
-void PieceMaker::share_border() {
-  for (std::size_t k = 0; k < cell_sixteenths; ++k) {
-    const double at_border = cell_->at_far[k] + next_->at_near[k];
-    cell_->at_far[k] = at_border;
-    next_->at_near[k] = at_border;
-  }
 }
 
 // One cell, or its quarters that are flat and the sixteenths of the others.
@@ -147,26 +149,26 @@ void PieceMaker::share_border() {
 // Noise e along a ray moves a point across a border, or not. By Stein's lemma the sum of e over the points on one side
 // is the variance of e times their density at the border, and that of e times depth is as much less than the variance
 // for each point as the border is far from their mean.
-void PieceMaker::append_pieces() {
-  const CellParts& parts = *cell_;
+//
+// What leaves one side of a border for noise comes to the other: shifts of both sides are of the same points, so that
+// all of a surface is moved nowhere. Where the other side has none of it none is moved.
+void PieceMaker::append_pieces(bool has_behind) {
+  CellParts& parts = *cell_;
+  if (!has_behind && grid_->goes_on_behind(end_ - 1)) parts.at_far.fill(0.0);
   const int face = grid_->face_of(key_);
   const double size_m = grid_->size_m();
   const Vector3d ahead = grid_->middle_ahead(key_);
   const Vector3d middle = in_sensor(ahead, face);
   const double near_m = -0.5 * size_m;
   const double far_m = (static_cast<double>(end_ - key_) - 0.5) * size_m;
-  // Of what lies at a border a cell has one side of two, unless those on the other side are others: then the density is
-  // that of this side.
-  const double near_share = grid_->goes_on_before(key_) ? 0.5 : 1.0;
-  const double far_share = grid_->goes_on_behind(end_ - 1) ? 0.5 : 1.0;
   const auto append = [&](const Total& part) {
     Cell& piece = pieces_.emplace_back(in_sensor(part.sums, face).about(middle));
     const double n = part.sums.n;
     const double depth = part.sums.vx / n;
-    // Of its points, to each metre of depth; a few points have no more at a border than there are of them.
-    const double per_m = 1.0 / (border_share * size_m * n);
-    const double at_near = std::min(near_share * part.at_near, n) * per_m;
-    const double at_far = std::min(far_share * part.at_far, n) * per_m;
+    // Of its points, to each metre of depth; a border has two sides.
+    const double per_m = 0.5 / (border_share * size_m * n);
+    const double at_near = part.at_near * per_m;
+    const double at_far = part.at_far * per_m;
     piece.noise_share = static_cast<float>(1.0 - at_near * (depth - near_m) - at_far * (far_m - depth));
     // To each metre along the ray it is less.
     piece.noise_shift_per_m =
@@ -192,7 +194,7 @@ void PieceMaker::append_pieces() {
 }
 
 const std::vector<Cell>& PieceMaker::finish() {
-  if (has_cell_) append_pieces();
+  if (has_cell_) append_pieces(false);
   has_cell_ = false;
   return pieces_;
 }

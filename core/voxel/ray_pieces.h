@@ -61,8 +61,7 @@ class PieceMaker {
   [[nodiscard]] const std::vector<Cell>& finish();
 
  private:
-  void share_border();
-  void append_pieces();
+  void append_pieces(bool has_behind);
 
   const RayGrid* grid_ = nullptr;
   std::array<CellParts, 2> parts_;

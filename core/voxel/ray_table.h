@@ -31,13 +31,17 @@ class RayTable {
     float up = 0.0F;
     std::uint8_t sixteenth = 0;
     std::uint8_t reflectivity = 0;
+    bool counts_at_border = true;
   };
   static_assert(sizeof(WaitingPoint) == 16);
 
-  // Of a waiting point: its cell, and which it is.
+  // What is summed up, in the order of its cells: a point, or one of another cell that counts at a border with it.
+  enum class Part : std::uint8_t { inside, before_near, behind_far };
   struct Keyed {
     std::uint64_t key = 0;
-    std::uint32_t number = 0;
+    std::uint32_t number = 0;  // of the waiting point
+    Part part = Part::inside;
+    std::uint8_t sixteenth = 0;  // of one of another cell
   };
 
   // Of one direction of one cell.
@@ -53,6 +57,7 @@ class RayTable {
   template <class Next, class Take>
   void for_each_cell(const Next& next, const Take& take);
   void keep_sums();
+  void let_lone_ones_be();
 
   CellOptions options_;
   RayGrid grid_;

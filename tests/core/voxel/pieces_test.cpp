@@ -68,8 +68,9 @@ TEST(Pieces, KeepDirectionsApart) {
   EXPECT_EQ(2U, count({point(2.01, 0.01, 0.01), point(-2.01, 0.01, 0.01)})) << "before and behind";
   EXPECT_EQ(2U, count({point(2.01, 2.02, 0.01), point(2.02, 2.01, 0.01)})) << "on both sides of 45 degrees";
   EXPECT_EQ(2U, count({point(2.05, 0.01, 0.01), point(2.35, 0.01, 0.01)})) << "one behind the other";
-  EXPECT_EQ(1U, count({point(2.195, 0.01, 0.01), point(2.205, 0.01, 0.01)})) << "one surface, cut by its noise";
-  EXPECT_EQ(2U, count({point(2.195, 0.01, 0.01), point(2.205, 0.12, 0.01)})) << "one surface, that goes on behind";
+  EXPECT_EQ(1U, count({point(2.395, 0.01, 0.01), point(2.405, 0.01, 0.01)})) << "one surface, cut by its noise";
+  EXPECT_EQ(2U, count({point(2.395, 0.01, 0.01), point(2.405, 0.12, 0.01)})) << "one surface, that goes on behind";
+  EXPECT_EQ(2U, count({point(2.195, 0.01, 0.01), point(2.205, 0.01, 0.01)})) << "other directions from there on";
   EXPECT_EQ(1U, count({point(0.0, 0.0, 0.0), point(0.01, 0.0, 0.0)}));
 }
 
@@ -146,6 +147,31 @@ TEST_P(TurnedWall, HasPiecesThatStandOffByTheirNumberAloneOnceShiftsAreUndone) {
   EXPECT_GT(as_it_is / pieces, 1.6);
   EXPECT_LT(undone / pieces, 1.45);
 }
+
+// A wall that is met straight stands where its points do on average, however near to a border between depths: what
+// noise takes from one side it gives to the other.
+class StraightWall : public testing::TestWithParam<double> {};
+
+TEST_P(StraightWall, StandsWhereItsPointsDo) {
+  const double distance = GetParam();
+  for (const int count : {2'000, 20'000, 200'000}) {
+    Random random(static_cast<std::uint64_t>(count));
+    std::vector<Point> points;
+    for (int i = 0; i < count; ++i) {
+      const Vector3d ray = Vector3d(1.0, random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)).normalized();
+      const Vector3d p = (distance / ray.x() + NoiseOf::sigma * random.normal()) * ray;
+      points.push_back(point(p.x(), p.y(), p.z()));
+    }
+    double sum = 0.0;
+    for (const Cell& piece : cells_of(points, 0, 0).pieces)
+      sum += piece.N * (piece.mean.x() - NoiseOf(piece).shift.x() - distance);
+    EXPECT_NEAR(sum / count, 0.0, 4.0 * NoiseOf::sigma / std::sqrt(count)) << count << " points";
+  }
+}
+
+// Borders at 6.4 and 9 m, where the number of cells across changes, and at 9.2 m, where it does not.
+INSTANTIATE_TEST_SUITE_P(ByDistance, StraightWall,
+                         testing::Values(6.38, 6.42, 8.97, 8.984, 9.016, 9.03, 9.17, 9.184, 9.216, 9.23));
 
 INSTANTIATE_TEST_SUITE_P(ByDegrees, TurnedWall, testing::Values(30.0, 50.0));
 
