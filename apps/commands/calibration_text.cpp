@@ -20,17 +20,21 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
       text += fmt::format("  {:<16} {}\n", s.name, to_string(s.status));
     } else {
       const Vector3d& t = s.T_base_sensor->t;
-      const Vector3d phi = log_so3(s.T_base_sensor->R);
+      const Eigen::Vector4d q = xyzw_from_rotation(s.T_base_sensor->R);
       const Vector3d mm = 1e3 * s.covariance.diagonal().tail<3>().cwiseSqrt();
       const Vector3d deg = s.covariance.diagonal().head<3>().cwiseSqrt() * (180.0 / pi);
       text += fmt::format(
-          "  {:<16} {:<6} t [{:+.4f}, {:+.4f}, {:+.4f}] m, rotation vector [{:+.4f}, {:+.4f}, {:+.4f}] deg, sigma "
-          "{:.2f} "
-          "mm and {:.4f} deg on the worst axis\n",
-          s.name, to_string(s.status), t.x(), t.y(), t.z(), to_deg(phi.x()), to_deg(phi.y()), to_deg(phi.z()),
-          mm.maxCoeff(), deg.maxCoeff());
+          "  {:<16} {:<6} t [{:+.4f}, {:+.4f}, {:+.4f}] m, q_xyzw [{:+.6f}, {:+.6f}, {:+.6f}, {:+.6f}], sigma {:.2f} "
+          "mm "
+          "and {:.4f} deg on the worst axis\n",
+          s.name, to_string(s.status), t.x(), t.y(), t.z(), q[0], q[1], q[2], q[3], mm.maxCoeff(), deg.maxCoeff());
     }
     for (const std::string& reason : s.reasons) text += fmt::format("    - {}\n", reason);
+  }
+  for (const SensorResult& s : result.sensors) {
+    if (s.name == result.base || !s.T_base_sensor) continue;
+    text += worked_point_text(s.name, result.base, *s.T_base_sensor) + "\n";
+    break;
   }
   double seconds = 0.0;
   for (const StageReport& stage : result.stages) seconds += stage.wall_s;

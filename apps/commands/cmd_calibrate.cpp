@@ -158,6 +158,17 @@ Expected<void> check_rig(const CalibrateOptions& options) {
                      "add it; cameras alone are found by --method checkerboard");
 }
 
+// What was asked for and changes nothing with this recording.
+void warn_of_useless_options(const CalibrateOptions& options, const Recording& recording, Reporter& reporter) {
+  const bool has_camera = std::any_of(recording.rig.sensors.begin(), recording.rig.sensors.end(),
+                                      [](const Sensor& sensor) { return !sensor.is_lidar(); });
+  if (!has_camera && !options.images.empty()) reporter.warn("--images is of no use: the rig has no camera");
+  if (!has_camera && options.refine_intrinsics)
+    reporter.warn("--refine-intrinsics is of no use: the rig has no camera");
+  if (!recording.lidar.trajectory_is_prior && options.pose_prior != CalibrateOptions{}.pose_prior)
+    reporter.warn("--pose-prior is of no use: the recording has no trajectory");
+}
+
 Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
   keep_freed_memory();
   if (const auto target = check_result_target(options.out); !target) return target.error();
@@ -182,6 +193,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
     if (const auto right = change_base(**initial, recording->rig.base_sensor().name); !right)
       return Error{right.error().kind, right.error().what, options.initial, right.error().mend};
   }
+  warn_of_useless_options(options, *recording, context.reporter);
   if (*initial) warn_of_unused(recording->rig, **initial, options.initial, context.reporter);
   if (options.initial == no_guess) forget_initial_extrinsics(recording->rig);
   if (!options.initial.empty()) tell_turns_by(lidar_guesses(*recording, *initial), *recording);

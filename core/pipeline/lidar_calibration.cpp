@@ -176,7 +176,9 @@ class Calibration {
                          solution_.start.stop_known[static_cast<std::size_t>(p.stop)] && !p.cells.empty();
     }
     const std::vector<char> told = told_stops();
-    const bool is_told = std::find(told.begin(), told.end(), 1) != told.end();
+    const bool is_told = std::find(told.begin(), told.end(), 1) != told.end() ||
+                         std::any_of(recording_.turned_rad.begin(), recording_.turned_rad.end(),
+                                     [](const std::optional<double>& turned) { return turned.has_value(); });
     const bool has_axis = rig_.turntable && rig_.turntable->axis;
     const std::string mend = is_told    ? ""
                              : has_axis ? "; without a gyro, turn by smaller steps"
@@ -415,6 +417,7 @@ class Calibration {
     RefinePass pass = standard_passes(1).back();
     pass.iterations = last_iterations;
     trust_.set_gates(pass);
+    const std::vector<SE3> by_one_grid = extrinsics_from_base();
     const Expected<AdjustSummary> done =
         adjust_over_grids(input_of(solution_.use), solution_.layout, pass, grids_to_even_out, solution_.refined.map,
                           context_, solution_.state);
@@ -423,9 +426,21 @@ class Calibration {
     stage.cost_before = done->cost_before;
     stage.cost_after = done->cost_after;
     stage.costs = {done->costs};
+    const std::vector<SE3> by_several = extrinsics_from_base();
+    for (std::size_t i = 0; i < by_several.size(); ++i) {
+      const SE3 shift = by_one_grid[i].inverse() * by_several[i];
+      solution_.grid_shifts.push_back({shift.t.norm(), log_so3(shift.R).norm()});
+    }
     if (options_.on_pass) options_.on_pass(stage.name, solution_.state);
     tell(stage.name);
     return {};
+  }
+
+  [[nodiscard]] std::vector<SE3> extrinsics_from_base() const {
+    std::vector<SE3> out;
+    const SE3 T_base_solving = solution_.state.T_base_sensor[static_cast<std::size_t>(base_)].inverse();
+    for (const SE3& T : solution_.state.T_base_sensor) out.push_back(T_base_solving * T);
+    return out;
   }
 
   // Weighed where it was solved, told in the base's frame.

@@ -175,9 +175,15 @@ bool is_rest(const ExtrinsicMove& move, const Requirement& require) {
 
 SolutionQuality weigh_solution(int base_lidar, const std::vector<std::optional<SE3>>& guess, const LidarSolution& s) {
   const SolvedPlanes solved{s.refined.map.features, s.state, s.layout, s.adjust, usual_range_errors, s.ranges};
+  // Seen from the base, which the guess says of: the LiDAR whose frame all was solved in has none in its own.
+  const auto base = static_cast<std::size_t>(base_lidar);
+  const std::vector<SE3>& found = s.start.state.T_base_sensor;
   std::vector<SE3> start_extrinsics(guess.size());
-  for (std::size_t i = 0; i < guess.size(); ++i)
-    start_extrinsics[i] = guess[i].value_or(s.start.state.T_base_sensor[i]);
+  for (std::size_t i = 0; i < guess.size(); ++i) {
+    const bool is_guessed = guess[i] && guess[base];
+    const SE3 T_base_this = is_guessed ? guess[base]->inverse() * *guess[i] : found[base].inverse() * found[i];
+    start_extrinsics[i] = s.state.T_base_sensor[base] * T_base_this;
+  }
   return {lidar_covariances(solved, base_lidar), hold_out(solved, base_lidar, start_extrinsics),
           compare_time_halves(solved)};
 }
@@ -209,6 +215,8 @@ CalibrationResult judge_solution(const Rig& rig, const LidarRecording& recording
       mark_unfinished(options.last_stage, one);
     }
     const auto i = static_cast<std::size_t>(lidar);
+    if (one.T_base_sensor && i < s.noise.size()) one.noise = s.noise[i];
+    if (one.T_base_sensor && lidar != base_lidar && i < s.grid_shifts.size()) one.grid_shift = s.grid_shifts[i];
     const std::vector<RangeError>& range_sigma_m = quality.covariances.range_sigma_m;
     if (i < s.ranges.errors.size() && i < range_sigma_m.size()) {
       one.range_offset = RangeOffset{s.ranges.errors[i].white_m, range_sigma_m[i].white_m};

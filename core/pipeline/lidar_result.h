@@ -20,7 +20,8 @@ struct LidarSolution {
   std::vector<ExtrinsicMove> moves_on_one_grid;  ///< Of the pass before those that settle; empty where none had to.
   std::vector<char> use;                         ///< Patches that took part.
   std::vector<NoiseModel> noise;
-  double unevenness_m = 0.0;  ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
+  std::vector<GridShift> grid_shifts;  ///< Seen from the base; empty where the last solution was over one grid.
+  double unevenness_m = 0.0;           ///< What the surfaces are not, beyond noise; 0: planes as good as their noise.
   SE3 T_grid_G;
   RangeCorrection ranges;
   std::vector<PatchCells> corrected;  ///< The recording's patches without these errors.

@@ -272,6 +272,10 @@ RangeErrors find_range_errors(const std::vector<PlaneFeature>& features, const R
   if (layout.size() == 0 || !has_rays(features)) return out;
   NormalEquations poses = build_normal_equations(features, state, layout, HessianForm::gauss_newton);
   add_priors(layout, options, state, poses);
+  // A LiDAR or stop on no plane says nothing, and nothing about the others' ranges.
+  for (Eigen::Index i = 0; i < poses.H.rows(); ++i) {
+    if (poses.H(i, i) == 0.0) poses.H(i, i) = 1.0;
+  }
   const Eigen::LLT<Eigen::MatrixXd> llt(poses.H);
   if (llt.info() != Eigen::Success) return out;
   const RangeEquations equations = build_range_equations(features, state, layout);

@@ -11,6 +11,7 @@
 #include "core/camera/camera_calibration.h"
 #include "core/quality/result_evidence.h"
 #include "core/records/records.h"
+#include "core/voxel/noise_model.h"
 
 namespace rigcal {
 
@@ -22,6 +23,13 @@ enum class Status { good, weak, failed };
 struct RangeOffset {
   double value_m = 0.0;
   double sigma_m = 0.0;
+};
+
+/// By how much the place and the turn of a sensor hang on where the voxels of the map end: how far what one grid gave
+/// stands off the solution over several.
+struct GridShift {
+  double translation_m = 0.0;
+  double rotation_rad = 0.0;
 };
 
 /// What was found for one sensor. A failed sensor has no transform.
@@ -39,6 +47,8 @@ struct SensorResult {
   std::optional<RangeOffset> range_offset = std::nullopt;
   std::optional<RangeOffset> dark_offset = std::nullopt;  ///< and of black ones by this more (Cell::darkness).
   std::vector<WeakDirection> weak_directions = {};        ///< Places, then turns, the worst first; empty when good.
+  std::optional<NoiseModel> noise = std::nullopt;         ///< Of a LiDAR, as the data told it.
+  std::optional<GridShift> grid_shift = std::nullopt;
 };
 
 /// An image that took part.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/report/result_writers.h"
+#include "core/report/summary_text.h"
 
 namespace rigcal {
 namespace {
@@ -93,6 +94,34 @@ std::optional<Error> missing_line(const CalibrationResult& result, const Rig* ri
   return std::nullopt;
 }
 
+/// Which way the numbers go, as a comment of the format, if it can have one.
+void add_convention(ResultFormat format, const PlacedRig& rig, std::string& text) {
+  const auto sensor = std::find_if(rig.sensors.begin(), rig.sensors.end(),
+                                   [&](const PlacedSensor& each) { return each.name != rig.base; });
+  if (sensor == rig.sensors.end()) return;
+  const std::string words = "Metres. With T_base_sensor, p_base = R p_sensor + t: " +
+                            worked_point_text(sensor->name, rig.base, sensor->T_base_sensor) + ".";
+  switch (format) {
+    case ResultFormat::autoware:
+    case ResultFormat::kalibr:
+    case ResultFormat::fast_livo:
+      text.insert(0, "# " + words + "\n");
+      break;
+    case ResultFormat::opencv:  // Behind the two lines that it must begin with.
+      text.insert(text.find("---\n") + 4, "# " + words + "\n");
+      break;
+    case ResultFormat::ros2_tf:
+    case ResultFormat::urdf:
+      // Two hyphens, which a name may have, end a comment of XML.
+      if (words.find("--") == std::string::npos) text.insert(text.find('\n') + 1, "<!-- " + words + " -->\n");
+      break;
+    case ResultFormat::colmap:
+    case ResultFormat::mlcc:
+    case ResultFormat::json:
+      break;
+  }
+}
+
 }  // namespace
 
 const std::vector<std::string>& result_format_names() {
@@ -177,6 +206,7 @@ Expected<ExportedResult> export_result(const CalibrationResult& result, const Ri
       out.text = result_json(result, placed);
       break;
   }
+  add_convention(format, placed, out.text);
   for (const PlacedSensor& sensor : placed.sensors) out.sensors.push_back(sensor.name);
   return out;
 }

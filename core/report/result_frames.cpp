@@ -27,7 +27,7 @@ std::string node_name(const std::string& base, const std::string& sensor) {
 
 std::string ros2_launch(const PlacedRig& rig) {
   std::string text =
-      "<?xml version=\"1.0\"?>\n<!-- Static transforms: p_base = R p_sensor + t, metres, unit quaternions. -->\n"
+      "<?xml version=\"1.0\"?>\n<!-- Static transforms, unit quaternions. -->\n"
       "<launch>\n";
   for (const PlacedSensor& sensor : rig.sensors) {
     if (sensor.name == rig.base) continue;

@@ -47,6 +47,16 @@ Json sensor_json(const SensorResult& sensor) {
   if (sensor.dark_offset) {
     json["dark_offset"] = {{"mm", 1e3 * sensor.dark_offset->value_m}, {"sigma_mm", 1e3 * sensor.dark_offset->sigma_m}};
   }
+  if (sensor.noise) {
+    json["noise"] = {{"range_mm", 1e3 * sensor.noise->range_m},
+                     {"range_mm_per_m", 1e3 * sensor.noise->range_per_m},
+                     {"angle_deg", to_deg(sensor.noise->angle_rad)},
+                     {"slant_growth", sensor.noise->slant_growth}};
+  }
+  if (sensor.grid_shift) {
+    json["grid_shift"] = {{"mm", 1e3 * sensor.grid_shift->translation_m},
+                          {"deg", to_deg(sensor.grid_shift->rotation_rad)}};
+  }
   return json;
 }
 

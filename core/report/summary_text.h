@@ -13,4 +13,9 @@ namespace rigcal {
 /// How well one sensor is known, in a clause without its reasons: "known to 0.6 mm and 0.003 degrees (95 %)".
 [[nodiscard]] std::string bounds_text(const CalibrationResult& result, const SensorResult& sensor);
 
+/// By which a reader can try which way a transform goes: "1 m ahead of mid100_left, [1, 0, 0], is [0.866, 0.600,
+/// -0.050] in avia".
+[[nodiscard]] std::string worked_point_text(const std::string& sensor, const std::string& base,
+                                            const SE3& T_base_sensor);
+
 }  // namespace rigcal

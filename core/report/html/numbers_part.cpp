@@ -1,4 +1,6 @@
 // Where the sensors are, in every form that somebody may want to copy.
+#include <cmath>
+
 #include "core/base/text.h"
 #include "core/quality/lidar_quality.h"
 #include "core/report/html/parts.h"
@@ -71,6 +73,35 @@ std::string weak_table(const CalibrationResult& result) {
   return table({"sensor", "weak direction", "known to (95 %)", "what would hold it"}, rows);
 }
 
+// Beside the 2 cm that Livox' data sheets promise.
+std::string noise_table(const CalibrationResult& result) {
+  constexpr double usual_range_m = 10.0;
+  std::vector<std::vector<std::string>> rows;
+  for (const SensorResult& sensor : result.sensors) {
+    if (!sensor.noise) continue;
+    const double range_m = std::sqrt(sensor.noise->range_variance(usual_range_m * usual_range_m, 1.0));
+    rows.push_back({sensor.name, fixed_text(1e3 * range_m, 1), fixed_text(1e3 * NoiseModel{}.range_m, 1),
+                    fixed_text(to_deg(sensor.noise->angle_rad), 3),
+                    sensor.grid_shift ? fixed_text(1e3 * sensor.grid_shift->translation_m, 2) + " mm, " +
+                                            fixed_text(to_deg(sensor.grid_shift->rotation_rad), 4) + "°"
+                                      : "–"});
+  }
+  if (rows.empty()) return {};
+  return table({"LiDAR", "noise of ranges at 10 m, mm", "by data sheets, mm", "of directions, °",
+                "hangs on the voxels' grid by"},
+               rows);
+}
+
+// Of what noise does not explain.
+constexpr const char* what_is_left =
+    "Sigma and bounds are of noise, and of what shows in the data: errors of ranges, uneven surfaces, stops that "
+    "differ. "
+    "What all stops share and no other sensor contradicts is in the result and not in them: a beam that is not where "
+    "its "
+    "unit says, intrinsics that are off, a rig that bends. Of real sensors a few millimetres may remain whatever "
+    "stands "
+    "here; a second recording in another place, or after a remount, shows them.";
+
 }  // namespace
 
 std::string numbers_part(const CalibrationResult& result) {
@@ -93,7 +124,7 @@ std::string numbers_part(const CalibrationResult& result) {
   return section("numbers", "Numbers",
                  table({"sensor", "x, y, z, m", "roll, pitch, yaw, °", "sigma, mm", "sigma, °", "moved from the guess"},
                        rows, remark) +
-                     weak_table(result) + all);
+                     paragraph(what_is_left) + weak_table(result) + noise_table(result) + all);
 }
 
 }  // namespace rigcal::html

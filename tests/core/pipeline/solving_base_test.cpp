@@ -239,6 +239,18 @@ TEST(CalibrateLidars, AnyBaseGivesTheSameWithoutAGuess) {
   expect_the_same_for_another_base(run);
 }
 
+// Also the one in whose frame all is solved, which has no guess there.
+TEST(CalibrateLidars, AllAreComparedWithTheirGuessOfTheBase) {
+  const LightRecording run = named(courtyard(), 2);
+  SilentReporter silent;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{silent});
+  ASSERT_TRUE(result) << result.error().message();
+  for (std::size_t i = 0; i < run.guess.size(); ++i) {
+    if (i == 2) continue;
+    EXPECT_GT(result->sensors[i].hold_out.start_rms, 5.0 * result->sensors[i].hold_out.rms) << i;
+  }
+}
+
 TEST(CalibrateLidars, AnyBaseGivesTheSameWithNothingKnown) {
   LightRecording run = courtyard();
   for (std::size_t i = 1; i < run.guess.size(); ++i) run.guess[i].reset();

@@ -219,6 +219,18 @@ TEST(RangeErrors, AreAsWideAsUsualWhereNothingTellsThem) {
   const RangeFit& both = found.fit(RangeLaw::both);
   EXPECT_NEAR(std::sqrt(both.covariance(3, 3)), prior.black_m, 0.1 * prior.black_m);
   for (const RangeFit& fit : found.fits) EXPECT_NEAR(fit.likely, 0.25, 0.1);
+  // A LiDAR on no plane keeps nobody from being told.
+  ParameterLayout with_one_more(8, 3);
+  for (int j = 1; j < 8; ++j) with_one_more.free_stop(j);
+  for (int i = 1; i < 3; ++i) with_one_more.free_lidar(i);
+  RigState of_three = state;
+  of_three.T_base_sensor.emplace_back();
+  const RangeErrors beside = find_range_errors(solved.map.features, of_three, with_one_more, {}, {}, prior);
+  const RangeErrors alone = find_range_errors(solved.map.features, state, room.layout, {}, {}, prior);
+  ASSERT_TRUE(beside.known);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(beside.fit(RangeLaw::constant).step_m[i], alone.fit(RangeLaw::constant).step_m[i], 1e-9);
+  }
   solved.map.features.front().rays.clear();
   EXPECT_FALSE(find_range_errors(solved.map.features, state, room.layout, {}, {}, prior).known);
 }

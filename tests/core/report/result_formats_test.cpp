@@ -14,8 +14,10 @@
 #include <stdexcept>
 
 #include "core/base/random.h"
+#include "core/base/text.h"
 #include "core/report/result_texts.h"
 #include "core/report/rpy.h"
+#include "core/report/summary_text.h"
 #include "tests/support/json.h"
 #include "tests/support/make_result.h"
 #include "tests/support/schema_check.h"
@@ -341,6 +343,17 @@ TEST_F(ResultFormats, JsonCallsGoodNothingThatNobodyJudged) {
   EXPECT_FALSE(json["sensors"]["mid40_left"].contains("status"));
   json["method"] = "targetless";
   EXPECT_FALSE(fits_schema("extrinsics.json", json)) << "what calibrate finds is judged";
+}
+
+TEST_F(ResultFormats, SayWhichWayTheyGoWhereTheyCanHaveAComment) {
+  const std::string point = worked_point_text("mid40_left", "avia", truth("mid40_left"));
+  const Vector3d p = truth("mid40_left") * Vector3d::UnitX();
+  EXPECT_THAT(point, HasSubstr("is [" + fixed_text(p.x(), 3) + ", "));
+  for (const ResultFormat format : {ResultFormat::ros2_tf, ResultFormat::urdf, ResultFormat::autoware,
+                                    ResultFormat::opencv, ResultFormat::fast_livo}) {
+    EXPECT_THAT(write(format).text, HasSubstr("With T_base_sensor, p_base = R p_sensor + t: " + point));
+  }
+  EXPECT_THAT(write(ResultFormat::kalibr).text, HasSubstr("1 m ahead of camera-left, [1, 0, 0], is ["));
 }
 
 TEST_F(ResultFormats, NameEveryFailedAndWeakSensor) {
