@@ -263,7 +263,7 @@ void try_other_steps(const StartInput& input, const std::vector<PatchSurfels>& p
     for (const double way : {1.0, -1.0}) {
       std::optional<Attempt> other = try_steps([&](Start& placed) {
         place_in_equal_steps(input, base_patches, way, placed);
-        placed.has_assumed_steps = true;
+        placed.has_assumed_steps = turns_in_assumed_steps(input);
       });
       if (other && (!equal || other->fit > equal->fit)) equal = std::move(other);
     }
@@ -296,6 +296,10 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   std::optional<Start> start = from_stops(input, patches, base_patches, context, placed);
   if (start && has_unknown_steps(input)) try_other_steps(input, patches, base_patches, context, *start);
   if (!start || context.cancelled()) return cancelled_error();
+  // Without an axis, steps that nothing told were taken for equal ones from the start: right where all lies on itself.
+  if (!input.axis && turns_in_assumed_steps(input)) {
+    start->has_assumed_steps = input.goes_on || fit_of(input, patches, *start) < doubtful_fit;
+  }
   return *std::move(start);
 }
 

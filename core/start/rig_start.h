@@ -39,7 +39,8 @@ struct Start {
   std::vector<SE3> given_T_G_base;  ///< The trajectory with its first pose made the world; empty without one.
   std::vector<char> stop_known;     ///< The base LiDAR (or the trajectory) places the rig at this stop.
   std::vector<char> lidar_known;
-  /// The stops stand where a full turn in equal steps would have them: what was seen told no other way that fits.
+  /// The stops stand where a full turn in equal steps would have them: what was seen told no other way that fits, and
+  /// does not show either that this one is right.
   bool has_assumed_steps = false;
   std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
   /// How the shapes of all that it saw place a LiDAR; only where its surfels are too few to be trusted alone.

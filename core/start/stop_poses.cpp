@@ -32,19 +32,23 @@ bool gyro_is_complete(const StartInput& input) {
 
 struct Turned {
   std::vector<double> angle;  // by stop
-  double step_sigma_rad;
+  double step_sigma_rad = measured_step_sigma_rad;
+  bool is_assumed = false;  // some step was told by nothing
 };
 
 // Where nothing is known, a full turn in equal steps.
 Turned turned_angles(const StartInput& input) {
   const auto stops = static_cast<std::size_t>(input.stops);
-  Turned out{std::vector<double>(stops, 0.0), measured_step_sigma_rad};
+  Turned out{std::vector<double>(stops, 0.0)};
   const std::vector<std::optional<double>> by_gyro = signed_turns(input.R_previous_this);
   for (std::size_t j = 1; j < stops; ++j) {
     std::optional<double> step;
     if (j < input.turned_rad.size()) step = input.turned_rad[j];
     if (j < by_gyro.size() && by_gyro[j]) step = by_gyro[j];
-    if (!step) out.step_sigma_rad = assumed_step_sigma_rad;
+    if (!step) {
+      out.step_sigma_rad = assumed_step_sigma_rad;
+      out.is_assumed = true;
+    }
     out.angle[j] = out.angle[j - 1] + step.value_or(2.0 * pi / input.stops);
   }
   return out;
@@ -114,6 +118,10 @@ std::vector<PatchSurfels> known_of(std::vector<PatchSurfels> patches, const Star
 
 bool has_unknown_steps(const StartInput& input) {
   return input.trajectory.empty() && input.axis && input.stops > 2 && !gyro_is_complete(input);
+}
+
+bool turns_in_assumed_steps(const StartInput& input) {
+  return input.trajectory.empty() && input.stops > 1 && turned_angles(input).is_assumed;
 }
 
 void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start) {

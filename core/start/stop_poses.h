@@ -28,6 +28,10 @@ void place_stops(const StartInput& input, const std::vector<PatchSurfels>& base_
 /// Whether a table turned about a known axis by steps of which some are not known.
 [[nodiscard]] bool has_unknown_steps(const StartInput& input);
 
+/// Whether no trajectory tells where the rig stood, and nothing by how much it turned from some stop to the next: what
+/// goes by the angles takes those steps for equal ones all round.
+[[nodiscard]] bool turns_in_assumed_steps(const StartInput& input);
+
 /// Where the base stood if these need not be alike; only the stops that hang together are known then. Sets what
 /// `place_stops` does.
 void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>& base_patches, Start& start);

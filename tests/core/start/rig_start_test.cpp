@@ -105,6 +105,21 @@ TEST(FindStart, AssumesNoFullTurnWhereMoreStopsAreToCome) {
   EXPECT_FALSE(found(run).has_assumed_steps);
 }
 
+// Unless all lies on itself, or all steps were told.
+TEST(FindStart, SaysThatStepsWereAssumedAlsoWithoutAnAxis) {
+  Courtyard run(1, 5, std::array{20.0, 40.0});
+  run.input.axis.reset();
+  EXPECT_TRUE(found(run).has_assumed_steps);
+  run.input.turned_rad.emplace_back();
+  for (const Vector3d& step : run.truth.step_rotations) run.input.turned_rad.emplace_back(step.norm());
+  EXPECT_FALSE(found(run).has_assumed_steps);
+  Courtyard equal(1, 20);
+  equal.input.axis.reset();
+  EXPECT_FALSE(found(equal).has_assumed_steps);
+  equal.input.goes_on = true;
+  EXPECT_TRUE(found(equal).has_assumed_steps);
+}
+
 // Walls all around and a narrow view of them: held by what they saw alone, stops slid by a metre.
 TEST(FindStart, DoesNotLetATableSlideAlongWalls) {
   const auto scene = sim::parse_scene(court_scene, "court");
