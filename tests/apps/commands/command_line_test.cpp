@@ -34,6 +34,14 @@ TEST_F(CommandLine, TellsItsVersion) {
   EXPECT_THAT(run.out, ContainsRegex("^rigcal [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
 }
 
+// As some job systems start it: what it opens first would get the numbers of the closed ones.
+TEST_F(CommandLine, StandardStreamsThatAreClosedAreNothingButSilent) {
+  for (const char* closed : {">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"}) {
+    EXPECT_EQ(rigcal(std::string("--version ") + closed).code, 0) << closed;
+    EXPECT_EQ(rigcal(std::string("evaluate absent --truth absent ") + closed).code, 3) << closed;
+  }
+}
+
 TEST_F(CommandLine, ShowsAnExampleAtTheEndOfEveryHelp) {
   const std::string list = rigcal("--help").out;
   EXPECT_THAT(list, HasSubstr("Example:\n  rigcal "));
