@@ -1,6 +1,7 @@
 #include <stdio_ext.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -83,6 +84,19 @@ std::string next_part(const std::string& session) {
   return path;
 }
 
+std::filesystem::path own_place(const std::string& path) {
+  std::error_code error;
+  std::filesystem::path place = std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error);
+  return place.has_filename() ? place : place.parent_path();  // It may end with a slash.
+}
+
+// Whether it is that folder, or lies in it.
+bool lies_in(const std::string& path, const std::string& folder) {
+  const std::filesystem::path inner = own_place(path);
+  const std::filesystem::path outer = own_place(folder);
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
 std::string check_web(const std::string& text) {
   const Expected<WebAddress> address = parse_web_address(text);
   return address ? std::string() : address.error().message();
@@ -131,7 +145,6 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   std::signal(SIGPIPE, SIG_IGN);  // Ctrl-C ends who reads the output (`| tee log`), too; the recording is what counts.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
-  if (command.parts) command.capture.out = next_part(command.capture.out);
   const auto devices = driver_options(*rig);
   if (!devices) {
     Error error = devices.error();
@@ -296,6 +309,10 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command->callback([options, &context] {
     if (!options->result.empty() && !options->calibrate && options->target.empty())
       throw CLI::ValidationError("--result", "there is none without --calibrate or --target; add one of them");
+    if (options->parts) options->capture.out = next_part(options->capture.out);
+    // A result takes the place of its folder as a whole.
+    if (!options->result.empty() && lies_in(options->capture.out, options->result))
+      throw CLI::ValidationError("--result", "the session would lie there; choose another place for the result");
     context.run = [=, &context] { return run_capture(*options, context); };
   });
 }

@@ -73,6 +73,23 @@ TEST_F(CommandLine, SaysThatACaptureThatDoesNotCalibrateHasNoResult) {
   EXPECT_EQ(rigcal("capture --rig rig.yaml --out session --calibrate --result ''").code, 2);
 }
 
+TEST_F(CommandLine, RefusesAResultWhereTheSessionWouldLieBeforeItIsRecorded) {
+  std::filesystem::create_directories(scratch / "part");
+  std::filesystem::create_directory_symlink(scratch / "part", scratch / "link");
+  const auto capture = [&](const std::string& rest) { return rigcal("capture --rig absent.yaml --calibrate " + rest); };
+  for (const char* same :
+       {"--out session --result session", "--out session/ --result ./session", "--out result/session --result result",
+        "--out part/session --result link/session", "--out part --parts --result part.2"}) {
+    const ProgramRun run = capture(same);
+    EXPECT_EQ(run.code, 2) << same;
+    EXPECT_THAT(run.err, HasSubstr("--result: the session would lie there; choose another place")) << same;
+  }
+  // These come as far as the rig file that is missing.
+  for (const char* apart : {"--out session --result session_2", "--out session --result session/result",
+                            "--out part --parts --result part", "--out session"})
+    EXPECT_EQ(capture(apart).code, 3) << apart;
+}
+
 TEST_F(CommandLine, NamesTheRigFileThatHasNothingToCapture) {
   const std::string rig = (scratch / "bare.yaml").string();
   std::ofstream(rig) << "rigcal: 1\nname: bare\nbase: top\nsensors:\n  top: {type: lidar}\n";
