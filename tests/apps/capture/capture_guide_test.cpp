@@ -86,7 +86,7 @@ class CaptureGuideTest : public testing::Test {
 TEST_F(CaptureGuideTest, EndsWhenTheStopsAreIn) {
   CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
   EXPECT_TRUE(record(guide, [] {}));
-  EXPECT_EQ(guide.progress().state, CaptureState::complete);
+  EXPECT_EQ(guide.progress().state, CaptureState::ended);
   EXPECT_EQ(guide.progress().stops, 3);
   EXPECT_EQ(secured, 3);
   EXPECT_EQ(guide.stops().size(), 2U);  // The last one goes on.
