@@ -82,7 +82,8 @@ class Capture {
   void look_at_recording(Reporter& reporter);
   void look_at_disk(Reporter& reporter);
   void end_unwritten(Reporter& reporter, const std::string& why);
-  void watch();
+  void watch(Reporter& reporter);
+  void take_unread(const Error& error);
   CaptureGuide::Wish guide();
   void secure();
 
@@ -109,6 +110,7 @@ class Capture {
   double closing_s_ = 0.0;
   std::int64_t worst_behind_ns_ = 0;
   std::optional<StopReading> reading_;
+  std::optional<Error> unread_;  ///< Why the stops were not found to the end.
 };
 
 Capture::Capture(const Rig& rig, CaptureParts& parts, const CaptureOptions& options)
@@ -132,7 +134,7 @@ void Capture::run(const RunContext& context, const std::function<void(const Capt
     if (context.cancelled() || is_over() || is_enough) guide_.end(now_ns());
     look_at_recording(context.reporter);
     look_at_disk(context.reporter);
-    watch();
+    watch(context.reporter);
     const CaptureGuide::Wish wish = guide();
     if (wish.end) return;
     if (wish.secure || SteadyClock::now() - secured_ >= secure_period) secure();
@@ -154,8 +156,8 @@ void Capture::shut_down(const RunContext& context) {
   Expected<StopReading> reading = parts_.stops->finish({context.reporter, {}});
   if (reading) {
     reading_ = std::move(*reading);
-  } else {
-    log_.add(now_ns(), "stops", reading.error().message(), false);
+  } else if (!unread_) {
+    take_unread(reading.error());
   }
   guide_.look(now_ns(), parts_.driver->devices(), cameras());
   take_guide_events();
@@ -309,11 +311,21 @@ void Capture::end_unwritten(Reporter& reporter, const std::string& why) {
 }
 
 // Threads that do not move any more, and how far the search for stops is behind the packets.
-void Capture::watch() {
+void Capture::watch(Reporter& reporter) {
   for (const ThreadWatch::News& news : threads_.look()) log_.add(now_ns(), "thread " + news.thread, news.text, false);
-  const std::int64_t read_ns = parts_.stops->status().read_until_ns;
+  const LiveStopStatus stops = parts_.stops->status();
+  if (stops.failure && !unread_) {
+    take_unread(*stops.failure);
+    reporter.warn("no more stops are found, the recording goes on: " + unread_->message());
+  }
+  const std::int64_t read_ns = stops.read_until_ns;
   for (const livox::DeviceReport& device : parts_.driver->devices())
     if (read_ns != 0) worst_behind_ns_ = std::max(worst_behind_ns_, device.last_packet_ns - read_ns);
+}
+
+void Capture::take_unread(const Error& error) {
+  unread_ = error;
+  log_.add(now_ns(), "stops", error.message(), false);
 }
 
 // Lets it decide, and does what it wants of those that can be told when to take images.
@@ -363,6 +375,7 @@ CaptureSummary Capture::summarize() {
     for (const StopRecord& stop : reading_->stops) summary.status.stops.push_back(stop.stop);
   }
   summary.reading = std::move(reading_);
+  summary.status.live.failure = unread_;
   summary.closing_s = closing_s_;
   return summary;
 }
