@@ -180,12 +180,13 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   std::uint64_t told = 0;
   EstimateTeller teller(context.reporter);
   const auto draw = [&](const CaptureStatus& status) {
-    if (calibration) teller.tell(calibration->estimates());
+    const LiveEstimates known = calibration ? calibration->estimates() : LiveEstimates{};
+    teller.tell(known);
+    if (known.left_out > 0) context.reporter.warn(LiveCalibration::kLeftOutText);
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
     std::vector<std::string> lines = dashboard_lines(status);
     if (calibration) {
-      const LiveEstimates known = calibration->estimates();
       lines.push_back(known.estimates.empty() ? "calibration: waits for the first stop" : "calibration:");
       if (!known.estimates.empty()) {
         for (std::string& line : estimate_block(known.estimates.back())) lines.push_back(std::move(line));
