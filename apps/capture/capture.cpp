@@ -88,6 +88,7 @@ class Capture {
   void secure();
 
   // In the end.
+  [[nodiscard]] DiskPatience patience(Reporter& reporter) const;
   [[nodiscard]] std::vector<std::string> all_gaps(const CaptureSummary& summary, const IngestSummary& ingest) const;
   [[nodiscard]] CaptureSummary summarize();
 
@@ -151,7 +152,7 @@ void Capture::shut_down(const RunContext& context) {
   end_ns_ = now_ns();
   take_events();
   log_.end();
-  parts_.finish_recording();
+  parts_.finish_recording(patience(context.reporter));
   // Not to be cut short: that it was told to stop is a normal end.
   Expected<StopReading> reading = parts_.stops->finish({context.reporter, {}});
   if (reading) {
@@ -169,8 +170,14 @@ Expected<CaptureSummary> Capture::finish(Reporter& reporter) {
   CaptureSummary summary = summarize();
   SessionRecord last = record(summary.status, summary.gaps);
   last.end_ns = now_ns();
-  const Expected<void> recorded = write_session_record(options_.out, last);
-  const Expected<void> named = name_formats(options_.out, rig_, misread_formats(rig_, parts_.cameras), reporter);
+  const auto write_last = [&]() -> Expected<void> {
+    const DiskPatience bounded = patience(reporter);
+    const DiskWait wait(bounded, "session.json", nullptr);
+    const Expected<void> recorded = write_session_record(options_.out, last);
+    const Expected<void> named = name_formats(options_.out, rig_, misread_formats(rig_, parts_.cameras), reporter);
+    return recorded ? named : recorded;
+  };
+  const Expected<void> written = write_last();
   const bool is_on_disk = parts_.keeper->finish(longest_last_sync);
   if (const auto& failure = disk_.full()) return *failure;  // What was there is recorded.
   if (const auto failure = parts_.recording->figures().error) return *failure;
@@ -181,8 +188,7 @@ Expected<CaptureSummary> Capture::finish(Reporter& reporter) {
   if (parts_.trigger) {
     if (const auto failure = parts_.trigger->failure()) return *failure;
   }
-  if (!recorded) return recorded.error();
-  if (!named) return named.error();
+  if (!written) return written.error();
   return summary;
 }
 
@@ -340,6 +346,21 @@ CaptureGuide::Wish Capture::guide() {
 void Capture::secure() {
   secured_ = SteadyClock::now();
   parts_.keeper->secure(record(status(), log_.gaps()));
+}
+
+DiskPatience Capture::patience(Reporter& reporter) const {
+  DiskPatience patience;
+  patience.tell = [&reporter](const std::string& what) {
+    reporter.warn("the capture has ended, but the disk does not take " + what +
+                  ": it is waited for (a second Ctrl-C ends at once, and loses that)");
+  };
+  if (!options_.give_up) return patience;
+  patience.give_up = [this, most = patience.most] {
+    options_.give_up(options_.out + ": the disk has taken nothing for " +
+                     std::to_string(std::chrono::duration_cast<std::chrono::seconds>(most).count()) +
+                     " s: ended without it; what it has is finished by rigcal inspect --repair, once it answers");
+  };
+  return patience;
 }
 
 std::vector<std::string> Capture::all_gaps(const CaptureSummary& summary, const IngestSummary& ingest) const {

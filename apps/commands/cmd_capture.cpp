@@ -22,6 +22,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/option_checks.h"
 #include "apps/common/byte_size.h"
+#include "apps/common/end_at_once.h"
 #include "apps/common/service_notify.h"
 #include "apps/common/tolerance.h"
 #include "apps/web/web_view.h"
@@ -165,6 +166,9 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     command.capture.sink = &calibration->sink();
   }
   if (!command.target.empty()) command.capture.is_enough = [&calibration] { return calibration->has_reached_goal(); };
+  command.capture.give_up = [](const std::string& words) {
+    end_at_once("rigcal: error: " + words + "\n", ExitCode::system);
+  };
   std::unique_ptr<WebView> page;
   if (command.web) {
     auto started = WebView::start(*parse_web_address(*command.web), *rig, command.capture.out,
