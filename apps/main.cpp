@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +18,14 @@
 
 namespace rigcal {
 namespace {
+
+// Where one of them is closed (`2>&-`, some job systems) the first file that is opened would get its number, and what
+// is said would be written into it.
+void open_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+    if (fcntl(stream, F_GETFD) == -1) static_cast<void>(open("/dev/null", O_RDWR));  // The lowest free number: this.
+  }
+}
 
 int finish(CommandContext& context, ExitCode code) {
   context.reporter.clear();
@@ -53,6 +62,7 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
 
 int main(int argc, char** argv) {
   using rigcal::ExitCode;
+  rigcal::open_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is an error like a full disk, and no end of the program.
   rigcal::ConsoleReporter reporter(std::cerr);
   try {

@@ -112,7 +112,7 @@ std::vector<std::string> estimate_block(const StopEstimate& estimate) {
   return lines;
 }
 
-Json estimates_json(const std::vector<StopEstimate>& estimates) {
+Json estimates_json(std::span<const StopEstimate> estimates) {
   Json json = Json::array();
   for (const StopEstimate& estimate : estimates) {
     Json lidars = Json::array();

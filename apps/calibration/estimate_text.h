@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,6 @@ namespace rigcal {
 /// The same for a terminal of 80 columns.
 [[nodiscard]] std::vector<std::string> estimate_block(const StopEstimate& estimate);
 /// All that is known after each stop, as the JSON array `estimates` of docs/schema/calibrate.json.
-[[nodiscard]] nlohmann::ordered_json estimates_json(const std::vector<StopEstimate>& estimates);
+[[nodiscard]] nlohmann::ordered_json estimates_json(std::span<const StopEstimate> estimates);
 
 }  // namespace rigcal

@@ -21,6 +21,13 @@ CellOptions cells_for_result() {
   return options;
 }
 
+std::size_t bytes_of(const CalibrationStop& stop) {
+  std::size_t bytes = 0;
+  for (const PatchCells& patch : stop.patches)
+    bytes += (patch.cells.size() + patch.pieces.size()) * sizeof(Cell) + patch.thinned.size() * sizeof(Point);
+  return bytes;
+}
+
 IncrementalCalibration begin(const Rig& rig, const Requirement& goal) {
   IncrementalOptions options;
   options.goal = goal;
@@ -42,11 +49,13 @@ std::shared_ptr<const LiveView> make_view(const Rig& rig, const IncrementalCalib
 
 }  // namespace
 
-LiveCalibration::LiveCalibration(const Rig& rig, const Requirement& goal, std::string session, bool with_view)
+LiveCalibration::LiveCalibration(const Rig& rig, const Requirement& goal, std::string session, bool with_view,
+                                 std::size_t most_bytes)
     : rig_(rig),
       goal_(goal),
       session_(std::move(session)),
       with_view_(with_view),
+      most_bytes_(most_bytes),
       sink_(
           rig_, cells_for_result(), [this](CalibrationStop stop) { take(std::move(stop)); }, [this] { restart(); }),
       calibration_(begin(rig_, goal_)),
@@ -84,12 +93,18 @@ LiveCells LiveCalibration::finish() {
   if (is_anew_) calibration_ = begin(rig_, goal_);
   for (CalibrationStop& stop : waiting_) calibration_.add_stop(std::move(stop));
   waiting_.clear();
-  return {calibration_.take_recording(), std::move(images_)};
+  return {calibration_.take_recording(), std::move(images_), told_.left_out};
 }
 
 void LiveCalibration::take(CalibrationStop stop) {
   {
     const std::lock_guard lock(mutex_);
+    const std::size_t bytes = bytes_of(stop);
+    if (told_.left_out > 0 || bytes > most_bytes_ - bytes_) {
+      ++told_.left_out;
+      return;
+    }
+    bytes_ += bytes;
     waiting_.push_back(std::move(stop));
   }
   changed_.notify_all();
@@ -98,6 +113,7 @@ void LiveCalibration::take(CalibrationStop stop) {
 void LiveCalibration::restart() {
   const std::lock_guard lock(mutex_);
   waiting_.clear();
+  bytes_ = 0;
   told_ = {};
   view_.reset();
   solving_ = 0;

@@ -22,6 +22,7 @@ struct LiveEstimates {
   std::vector<StopEstimate> estimates;  ///< In order; where stops came faster than they were solved, of the later ones.
   int waiting = 0;                      ///< Stops that are not solved yet.
   std::string trouble;                  ///< Why the last attempt gave nothing; empty where it did.
+  int left_out = 0;                     ///< Stops that came when there was no room for more.
 };
 
 /// What a picture of the capture is made from, after the last estimate.
@@ -35,15 +36,26 @@ struct LiveView {
 struct LiveCells {
   LidarRecording lidar;
   std::shared_ptr<StopImageCache> images;  ///< That were read already.
+  int left_out = 0;                        ///< Stops that are not among them, as there was no room for more.
 };
 
 /// Solves the stops of a capture as they come, in a thread of low priority of its own: neither the recorder nor whoever
-/// finds the stops waits for it. Between its estimates it reads the images of the stops that are over.
+/// finds the stops waits for it. Between its estimates it reads the images of the stops that are over. A capture may go
+/// on for days: from the first stop for which there is no room on, it leaves all out.
 class LiveCalibration {
  public:
+  /// What is kept of the stops at most: some 80 of four LiDARs, which have 25 to 30 MB each. A turntable has done its
+  /// turns long before.
+  static constexpr std::size_t kMostBytes = std::size_t{2} << 30U;
+  /// What to say where `left_out` is more than 0.
+  static constexpr const char* kLeftOutText =
+      "no further stops are solved as it goes, as those so far take 2 GB of memory: they are recorded, and afterwards "
+      "rigcal calibrate SESSION solves all";
+
   /// Guesses are the rig file's. `session`: where the images come to lie; empty: none do. `with_view`: somebody will
   /// ask for it.
-  LiveCalibration(const Rig& rig, const Requirement& goal, std::string session = {}, bool with_view = false);
+  LiveCalibration(const Rig& rig, const Requirement& goal, std::string session = {}, bool with_view = false,
+                  std::size_t most_bytes = kMostBytes);
   /// Gives up what it is at.
   ~LiveCalibration();
   LiveCalibration(const LiveCalibration&) = delete;
@@ -71,13 +83,15 @@ class LiveCalibration {
   Requirement goal_;
   std::string session_;
   bool with_view_;
+  std::size_t most_bytes_;
   std::shared_ptr<StopImageCache> images_ = std::make_shared<StopImageCache>();
   CellSink sink_;
 
   mutable std::mutex mutex_;  ///< Of what follows.
   std::condition_variable changed_;
   std::deque<CalibrationStop> waiting_;
-  int solving_ = 0;  ///< Stops that are no longer among these and not solved yet.
+  std::size_t bytes_ = 0;  ///< Of all stops that are kept.
+  int solving_ = 0;        ///< Stops that are no longer among these and not solved yet.
   LiveEstimates told_;
   std::shared_ptr<const LiveView> view_;
   bool is_over_ = false;

@@ -41,6 +41,10 @@ Expected<LiveResult> finish_live(const std::string& session, const StopReading& 
   StageClock clock;
   StageReport& stage = clock.begin("the last stops");
   LiveCells cells = calibration.finish();
+  if (cells.left_out > 0)
+    return input_error("of its " + std::to_string(reading.stops.size()) + " stops " + std::to_string(cells.left_out) +
+                           " were left out while it was recorded, to bound the memory",
+                       session, "solve all of them: rigcal calibrate " + session);
   const Expected<StreamSource> source = open_stream(session, {});
   if (!source) return source.error();
   Expected<Recording> recording = make_recording(*source, reading, std::move(cells.lidar), kept);

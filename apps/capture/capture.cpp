@@ -82,11 +82,13 @@ class Capture {
   void look_at_recording(Reporter& reporter);
   void look_at_disk(Reporter& reporter);
   void end_unwritten(Reporter& reporter, const std::string& why);
-  void watch();
+  void watch(Reporter& reporter);
+  void take_unread(const Error& error);
   CaptureGuide::Wish guide();
   void secure();
 
   // In the end.
+  [[nodiscard]] DiskPatience patience(Reporter& reporter) const;
   [[nodiscard]] std::vector<std::string> all_gaps(const CaptureSummary& summary, const IngestSummary& ingest) const;
   [[nodiscard]] CaptureSummary summarize();
 
@@ -109,6 +111,7 @@ class Capture {
   double closing_s_ = 0.0;
   std::int64_t worst_behind_ns_ = 0;
   std::optional<StopReading> reading_;
+  std::optional<Error> unread_;  ///< Why the stops were not found to the end.
 };
 
 Capture::Capture(const Rig& rig, CaptureParts& parts, const CaptureOptions& options)
@@ -132,7 +135,7 @@ void Capture::run(const RunContext& context, const std::function<void(const Capt
     if (context.cancelled() || is_over() || is_enough) guide_.end(now_ns());
     look_at_recording(context.reporter);
     look_at_disk(context.reporter);
-    watch();
+    watch(context.reporter);
     const CaptureGuide::Wish wish = guide();
     if (wish.end) return;
     if (wish.secure || SteadyClock::now() - secured_ >= secure_period) secure();
@@ -149,13 +152,13 @@ void Capture::shut_down(const RunContext& context) {
   end_ns_ = now_ns();
   take_events();
   log_.end();
-  parts_.finish_recording();
+  parts_.finish_recording(patience(context.reporter));
   // Not to be cut short: that it was told to stop is a normal end.
   Expected<StopReading> reading = parts_.stops->finish({context.reporter, {}});
   if (reading) {
     reading_ = std::move(*reading);
-  } else {
-    log_.add(now_ns(), "stops", reading.error().message(), false);
+  } else if (!unread_) {
+    take_unread(reading.error());
   }
   guide_.look(now_ns(), parts_.driver->devices(), cameras());
   take_guide_events();
@@ -167,8 +170,14 @@ Expected<CaptureSummary> Capture::finish(Reporter& reporter) {
   CaptureSummary summary = summarize();
   SessionRecord last = record(summary.status, summary.gaps);
   last.end_ns = now_ns();
-  const Expected<void> recorded = write_session_record(options_.out, last);
-  const Expected<void> named = name_formats(options_.out, rig_, misread_formats(rig_, parts_.cameras), reporter);
+  const auto write_last = [&]() -> Expected<void> {
+    const DiskPatience bounded = patience(reporter);
+    const DiskWait wait(bounded, "session.json", nullptr);
+    const Expected<void> recorded = write_session_record(options_.out, last);
+    const Expected<void> named = name_formats(options_.out, rig_, misread_formats(rig_, parts_.cameras), reporter);
+    return recorded ? named : recorded;
+  };
+  const Expected<void> written = write_last();
   const bool is_on_disk = parts_.keeper->finish(longest_last_sync);
   if (const auto& failure = disk_.full()) return *failure;  // What was there is recorded.
   if (const auto failure = parts_.recording->figures().error) return *failure;
@@ -179,8 +188,7 @@ Expected<CaptureSummary> Capture::finish(Reporter& reporter) {
   if (parts_.trigger) {
     if (const auto failure = parts_.trigger->failure()) return *failure;
   }
-  if (!recorded) return recorded.error();
-  if (!named) return named.error();
+  if (!written) return written.error();
   return summary;
 }
 
@@ -309,11 +317,21 @@ void Capture::end_unwritten(Reporter& reporter, const std::string& why) {
 }
 
 // Threads that do not move any more, and how far the search for stops is behind the packets.
-void Capture::watch() {
+void Capture::watch(Reporter& reporter) {
   for (const ThreadWatch::News& news : threads_.look()) log_.add(now_ns(), "thread " + news.thread, news.text, false);
-  const std::int64_t read_ns = parts_.stops->status().read_until_ns;
+  const LiveStopStatus stops = parts_.stops->status();
+  if (stops.failure && !unread_) {
+    take_unread(*stops.failure);
+    reporter.warn("no more stops are found, the recording goes on: " + unread_->message());
+  }
+  const std::int64_t read_ns = stops.read_until_ns;
   for (const livox::DeviceReport& device : parts_.driver->devices())
     if (read_ns != 0) worst_behind_ns_ = std::max(worst_behind_ns_, device.last_packet_ns - read_ns);
+}
+
+void Capture::take_unread(const Error& error) {
+  unread_ = error;
+  log_.add(now_ns(), "stops", error.message(), false);
 }
 
 // Lets it decide, and does what it wants of those that can be told when to take images.
@@ -328,6 +346,21 @@ CaptureGuide::Wish Capture::guide() {
 void Capture::secure() {
   secured_ = SteadyClock::now();
   parts_.keeper->secure(record(status(), log_.gaps()));
+}
+
+DiskPatience Capture::patience(Reporter& reporter) const {
+  DiskPatience patience;
+  patience.tell = [&reporter](const std::string& what) {
+    reporter.warn("the capture has ended, but the disk does not take " + what +
+                  ": it is waited for (a second Ctrl-C ends at once, and loses that)");
+  };
+  if (!options_.give_up) return patience;
+  patience.give_up = [this, most = patience.most] {
+    options_.give_up(options_.out + ": the disk has taken nothing for " +
+                     std::to_string(std::chrono::duration_cast<std::chrono::seconds>(most).count()) +
+                     " s: ended without it; what it has is finished by rigcal inspect --repair, once it answers");
+  };
+  return patience;
 }
 
 std::vector<std::string> Capture::all_gaps(const CaptureSummary& summary, const IngestSummary& ingest) const {
@@ -363,6 +396,7 @@ CaptureSummary Capture::summarize() {
     for (const StopRecord& stop : reading_->stops) summary.status.stops.push_back(stop.stop);
   }
   summary.reading = std::move(reading_);
+  summary.status.live.failure = unread_;
   summary.closing_s = closing_s_;
   return summary;
 }

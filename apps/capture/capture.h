@@ -19,6 +19,9 @@ struct CaptureOptions {
   CaptureGoal goal;                  ///< `turns_itself` is set by the rig.
   StopSink* sink = nullptr;          ///< Gets the points of each stop as it is found, see LiveStops; may be null.
   std::function<bool()> is_enough;   ///< Asked ten times a second; true ends the capture. May be empty.
+  /// Is to end the program with these words, where the disk takes nothing any more at the end; from another thread.
+  /// Empty: the disk is waited for.
+  std::function<void(const std::string& words)> give_up;
 };
 
 /// Records the LiDARs and cameras of a rig into a session until it is told to stop, its time is over or its stops are

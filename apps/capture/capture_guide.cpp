@@ -24,9 +24,10 @@ std::vector<CaptureSensor> sensors_of(const std::vector<std::string>& lidars, co
 }
 
 std::string stop_text(const StopRecord& record) {
+  const char* end = record.end == StopEnd::stream ? "the end of the recording" : to_string(record.end);
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), "stop %d is over, %.1f s, ended by %s", record.stop.index,
-                seconds_of_ns(record.stop.end_ns - record.stop.start_ns), to_string(record.end));
+                seconds_of_ns(record.stop.end_ns - record.stop.start_ns), end);
   return text.data();
 }
 
@@ -47,8 +48,10 @@ CaptureGuide::CaptureGuide(const CaptureGoal& goal, const std::vector<std::strin
   last_image_ns_.assign(cameras.size(), 0);
 }
 
-void CaptureGuide::say(std::string text, bool is_gap) {
-  if (events_.size() < most_events) events_.push_back({now_ns_, std::move(text), is_gap});
+void CaptureGuide::say(std::string text, bool is_gap) { say_at(now_ns_, std::move(text), is_gap); }
+
+void CaptureGuide::say_at(std::int64_t stamp_ns, std::string text, bool is_gap) {
+  if (events_.size() < most_events) events_.push_back({stamp_ns, std::move(text), is_gap});
 }
 
 void CaptureGuide::tell(const CaptureInput& input) {
@@ -109,7 +112,7 @@ void CaptureGuide::look_at_stops(const std::vector<CaptureCamera>& cameras) {
         found_.push_back(stop);
         tell(happened::StopOver{stop.index, seconds_of_ns(stop.end_ns - stop.start_ns)});
         settled_ns_.reset();
-        say(stop_text(*event.record));
+        say_at(stop.end_ns, stop_text(*event.record), false);  // It was found some time after.
         break;
       }
       case Kind::moving:

@@ -44,6 +44,7 @@ class CaptureGuide {
   void look_at_stops(const std::vector<CaptureCamera>& cameras);
   void look_at_table();
   void say(std::string text, bool is_gap = false);
+  void say_at(std::int64_t stamp_ns, std::string text, bool is_gap);
 
   CaptureMachine machine_;
   LiveStops& stops_;

@@ -101,12 +101,22 @@ Expected<CaptureParts> CaptureParts::start(const Rig& rig, const livox::DriverOp
   return parts;
 }
 
-void CaptureParts::finish_recording() {
-  if (trigger != nullptr) trigger->finish();
+void CaptureParts::finish_recording(const DiskPatience& patience) {
+  if (trigger != nullptr) {
+    const DiskWait wait(patience, "the pulses", nullptr);
+    trigger->finish();
+  }
   for (const auto& camera : cameras) camera->stop();
   driver->stop();
-  recording->finish();
-  for (const auto& camera : cameras) camera->finish();
+  {
+    const DiskWait wait(patience, "the packets", &recording->heartbeat());
+    recording->finish();
+  }
+  for (const auto& camera : cameras) {
+    const DiskWait wait(patience, "the images of " + camera->status().sensor, &camera->writing());
+    camera->finish();
+  }
+  const DiskWait wait(patience, "session.json", nullptr);
   keeper->stop_writing();
 }
 

@@ -6,6 +6,7 @@
 
 #include "apps/cameras/camera_recorder.h"
 #include "apps/capture/capture.h"
+#include "apps/capture/disk_wait.h"
 #include "apps/capture/live_stops.h"
 #include "apps/capture/packet_taker.h"
 #include "apps/capture/session_keeper.h"
@@ -32,7 +33,7 @@ struct CaptureParts {
                                                     const CaptureOptions& options, Reporter& reporter);
   /// No more pulses, then no more frames, then no more packets; then what is on its way is written. The stops can be
   /// read to their end after that, and session.json is the caller's.
-  void finish_recording();
+  void finish_recording(const DiskPatience& patience);
 
   [[nodiscard]] std::vector<std::string> camera_names() const;
   [[nodiscard]] std::vector<const Heartbeat*> heartbeats() const;

@@ -112,6 +112,9 @@ std::vector<Shortfall> CaptureSummary::shortfalls() const {
     all.push_back(
         {.kind = Kind::lost_here, .text = std::to_string(dropped_control) + " control frames were not recorded"});
   for (const CaptureCamera& camera : status.cameras) add_shortfalls(camera, all);
+  if (status.live.failure)
+    all.push_back({.kind = Kind::stops_unread,
+                   .text = "the stops could not be found while it was recorded: " + status.live.failure->message()});
   add_shortfalls(status.progress, all);
   return all;
 }

@@ -22,6 +22,7 @@ struct Shortfall {
     images_unwritten,  ///< Of a camera that was given up.
     lost_here,         ///< Packets, frames: this machine was too slow for them.
     failed,            ///< It could not go on as it was asked to.
+    stops_unread,      ///< The search for stops came to no end.
     stops_missing,     ///< Of those that it was to end with.
   };
   Kind kind = Kind::failed;
@@ -55,7 +56,7 @@ struct CaptureSummary {
   std::optional<StopReading> reading;  ///< What the stops were found from; nothing where that failed.
 
   /// Every LiDAR and every camera has sent, without interruption and to the end, and as it was set up to, nothing got
-  /// lost in this machine, and all stops that were asked for are in.
+  /// lost in this machine, the stops were found, and all that were asked for are in.
   [[nodiscard]] bool is_complete() const { return shortfalls().empty(); }
   /// What keeps it from that, by the counts above. Nobody else decides what is one.
   [[nodiscard]] std::vector<Shortfall> shortfalls() const;

@@ -9,7 +9,7 @@ namespace rigcal {
 namespace {
 
 constexpr std::int64_t look_ns = 100'000'000;
-constexpr std::size_t most_events = 10'000;
+constexpr std::size_t most_kept_events = 10'000;
 
 const char* name_of(trigger::TriggerSource source) {
   switch (source) {
@@ -109,7 +109,7 @@ void TriggerRecorder::note(const trigger::TriggerEvent& event) {
   const bool is_lost = event.kind == trigger::TriggerEventKind::lost;
   if (!is_lost && event.kind != trigger::TriggerEventKind::returned) return;
   const std::lock_guard lock(mutex_);
-  if (events_.size() == most_events) return;
+  if (events_.size() == most_kept_events) return;
   events_.push_back(
       {event.stamp_ns, std::string(name_of(event.source)) + (is_lost ? " is gone" : " is back"), is_lost});
 }

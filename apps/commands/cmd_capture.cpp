@@ -1,6 +1,7 @@
 #include <stdio_ext.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -21,6 +22,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/option_checks.h"
 #include "apps/common/byte_size.h"
+#include "apps/common/end_at_once.h"
 #include "apps/common/service_notify.h"
 #include "apps/common/tolerance.h"
 #include "apps/web/web_view.h"
@@ -83,6 +85,19 @@ std::string next_part(const std::string& session) {
   return path;
 }
 
+std::filesystem::path own_place(const std::string& path) {
+  std::error_code error;
+  std::filesystem::path place = std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error);
+  return place.has_filename() ? place : place.parent_path();  // It may end with a slash.
+}
+
+// Whether it is that folder, or lies in it.
+bool lies_in(const std::string& path, const std::string& folder) {
+  const std::filesystem::path inner = own_place(path);
+  const std::filesystem::path outer = own_place(folder);
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
 std::string check_web(const std::string& text) {
   const Expected<WebAddress> address = parse_web_address(text);
   return address ? std::string() : address.error().message();
@@ -131,7 +146,6 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   std::signal(SIGPIPE, SIG_IGN);  // Ctrl-C ends who reads the output (`| tee log`), too; the recording is what counts.
   const Expected<Rig> rig = load_rig(command.rig);
   if (!rig) return rig.error();
-  if (command.parts) command.capture.out = next_part(command.capture.out);
   const auto devices = driver_options(*rig);
   if (!devices) {
     Error error = devices.error();
@@ -152,6 +166,9 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     command.capture.sink = &calibration->sink();
   }
   if (!command.target.empty()) command.capture.is_enough = [&calibration] { return calibration->has_reached_goal(); };
+  command.capture.give_up = [](const std::string& words) {
+    end_at_once("rigcal: error: " + words + "\n", ExitCode::system);
+  };
   std::unique_ptr<WebView> page;
   if (command.web) {
     auto started = WebView::start(*parse_web_address(*command.web), *rig, command.capture.out,
@@ -167,12 +184,13 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
   std::uint64_t told = 0;
   EstimateTeller teller(context.reporter);
   const auto draw = [&](const CaptureStatus& status) {
-    if (calibration) teller.tell(calibration->estimates());
+    const LiveEstimates known = calibration ? calibration->estimates() : LiveEstimates{};
+    teller.tell(known);
+    if (known.left_out > 0) context.reporter.warn(LiveCalibration::kLeftOutText);
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
     std::vector<std::string> lines = dashboard_lines(status);
     if (calibration) {
-      const LiveEstimates known = calibration->estimates();
       lines.push_back(known.estimates.empty() ? "calibration: waits for the first stop" : "calibration:");
       if (!known.estimates.empty()) {
         for (std::string& line : estimate_block(known.estimates.back())) lines.push_back(std::move(line));
@@ -296,6 +314,10 @@ void add_capture_command(CLI::App& app, CommandContext& context) {
   command->callback([options, &context] {
     if (!options->result.empty() && !options->calibrate && options->target.empty())
       throw CLI::ValidationError("--result", "there is none without --calibrate or --target; add one of them");
+    if (options->parts) options->capture.out = next_part(options->capture.out);
+    // A result takes the place of its folder as a whole.
+    if (!options->result.empty() && lies_in(options->capture.out, options->result))
+      throw CLI::ValidationError("--result", "the session would lie there; choose another place for the result");
     context.run = [=, &context] { return run_capture(*options, context); };
   });
 }

@@ -9,29 +9,19 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <optional>
 #include <string_view>
 
-#include "apps/common/exit_code.h"
+#include "apps/common/end_at_once.h"
 #include "core/base/seconds.h"
 #include "core/base/system_call.h"
 
 namespace rigcal {
 namespace {
 
-// Nothing is waited for any more, so nothing may be said by ways that could wait: no lock, no terminal that takes
-// nothing.
-[[noreturn]] void end_at_once() {
-  constexpr std::string_view words =
-      "rigcal: error: ended at once by a second signal: what was being written is left as it was; "
-      "a session is finished by rigcal inspect --repair SESSION\n";
-  pollfd taker{STDERR_FILENO, POLLOUT, 0};
-  if (poll(&taker, 1, 0) == 1 && (taker.revents & POLLOUT) != 0) {
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, words.data(), words.size());
-  }
-  std::_Exit(static_cast<int>(ExitCode::not_trustworthy));
-}
+constexpr std::string_view second_signal =
+    "rigcal: error: ended at once by a second signal: what was being written is left as it was; "
+    "a session is finished by rigcal inspect --repair SESSION\n";
 
 // One that is blocked comes even where it is ignored.
 bool is_ignored(int signal) {
@@ -82,7 +72,8 @@ void StopSignal::listen() {
     if (watched[1].revents != 0) return;
     signalfd_siginfo signal{};
     if (read(signals_.get(), &signal, sizeof(signal)) != static_cast<ssize_t>(sizeof(signal))) continue;
-    if (told && signal.ssi_signo != SIGHUP && SteadyClock::now() - *told >= kOneWish) end_at_once();
+    if (told && signal.ssi_signo != SIGHUP && SteadyClock::now() - *told >= kOneWish)
+      end_at_once(second_signal, ExitCode::not_trustworthy);
     if (!told) told = SteadyClock::now();
     source_.request_stop();
   }

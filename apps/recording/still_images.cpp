@@ -116,6 +116,11 @@ StopOutcome read_stop(const std::vector<Placed>& images, const Sensor& camera, c
   return {stop.take(static_cast<int>(images.front().stop)), stop.complaints()};
 }
 
+// The format of a camera's images may have become known only after they were read: a mosaic was taken for grey then.
+bool is_as_told(const StopOutcome& outcome, const Sensor& camera) {
+  return !outcome.image || outcome.image->image.pixel_format == camera.camera->pixel_format;
+}
+
 // The images that were placed, each stop's together.
 std::vector<std::vector<Placed>> jobs_of(const Placing& placing) {
   std::map<std::size_t, std::vector<Placed>> by_stop;
@@ -232,7 +237,7 @@ StillImages read_still_images(const std::string& folder, const Sensor& camera, c
     for (std::size_t k = begin; k < end; ++k) {
       std::optional<StopOutcome> known;
       if (ahead != nullptr) known = ahead->take(camera.name, jobs[k].front().stop, files_of(jobs[k]));
-      outcomes[k] = known ? std::move(*known) : read_stop(jobs[k], camera, context);
+      outcomes[k] = known && is_as_told(*known, camera) ? std::move(*known) : read_stop(jobs[k], camera, context);
     }
   });
   std::vector<std::string> complaints;

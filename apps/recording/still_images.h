@@ -30,8 +30,8 @@ std::string tell_of_unused(const std::string& folder, const ImageFolder& listed,
 /// Reads the images of one camera from its folder (`list_image_folder`) and keeps those taken in a stop: the whole
 /// exposure must lie in it. Stops without times are told by frames.csv's remark, or by the files' names. Several images
 /// of a stop become their mean, which has less noise; the rig stood still. What cannot be used is left out with a
-/// warning: damaged files, another size than the intrinsics', exposures outside of all stops. What `ahead` has of them
-/// is taken from there; it may be null.
+/// warning: damaged files, another size than the intrinsics', exposures outside of all stops. What `ahead` has of them,
+/// read in the camera's pixel format, is taken from there; it may be null.
 [[nodiscard]] StillImages read_still_images(const std::string& folder, const Sensor& camera,
                                             const std::vector<Stop>& stops, const RunContext& context,
                                             StopImageCache* ahead = nullptr);

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "apps/calibration/estimate_text.h"
 #include "apps/recording/rig_lidars.h"
@@ -12,6 +14,8 @@ namespace rigcal {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::size_t most_drawn = 100;  // Estimates; all of it is sent twice a second.
 
 Json sensor_json(const CaptureDevice& device) {
   return {{"sensor", device.sensor},
@@ -89,6 +93,7 @@ std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEst
   } else if (known != nullptr && !known->estimates.empty()) {
     const StopEstimate& last = known->estimates.back();
     what += last.reached ? ". The goal is reached" : (last.advice_text.empty() ? "" : ". " + last.advice_text);
+    if (known->left_out > 0) what += std::string(". Note: ") + LiveCalibration::kLeftOutText;
   }
   Json json{{"state", to_string(status.progress.state)},
             {"stops", status.progress.stops},
@@ -105,7 +110,10 @@ std::string web_state(const Rig& rig, const CaptureStatus& status, const LiveEst
             {"result", nullptr}};
   for (const CaptureDevice& device : status.devices) json["sensors"].push_back(sensor_json(device));
   for (const CaptureCamera& camera : status.cameras) json["cameras"].push_back(camera_json(camera));
-  if (known != nullptr) json["estimates"] = estimates_json(known->estimates);
+  if (known != nullptr) {
+    const std::span all(known->estimates);
+    json["estimates"] = estimates_json(all.last(std::min(all.size(), most_drawn)));
+  }
   if (result != nullptr) json["result"] = result_json(*result);
   // A browser asks again for the pictures.
   for (Json& camera : json["cameras"]) {

@@ -22,7 +22,8 @@ struct MotionBin {
       Vector3d::Zero();             ///< Integral of the gyro (trapezoids) over the sample intervals that end here, rad.
   double turn_s = 0.0;              ///< The length of those intervals.
   double longest_interval_s = 0.0;  ///< The longest of them.
-  bool moving = false;              ///< Filled by the judge.
+  bool moving = false;              ///< Filled by the judge,
+  bool silent = false;              ///< and this: counts as moving as the unit said nothing for too long.
 
   [[nodiscard]] std::int64_t end_ns() const { return start_ns + length_ns; }
 };

@@ -25,7 +25,7 @@ void StillDetector::flush() {
   add_bins(binner_.flush());
   take_finals(true);
   if (state_ == State::candidate) reject_candidate();
-  if (state_ == State::stopped) end_stop();
+  if (state_ == State::stopped) end_stop(StopEnd::stream);
 }
 
 void StillDetector::add_bins(const std::vector<MotionBin>& bins) {
@@ -45,7 +45,7 @@ void StillDetector::take_finals(bool at_end) {
 void StillDetector::step(const MotionBin& bin) {
   if (bin.moving) {
     if (state_ == State::candidate) reject_candidate();
-    if (state_ == State::stopped) end_stop();
+    if (state_ == State::stopped) end_stop(bin.silent ? StopEnd::silence : StopEnd::motion);
     state_ = State::moving;
     if (stops_ > 0) turn_.add(bin);
     not_still(bin.end_ns(), DropReason::moving);
@@ -119,7 +119,7 @@ void StillDetector::extend_stop(const MotionBin& bin) {
   listener_.still_until(open_.stop.end_ns + 1, open_.stop.index);
 }
 
-void StillDetector::end_stop() {
+void StillDetector::end_stop(StopEnd end) {
   const StillGyro gyro{open_.gyro_bias_rad_s, samples_, (open_.stop.start_ns + open_.stop.end_ns) / 2};
   if (open_.stop.index > 0) {
     const Turn turn = turn_.finish(gyro, judge_.noise_variance().sum() / 3.0, options_.gyro_scale_sigma);
@@ -131,6 +131,7 @@ void StillDetector::end_stop() {
   }
   turn_.begin(gyro);
   not_still(still_end_ns_, DropReason::moving);
+  open_.end = end;
   listener_.stop_ended(open_);
   state_ = State::moving;
 }

@@ -44,7 +44,7 @@ class StillDetector {
   void reject_candidate();
   void confirm_candidate();
   void extend_stop(const MotionBin& bin);
-  void end_stop();
+  void end_stop(StopEnd end);
   void not_still(std::int64_t until_ns, DropReason reason);
 
   StopOptions options_;

@@ -135,7 +135,7 @@ void StillJudge::mark_gap(std::int64_t last) {
   const double silence_s = std::max(bin.longest_interval_s,
                                     bin.samples == 0 ? static_cast<double>(last - silent) * MotionBin::length_s : 0.0);
   if (silence_s > options_.bridge_gap_s) {
-    for (std::int64_t i = silent; i <= last; ++i) at(i).moving = true;
+    for (std::int64_t i = silent; i <= last; ++i) at(i).moving = at(i).silent = true;
   }
   const bool after_motion = last > begin_ && at(last - 1).moving;
   if (after_motion && (bin.samples == 0 || at(last - 1).samples == 0)) bin.moving = true;
@@ -228,7 +228,7 @@ void StillJudge::mark_moving(std::int64_t first, std::int64_t last) {
 
 void StillJudge::judge_all() {
   for (std::int64_t i = final_; i < end_; ++i) {
-    at(i).moving = false;
+    at(i).moving = at(i).silent = false;
     mark_gap(i);
   }
   for (std::int64_t i = final_; i < end_; ++i) judge(i);

@@ -25,8 +25,8 @@ const char* to_string(CaptureState state) {
       return "capturing";
     case CaptureState::moving:
       return "moving";
-    case CaptureState::complete:
-      return "complete";
+    case CaptureState::ended:
+      return "ended";
     case CaptureState::failed:
       return "failed";
   }
@@ -106,7 +106,7 @@ void CaptureMachine::count_stop() {
   ++stops_;
   actions_.push_back(CaptureAction::secure);
   if (goal_.stops > 0 && stops_ >= goal_.stops) {
-    state_ = CaptureState::complete;
+    state_ = CaptureState::ended;
     actions_.push_back(CaptureAction::end);
     return;
   }
@@ -230,7 +230,7 @@ void CaptureMachine::on(const happened::TimePassed&) {
 }
 
 void CaptureMachine::on(const happened::EndAsked&) {
-  state_ = CaptureState::complete;
+  state_ = CaptureState::ended;
   actions_.push_back(CaptureAction::end);
 }
 

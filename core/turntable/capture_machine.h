@@ -14,7 +14,7 @@ enum class CaptureState {
   settling,           ///< It rests, not yet long enough for a stop.
   capturing,          ///< A stop: patches fill, cameras are waited for. Also when it is full, until the rig moves.
   moving,             ///< From a stop that counts to the next one.
-  complete,           ///< The goal is reached, or it was told to end.
+  ended,              ///< The goal is reached, or it was told to end.
   failed,             ///< It cannot go on; what is recorded stays.
 };
 [[nodiscard]] const char* to_string(CaptureState state);
@@ -113,7 +113,7 @@ struct CaptureProgress {
 ///
 ///   checking --(all sensors came, or check_s passed)--> waiting_for_still --(rest)--> settling --(settled)-->
 ///   capturing capturing --(full and moved)--> moving --(rest)--> settling ...; left early: waiting_for_still capturing
-///   --(the last wanted stop is full)--> complete;  any --(told to end)--> complete, --(trouble)--> failed
+///   --(the last wanted stop is full)--> ended;  any --(told to end)--> ended, --(trouble)--> failed
 ///
 /// A stop is full when it has lasted the dwell and every camera that is there has an image in it. A table that turns
 /// itself is told to once a stop is full, twice at most for a step; a rest does not count before it has arrived, and of
@@ -152,7 +152,7 @@ class CaptureMachine {
   void on(const happened::EndAsked&);
   void on(const happened::RecordingFailed& input);
 
-  [[nodiscard]] bool is_over() const { return state_ == CaptureState::complete || state_ == CaptureState::failed; }
+  [[nodiscard]] bool is_over() const { return state_ == CaptureState::ended || state_ == CaptureState::failed; }
   [[nodiscard]] bool is_under_way() const;
   [[nodiscard]] bool are_all_there() const;
   [[nodiscard]] bool has_all_images() const;

@@ -48,8 +48,8 @@ std::string advice(const CaptureProgress& progress) {
     case CaptureState::moving:
       return progress.table_is_turning ? "the table turns"
                                        : "turn by " + degrees(step_deg(progress)) + ", then hold still";
-    case CaptureState::complete:
-      return "complete: " + counted(progress.stops, "stop");
+    case CaptureState::ended:
+      return "ended: " + counted(progress.stops, "stop");
     case CaptureState::failed:
       return progress.failure;
   }

@@ -15,7 +15,7 @@ TEST(EstimateText, TellsWhichStopsWereLeftOut) {
   estimate.advice_text = "turn by 60 degrees";
   EXPECT_THAT(estimate_remarks(estimate), testing::ElementsAre("stop 4 is left out: it would be turned otherwise",
                                                                "mid40: too few stops", "turn by 60 degrees"));
-  EXPECT_EQ(estimates_json({estimate})[0]["warnings"][0], estimate.warnings[0]);
+  EXPECT_EQ(estimates_json(std::vector{estimate})[0]["warnings"][0], estimate.warnings[0]);
 }
 
 }  // namespace

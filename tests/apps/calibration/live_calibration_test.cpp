@@ -130,6 +130,33 @@ TEST_F(LiveCalibrationTest, ForgetsWhatItIsToldToForget) {
   for (const PatchCells& patch : recording.patches) EXPECT_LT(patch.stop, 6);
 }
 
+TEST_F(LiveCalibrationTest, StopsForWhichThereIsNoRoomAreLeftOutAndLeaveNoResult) {
+  const StreamSource source = growing_session(folder / "given");
+  LiveCalibration roomy(source.rig, {});
+  ASSERT_TRUE(read_stops(source, {}, roomy.sink(), {silent}));
+  EXPECT_EQ(roomy.estimates().left_out, 0);
+  const LiveCells all = roomy.finish();
+  EXPECT_EQ(all.left_out, 0);
+  std::size_t bytes = 0;
+  for (const PatchCells& patch : all.lidar.patches)
+    bytes += (patch.cells.size() + patch.pieces.size()) * sizeof(Cell) + patch.thinned.size() * sizeof(Point);
+
+  LiveCalibration tight(source.rig, {}, {}, false, bytes / 2);
+  ASSERT_TRUE(read_stops(source, {}, tight.sink(), {silent}));
+  ASSERT_TRUE(tight.sink().restart());  // What is found anew has the room again.
+  EXPECT_EQ(tight.estimates().left_out, 0);
+  const auto reading = read_stops(source, {}, tight.sink(), {silent});
+  ASSERT_TRUE(reading);
+  const int left_out = tight.estimates().left_out;
+  EXPECT_GE(left_out, 2);
+  EXPECT_LE(left_out, 4);
+  const auto live = finish_live((folder / "given").string(), *reading, {}, tight, (folder / "none").string(), {silent});
+  ASSERT_FALSE(live);
+  EXPECT_THAT(live.error().message(), testing::HasSubstr("of its 6 stops " + std::to_string(left_out)));
+  EXPECT_THAT(live.error().mend, testing::HasSubstr("rigcal calibrate"));
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
 TEST_F(LiveCalibrationTest, IsGivenUpWithoutWaiting) {
   const StreamSource source = growing_session(folder / "given");
   LiveCalibration calibration(source.rig, {});

@@ -61,7 +61,10 @@ class CaptureGuideTest : public testing::Test {
       each();
       const CaptureGuide::Wish wish = guide.look(looked_ns, devices, cameras);
       secured += wish.secure ? 1 : 0;
-      for (const CaptureEvent& event : guide.take_events()) said.push_back(event.text);
+      for (const CaptureEvent& event : guide.take_events()) {
+        said.push_back(event.text);
+        if (event.text.find(" is over, ") != std::string::npos) over_ns.push_back(event.stamp_ns);
+      }
       if (wish.end) return true;
     }
     return false;
@@ -76,22 +79,35 @@ class CaptureGuideTest : public testing::Test {
   std::vector<livox::DeviceReport> devices;
   std::vector<CaptureCamera> cameras;
   std::vector<std::string> said;
+  std::vector<std::int64_t> over_ns;  ///< By the events that tell of stops that are over.
   int secured = 0;
 };
 
 TEST_F(CaptureGuideTest, EndsWhenTheStopsAreIn) {
   CaptureGuide guide(goal, {"avia", "mid40"}, {}, *stops, nullptr);
   EXPECT_TRUE(record(guide, [] {}));
-  EXPECT_EQ(guide.progress().state, CaptureState::complete);
+  EXPECT_EQ(guide.progress().state, CaptureState::ended);
   EXPECT_EQ(guide.progress().stops, 3);
   EXPECT_EQ(secured, 3);
   EXPECT_EQ(guide.stops().size(), 2U);  // The last one goes on.
   // By the numbers that the session's files have.
   EXPECT_THAT(said, Contains("stop 0 counts: 1 of 3 stops in"));
   EXPECT_THAT(said, Contains(testing::StartsWith("stop 0 is over, ")));
+  ASSERT_EQ(over_ns.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(over_ns[i], guide.stops()[i].end_ns);
   EXPECT_THAT(said, Contains("stop 2 counts: 3 of 3 stops in"));
   EXPECT_THAT(said, Contains("moving"));
-  EXPECT_THAT(said, Contains("complete"));
+  EXPECT_THAT(said, Contains("ended"));
+  // At rest: no motion ends the last one.
+  ASSERT_TRUE(recorder->close());
+  SilentReporter silent;
+  ASSERT_TRUE(stops->finish({silent}));
+  guide.look(stops->status().read_until_ns, devices, cameras);
+  ASSERT_EQ(guide.stops().size(), 3U);
+  const std::vector<CaptureEvent> last = guide.take_events();
+  ASSERT_FALSE(last.empty());
+  EXPECT_THAT(last[0].text, testing::StartsWith("stop 2 is over, "));
+  EXPECT_THAT(last[0].text, testing::EndsWith("ended by the end of the recording"));
 }
 
 TEST_F(CaptureGuideTest, WantsImagesInStopsThatAreNotFull) {

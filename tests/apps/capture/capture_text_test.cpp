@@ -165,14 +165,18 @@ TEST(CaptureSummary, SaysAllThatKeepsItFromBeingComplete) {
   CaptureCamera& camera = summary.status.cameras.emplace_back();
   camera.sensor = "camera_left";
   camera.counters.losses = 2;
+  summary.status.live.failure = system_error("cannot be read", "s/lidar.pcapng", "look after the disk");
   summary.status.progress.stops = 2;
   summary.status.progress.wanted_stops = 3;
   EXPECT_THAT(
       messages_of(summary),
-      ElementsAre("avia: its connection was lost 1 time", "avia: nothing came from it in the last 12 s",
-                  "mid100_left: it never sent anything", "eth0 192.168.1.5: 42 packets were lost in this machine",
-                  "3 control frames were not recorded", "camera_left: it never sent anything",
-                  "camera_left: its connection was lost 2 times", "only 2 of 3 stops are in"));
+      ElementsAre(
+          "avia: its connection was lost 1 time", "avia: nothing came from it in the last 12 s",
+          "mid100_left: it never sent anything", "eth0 192.168.1.5: 42 packets were lost in this machine",
+          "3 control frames were not recorded", "camera_left: it never sent anything",
+          "camera_left: its connection was lost 2 times",
+          "the stops could not be found while it was recorded: s/lidar.pcapng: cannot be read; look after the disk",
+          "only 2 of 3 stops are in"));
 }
 
 TEST(CaptureSummary, HasAKindForEachShortfall) {

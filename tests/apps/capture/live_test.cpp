@@ -8,6 +8,7 @@
 #include <map>
 #include <thread>
 
+#include "apps/capture/capture.h"
 #include "apps/capture/live_datagrams.h"
 #include "apps/recording/batch_source.h"
 #include "drivers/livox_codec/sample_packet.h"
@@ -15,6 +16,7 @@
 #include "simdata/scene/scene_file.h"
 #include "tests/support/files.h"
 #include "tests/support/json.h"
+#include "tests/support/noting_reporter.h"
 #include "tests/support/run_program.h"
 #include "tests/support/schema_check.h"
 #include "tests/support/scratch_folder.h"
@@ -243,6 +245,37 @@ TEST_F(Live, ACaptureGoesOnThoughNobodyReadsWhatItSaysAnyMore) {
   const auto record = try_json(text_of(session / "session.json"));
   ASSERT_FALSE(record.is_discarded());
   EXPECT_TRUE(record["end_ns"].is_number()) << "it was killed on the way";
+}
+
+// Whom the points go to has no room for them.
+class FullSink final : public StopSink {
+ public:
+  Expected<void> restart() override { return system_error("no room for points"); }
+  [[nodiscard]] Expected<void> status() const override { return {}; }
+  void points(int, int, std::span<const Point>) override {}
+  void stop_done(const StopRecord&) override {}
+};
+
+TEST_F(Live, ACaptureSaysAtOnceAndInTheEndThatStopsAreNotFoundAnyMore) {
+  Rig lidars = rig;
+  std::erase_if(lidars.sensors, [](const Sensor& sensor) { return !sensor.is_lidar(); });
+  FullSink sink;
+  NotingReporter reporter;
+  CaptureOptions wanted;
+  wanted.out = (scratch / "session").string();
+  wanted.sink = &sink;
+  wanted.goal.stops = 1;
+  wanted.is_enough = [&reporter] { return !reporter.warnings.empty(); };
+  wanted.duration_s = 10.0;
+  const auto summary = capture(lidars, options, wanted, {reporter}, [](const CaptureStatus&) {});
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_LT(summary->status.seconds, 5.0) << "it was told only at the end";
+  EXPECT_THAT(reporter.warnings,
+              testing::Contains(HasSubstr("no more stops are found, the recording goes on: no room")));
+  std::vector<std::string> told;
+  for (const Shortfall& shortfall : summary->shortfalls()) told.push_back(shortfall.message());
+  EXPECT_THAT(told, testing::Contains(HasSubstr("stops could not be found while it was recorded: no room for points")));
+  EXPECT_THAT(text_of(scratch / "session/session.json"), HasSubstr("stops: no room for points"));
 }
 
 TEST_F(Live, TheProgramServesUntilItIsStopped) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "apps/capture/disk_watch.h"
+#include "tests/support/comes_true.h"
 #include "tests/support/files.h"
 #include "tests/support/scratch_folder.h"
 
@@ -18,12 +19,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-
-template <class Condition>
-bool comes_true(const Condition& condition) {
-  for (int i = 0; i < 1000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  return condition();
-}
 
 TEST(SessionKeeper, TellsAtOnceThatTheSessionIsGone) {
   const std::filesystem::path folder = scratch_folder("session_keeper");

@@ -34,6 +34,14 @@ TEST_F(CommandLine, TellsItsVersion) {
   EXPECT_THAT(run.out, ContainsRegex("^rigcal [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
 }
 
+// As some job systems start it: what it opens first would get the numbers of the closed ones.
+TEST_F(CommandLine, StandardStreamsThatAreClosedAreNothingButSilent) {
+  for (const char* closed : {">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"}) {
+    EXPECT_EQ(rigcal(std::string("--version ") + closed).code, 0) << closed;
+    EXPECT_EQ(rigcal(std::string("evaluate absent --truth absent ") + closed).code, 3) << closed;
+  }
+}
+
 TEST_F(CommandLine, ShowsAnExampleAtTheEndOfEveryHelp) {
   const std::string list = rigcal("--help").out;
   EXPECT_THAT(list, HasSubstr("Example:\n  rigcal "));
@@ -63,6 +71,23 @@ TEST_F(CommandLine, SaysThatACaptureThatDoesNotCalibrateHasNoResult) {
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("--result: there is none without --calibrate or --target"));
   EXPECT_EQ(rigcal("capture --rig rig.yaml --out session --calibrate --result ''").code, 2);
+}
+
+TEST_F(CommandLine, RefusesAResultWhereTheSessionWouldLieBeforeItIsRecorded) {
+  std::filesystem::create_directories(scratch / "part");
+  std::filesystem::create_directory_symlink(scratch / "part", scratch / "link");
+  const auto capture = [&](const std::string& rest) { return rigcal("capture --rig absent.yaml --calibrate " + rest); };
+  for (const char* same :
+       {"--out session --result session", "--out session/ --result ./session", "--out result/session --result result",
+        "--out part/session --result link/session", "--out part --parts --result part.2"}) {
+    const ProgramRun run = capture(same);
+    EXPECT_EQ(run.code, 2) << same;
+    EXPECT_THAT(run.err, HasSubstr("--result: the session would lie there; choose another place")) << same;
+  }
+  // These come as far as the rig file that is missing.
+  for (const char* apart : {"--out session --result session_2", "--out session --result session/result",
+                            "--out part --parts --result part", "--out session"})
+    EXPECT_EQ(capture(apart).code, 3) << apart;
 }
 
 TEST_F(CommandLine, NamesTheRigFileThatHasNothingToCapture) {

@@ -103,6 +103,25 @@ TEST_F(StillImagesTest, ThatWereReadAheadAreTakenFromThere) {
   EXPECT_FALSE(ahead->has("left", 0, {path(folder + "1500000.png")}));  // It was taken out.
 }
 
+// As of a camera that was left at a mosaic which the rig file did not name: the session's names it in the end.
+TEST_F(StillImagesTest, ThatWereReadAheadInAnotherFormatAreReadAgain) {
+  camera_.camera->intrinsics->width = 64;
+  camera_.camera->intrinsics->height = 48;
+  fs::create_directories(folder_ / "images/left");
+  image("images/left/1500000.png", square());
+  Rig rig;
+  rig.sensors = {camera_};
+  rig.sensors[0].camera->pixel_format.clear();
+  const auto ahead = std::make_shared<StopImageCache>();
+  read_images_ahead(rig, stops_, {path("images")}, *ahead, {});
+  ASSERT_TRUE(ahead->has("left", 0, {path("images/left/1500000.png")}));
+
+  const StillImages again = read_still_images(path("images/left"), camera_, stops_, {reporter_}, ahead.get());
+  ASSERT_EQ(again.images.size(), 1U);
+  EXPECT_EQ(again.images[0].image.pixel_format, "BayerRG8");
+  EXPECT_EQ(again.images[0].features, nullptr) << "of the mosaic, taken for grey";
+}
+
 TEST_F(StillImagesTest, BelongToTheStopThatContainsTheirExposure) {
   image("1500000.png", plain(4, 3, 10));
   image("1999000.png", plain(4, 3, 20));  // its exposure ends 4 us after the stop

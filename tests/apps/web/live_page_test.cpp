@@ -53,6 +53,17 @@ std::string some_state(const std::string& rig = small_rig(), std::uint32_t seen_
   return web_state(*parse_rig(rig, "rig.yaml"), some_status(), &known, &view, Requirement{});
 }
 
+TEST(LivePage, StateHasTheNewestEstimatesAndSaysThatNoMoreCome) {
+  LiveEstimates known;
+  for (int stops = 1; stops <= 150; ++stops) known.estimates.emplace_back().stops = stops;
+  known.left_out = 1;
+  const auto state =
+      parse_json(web_state(*parse_rig(small_rig(), "rig.yaml"), some_status(), &known, nullptr, Requirement{}));
+  ASSERT_EQ(state["estimates"].size(), 100U);
+  EXPECT_EQ(state["estimates"][99]["stops"], 150);
+  EXPECT_THAT(state["advice"].get<std::string>(), HasSubstr("no further stops are solved as it goes"));
+}
+
 // With LiDARs behind the two of the small rig.
 std::string rig_of(int lidars) {
   std::string more;

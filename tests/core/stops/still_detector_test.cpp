@@ -316,12 +316,15 @@ TEST(StillDetector, BridgesAShortSilenceInAStopAndCutsAtALongOne) {
   const std::vector<StillStop> one = find(samples);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_TRUE(one[0].imu_gap);
+  EXPECT_EQ(one[0].end, StopEnd::stream);
   remove(samples, 3.0, 4.0);
   const std::vector<StillStop> two = find(samples);
   ASSERT_EQ(two.size(), 2U);
   EXPECT_LE(to_seconds(two[0].stop.end_ns), 3.0);
   EXPECT_GE(to_seconds(two[1].stop.start_ns), 4.0);
   EXPECT_FALSE(two[1].rotation_known);
+  EXPECT_EQ(two[0].end, StopEnd::silence);
+  EXPECT_EQ(two[1].end, StopEnd::stream);
 }
 
 TEST(StillDetector, EndsAStopBeforeAMotionThatBeginsInASilence) {
@@ -334,6 +337,7 @@ TEST(StillDetector, EndsAStopBeforeAMotionThatBeginsInASilence) {
   remove(samples, 2.92, 3.1);
   const std::vector<StillStop> stops = find(samples);
   expect_rests_found(motion, stops);
+  EXPECT_EQ(stops[0].end, StopEnd::motion);
 }
 
 TEST(StillDetector, IgnoresNonsenseAndOtherUnits) {

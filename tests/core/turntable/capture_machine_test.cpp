@@ -95,7 +95,7 @@ TEST(CaptureMachine, AWholeRunByHand) {
   EXPECT_EQ(run.state(), State::capturing);
   EXPECT_EQ(run.progress().stop, 1);
   EXPECT_THAT(run.fill(), ElementsAre(Action::secure, Action::end));
-  EXPECT_EQ(run.state(), State::complete);
+  EXPECT_EQ(run.state(), State::ended);
   EXPECT_EQ(run.progress().short_stops, 0);
 }
 
@@ -345,7 +345,7 @@ TEST(CaptureMachine, WithoutAGoalItGoesOnUntilItIsTold) {
     run.leave(stop, 1.5);
   }
   EXPECT_THAT(run.tell(EndAsked{}), ElementsAre(Action::end));
-  EXPECT_EQ(run.state(), State::complete);
+  EXPECT_EQ(run.state(), State::ended);
   EXPECT_EQ(run.progress().stops, 5);
 }
 
@@ -366,37 +366,37 @@ std::vector<Way> ways() {
              run.begin().settle(0).fill();
              run.leave(0, 1.5);
            }},
-          {State::complete, [](Machine& run) { run.begin().tell(EndAsked{}); }},
+          {State::ended, [](Machine& run) { run.begin().tell(EndAsked{}); }},
           {State::failed, [](Machine& run) { run.begin().tell(RecordingFailed{"full"}); }}};
 }
 
 /// What each event makes of each state, where sensors are as the way left them.
 TEST(CaptureMachine, EveryEventInEveryState) {
   const State idle = State::idle, checking = State::checking, waiting = State::waiting_for_still,
-              settling = State::settling, capturing = State::capturing, moving = State::moving,
-              complete = State::complete, failed = State::failed;
+              settling = State::settling, capturing = State::capturing, moving = State::moving, ended = State::ended,
+              failed = State::failed;
   struct Row {
     const char* name;
     CaptureInput input;
     std::vector<State> then;  ///< By state, in the order of `ways`.
   };
   const std::vector<Row> rows{
-      {"begun", Begun{}, {checking, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"came", SensorCame{camera}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"went", SensorWent{lidar}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"nobody", SensorCame{7}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"image", ImageCame{camera}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"rest", RestBegan{}, {idle, checking, settling, settling, settling, settling, complete, failed}},
-      {"settled", RestSettled{9}, {idle, checking, capturing, capturing, capturing, capturing, complete, failed}},
-      {"rested", Rested{0.5}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"stop over", StopOver{0, 0.2}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"rest over", RestOver{}, {idle, checking, waiting, waiting, waiting, moving, complete, failed}},
-      {"anew", FoundAnew{}, {idle, checking, waiting, waiting, waiting, waiting, complete, failed}},
-      {"arrived", TableArrived{}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"table", TableFailed{"x"}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"time", TimePassed{}, {idle, checking, waiting, settling, capturing, moving, complete, failed}},
-      {"end", EndAsked{}, {complete, complete, complete, complete, complete, complete, complete, failed}},
-      {"fault", RecordingFailed{"full"}, {failed, failed, failed, failed, failed, failed, complete, failed}}};
+      {"begun", Begun{}, {checking, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"came", SensorCame{camera}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"went", SensorWent{lidar}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"nobody", SensorCame{7}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"image", ImageCame{camera}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"rest", RestBegan{}, {idle, checking, settling, settling, settling, settling, ended, failed}},
+      {"settled", RestSettled{9}, {idle, checking, capturing, capturing, capturing, capturing, ended, failed}},
+      {"rested", Rested{0.5}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"stop over", StopOver{0, 0.2}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"rest over", RestOver{}, {idle, checking, waiting, waiting, waiting, moving, ended, failed}},
+      {"anew", FoundAnew{}, {idle, checking, waiting, waiting, waiting, waiting, ended, failed}},
+      {"arrived", TableArrived{}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"table", TableFailed{"x"}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"time", TimePassed{}, {idle, checking, waiting, settling, capturing, moving, ended, failed}},
+      {"end", EndAsked{}, {ended, ended, ended, ended, ended, ended, ended, failed}},
+      {"fault", RecordingFailed{"full"}, {failed, failed, failed, failed, failed, failed, ended, failed}}};
   for (const Row& row : rows) {
     std::size_t i = 0;
     for (const Way& way : ways()) {
@@ -405,7 +405,7 @@ TEST(CaptureMachine, EveryEventInEveryState) {
       ASSERT_EQ(run.state(), way.state) << row.name;
       const Actions actions = run.tell(row.input);
       EXPECT_EQ(run.state(), row.then[i]) << row.name << " while " << to_string(way.state);
-      const bool has_ended = run.state() != way.state && (run.state() == complete || run.state() == failed);
+      const bool has_ended = run.state() != way.state && (run.state() == ended || run.state() == failed);
       EXPECT_EQ(actions, has_ended ? Actions{Action::end} : Actions{}) << row.name << " while " << to_string(way.state);
       ++i;
     }

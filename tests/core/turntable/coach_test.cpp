@@ -42,9 +42,9 @@ TEST(Coach, SaysWhatToDoInEachState) {
   EXPECT_EQ(advice(moving), "turn by 22.5 degrees, then hold still");
   moving.table_is_turning = true;
   EXPECT_EQ(advice(moving), "the table turns");
-  CaptureProgress complete = at(CaptureState::complete);
-  complete.stops = 1;
-  EXPECT_EQ(advice(complete), "complete: 1 stop");
+  CaptureProgress ended = at(CaptureState::ended);
+  ended.stops = 1;
+  EXPECT_EQ(advice(ended), "ended: 1 stop");
   CaptureProgress failed = at(CaptureState::failed);
   failed.failure = "the disk is full";
   EXPECT_EQ(advice(failed), "the disk is full");
