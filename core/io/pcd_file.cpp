@@ -1,7 +1,6 @@
 #include "core/io/pcd_file.h"
 
 #include <lzf.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -18,6 +17,7 @@
 #include "core/io/output_file.h"
 #include "core/io/pcd_header.h"
 #include "core/io/point_values.h"
+#include "core/io/random_access_file.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -244,7 +244,7 @@ class PcdReader {
     }
     if (packed_bytes > bytes_left()) return too_short(0);
     // LZF stores at most 264 bytes in 3: what claims more is no LZF, and is not given the memory.
-    if (bytes / 88 > packed_bytes) return damaged();
+    if (packed_bytes == 0 || bytes / 88 > packed_bytes) return damaged();
     std::vector<std::uint8_t> packed(packed_bytes);
     if (std::fread(packed.data(), 1, packed.size(), file_.get()) != packed.size()) return too_short(0);
     std::vector<std::uint8_t> values(bytes);
@@ -284,15 +284,14 @@ std::string binary_header(std::uint64_t points, bool timed) {
 }  // namespace
 
 Expected<PcdSummary> read_pcd(const std::string& path, const std::function<void(std::span<const Point>)>& take) {
-  File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  Expected<RandomAccessFile> opened = RandomAccessFile::open(path);
+  if (!opened) return opened.error();
+  FileDescriptor descriptor = std::move(*opened).release();
+  File file(::fdopen(descriptor.get(), "rb"), &std::fclose);
   if (!file) return cannot_read(path, errno);
-  struct stat status = {};
-  if (fstat(fileno(file.get()), &status) != 0) return cannot_read(path, errno);
-  if (S_ISDIR(status.st_mode)) return cannot_read(path, EISDIR);
-  if (!S_ISREG(status.st_mode)) return input_error("is no regular file", path);
-  if (status.st_size == 0) return input_error("is empty", path, "copy or record it again");
+  static_cast<void>(descriptor.release());  // The stream closes it.
   Collector collector(take);
-  return PcdReader(path, std::move(file), static_cast<std::uint64_t>(status.st_size)).read(collector);
+  return PcdReader(path, std::move(file), opened->size()).read(collector);
 }
 
 Expected<PcdCloud> read_pcd(const std::string& path) {
