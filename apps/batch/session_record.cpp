@@ -12,6 +12,7 @@
 #include "apps/common/json_text.h"
 #include "core/base/sha256.h"
 #include "core/base/version.h"
+#include "core/io/files_below.h"
 #include "core/io/output_file.h"
 #include "core/report/input_digest.h"
 #include "core/report/result_folder.h"
@@ -95,7 +96,7 @@ InputState input_state(const std::vector<std::string>& paths) {
       sum.add(bytes_of(file_line(path, "file", state.bytes)));
       continue;
     }
-    const std::optional<std::vector<std::string>> names = files_below(path);
+    const Expected<std::vector<std::string>> names = files_below(path);
     if (!names) return {};
     for (const std::string& name : *names) sum.add(bytes_of(file_line(fs::path(path) / name, name, state.bytes)));
     sum.add(bytes_of(std::to_string(names->size()) + " files\n"));

@@ -16,6 +16,8 @@
 #include "apps/recording/session_counters.h"
 #include "core/base/version.h"
 #include "core/io/file_copy.h"
+#include "core/io/files_below.h"
+#include "core/io/output_file.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
@@ -38,21 +40,17 @@ struct ImportTask {
 
 std::string below(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
-/// With all that is in it.
-Expected<void> copy_folder(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to, error);
-  if (error) return cannot_write(to.string(), error.value());
-  fs::directory_iterator entry(from, error);
-  if (error) return cannot_read(from.string(), error.value());
-  for (; entry != fs::directory_iterator(); entry.increment(error)) {
-    const fs::path copy = to / entry->path().filename();
-    const bool folder = entry->is_directory(error);
-    const Expected<void> copied =
-        folder ? copy_folder(entry->path(), copy) : copy_file(entry->path().string(), copy.string());
-    if (!copied) return copied.error();
+/// With all that is in it, but for the folder `left_out`.
+Expected<void> copy_folder(const fs::path& from, const fs::path& to, const fs::path& left_out) {
+  const Expected<std::vector<std::string>> names = files_below(from, left_out);
+  if (!names) return names.error();
+  for (const std::string& name : *names) {
+    const fs::path copy = to / name;
+    std::error_code error;
+    fs::create_directories(copy.parent_path(), error);
+    if (error) return cannot_write(copy.parent_path().string(), error.value());
+    if (const Expected<void> copied = copy_file((from / name).string(), copy.string()); !copied) return copied;
   }
-  if (error) return cannot_read(from.string(), error.value());
   return {};
 }
 
@@ -197,7 +195,7 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   std::error_code error;
   if (task.images.empty() && fs::is_directory(fs::path(task.input) / "image", error)) {
     const std::string image = below(task.input, "image");
-    if (const Expected<void> copied = copy_folder(image, out / "image"); !copied) return copied.error();
+    if (const Expected<void> copied = copy_folder(image, out / "image", task.folder); !copied) return copied.error();
     summary.images = count_images(image, task.rig, task.context.reporter);
   }
   const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stops, {});
