@@ -80,7 +80,7 @@ class PatchFiles final : public StopSink {
       if (done) done = clouds_->commit();
       return done ? Expected<std::uint64_t>(0) : done.error();
     }
-    if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied.error();
+    if (const auto written = patches_->write_rig_file(source.rig_text); !written) return written.error();
     PatchImages images;
     if (images_ == nullptr) {
       Expected<PatchImages> written = write_patch_images(source, stops, *patches_, context);

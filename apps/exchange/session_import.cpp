@@ -32,6 +32,7 @@ namespace fs = std::filesystem;
 struct ImportTask {
   std::string input;
   std::string rig_path;
+  std::string rig_text;
   std::string images;  ///< Where the cameras' images lie, if not with the recording.
   Rig rig;
   std::string folder;  ///< Of the session that is being made.
@@ -136,6 +137,7 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   source.file = task.input;
   source.rig_path = task.rig_path;
   source.rig = task.rig;
+  source.rig_text = task.rig_text;
   ImageFiles images(below(task.folder, "images"), task.rig);
   if (!task.images.empty()) images.take_none();
   const std::string patches = below(task.folder, "patches");
@@ -225,14 +227,13 @@ Expected<ImportSummary> import_session(const RecordingPaths& from, const std::st
   const Expected<std::string> rig_file = folder ? rig_file_of_folder(input, from.rig) : from.rig;
   if (!rig_file) return rig_file.error();
   if (rig_file->empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
-  Expected<Rig> rig = load_rig(*rig_file);
+  Expected<RigFile> rig = load_rig_file(*rig_file);
   if (!rig) return rig.error();
   Expected<StagedFolder> staged = StagedFolder::create(out);
   if (!staged) return staged.error();
-  if (const Expected<void> copied = copy_file(*rig_file, below(staged->path(), "rig.yaml")); !copied) {
-    return copied.error();
-  }
-  const ImportTask task{input, *rig_file, from.images, std::move(*rig), staged->path(), context};
+  if (const auto written = replace_file(below(staged->path(), "rig.yaml"), rig->text); !written) return written.error();
+  const ImportTask task{input,          *rig_file, std::move(rig->text), from.images, std::move(rig->rig),
+                        staged->path(), context};
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;

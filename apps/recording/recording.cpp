@@ -271,6 +271,10 @@ Expected<Recording> read_images_alone(Rig rig, const std::string& path, const st
   return out;
 }
 
+Expected<Rig> rig_of(const RecordingPaths& paths, const std::string& file) {
+  return paths.known_rig ? Expected<Rig>(paths.known_rig->rig) : load_rig(file);
+}
+
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
   if (const auto there = check_there(path); !there) return there.error();
@@ -282,7 +286,7 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     if (session->packets.empty()) {
       if (session->record && !session->record->end_ns)
         context.reporter.warn(path + " has no end: the recording that it was made from was cut short");
-      Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
+      Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : rig_of(paths, paths.rig);
       if (!rig) return rig.error();
       if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
       return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells,
@@ -291,12 +295,12 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
   } else if (folder) {
     const Expected<std::string> rig_file = rig_file_of_folder(path, paths.rig);
     if (!rig_file) return rig_file.error();
-    Expected<Rig> rig = load_rig(*rig_file);
+    Expected<Rig> rig = rig_of(paths, *rig_file);
     if (!rig) return rig.error();
     if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
     return read_patches(std::move(*rig), path, {}, image_places(paths), cells, paths.keep_points_within_m, context);
   }
-  const Expected<StreamSource> source = open_stream(path, paths.rig);
+  const Expected<StreamSource> source = open_stream(path, paths.rig, paths.known_rig);
   if (!source) return source.error();
   if (const std::optional<Error> none = no_lidar_error(*source)) return *none;
   return read_stream(*source, cells, paths.keep_points_within_m, context);

@@ -9,7 +9,6 @@
 #include "core/base/parse_number.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
-#include "core/io/file_copy.h"
 #include "core/io/foreign_file.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
@@ -220,8 +219,8 @@ Expected<std::string> PatchFolderWriter::image_path(int sensor, int stop) const 
   return (folder / (std::to_string(stop) + ".png")).string();
 }
 
-Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
-  return copy_file(path, (fs::path(folder_.path()) / "rig.yaml").string());
+Expected<void> PatchFolderWriter::write_rig_file(const std::string& text) const {
+  return replace_file((fs::path(folder_.path()) / "rig.yaml").string(), text);
 }
 
 Expected<void> PatchFolderWriter::finish() {

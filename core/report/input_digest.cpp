@@ -32,6 +32,7 @@ bool add_bytes(std::ifstream& in, std::uint64_t count, const std::stop_token& st
 
 std::optional<InputDigest> digest_file(const fs::path& path, std::uint64_t whole_bytes, const std::stop_token& stop) {
   std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;  // Opening a pipe may wait for ever.
   InputDigest digest;
   digest.path = path.string();
   digest.bytes = fs::file_size(path, error);
