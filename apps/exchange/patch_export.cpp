@@ -224,6 +224,7 @@ std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>
     pose.R = pose.R * *rotation;
     poses[stop.stop.index] = pose;
   }
+  if (poses.size() == 1) poses.clear();  // That of the first stop alone tells no turn.
   return poses;
 }
 

@@ -158,16 +158,16 @@ void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcome
 }
 
 // A trajectory without any translation, as `export` writes it, holds the gyro's rotations between the stops and says
-// nothing of where the base was.
-bool has_rotations_only(const std::map<int, SE3>& trajectory) {
-  return trajectory.size() > 1 &&
+// nothing of where the base was. That of several stops may have one pose: of the first, where no turn is known.
+bool has_rotations_only(const std::map<int, SE3>& trajectory, std::size_t stops) {
+  return std::max(trajectory.size(), stops) > 1 &&
          std::all_of(trajectory.begin(), trajectory.end(), [](const auto& p) { return p.second.t.isZero(0.0); });
 }
 
 // Stops with a patch, and those with nothing but images whose poses are given: cameras can be found from these, too.
 std::set<int> stops_of(const PatchFolder& folder, const Rig& rig, const std::vector<std::string>& image_places) {
   std::set<int> stops(folder.stops.begin(), folder.stops.end());
-  if (!folder.trajectory || has_rotations_only(*folder.trajectory)) return stops;
+  if (!folder.trajectory || has_rotations_only(*folder.trajectory, stops.size())) return stops;
   for (const int stop : stops_with_images(rig, image_places)) {
     if (folder.trajectory->contains(stop)) stops.insert(stop);
   }
@@ -181,7 +181,7 @@ Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::
     const auto at = position.find(stop);
     if (at != position.end()) poses[static_cast<std::size_t>(at->second)] = T;
   }
-  if (has_rotations_only(trajectory)) {
+  if (has_rotations_only(trajectory, poses.size())) {
     out.R_previous_this.resize(poses.size());
     for (std::size_t j = 1; j < poses.size(); ++j) {
       if (poses[j - 1] && poses[j]) out.R_previous_this[j] = poses[j - 1]->R.transpose() * poses[j]->R;

@@ -133,6 +133,16 @@ TEST_F(RecordingOfPatches, NamesTheTrajectoryThatHasNoPoseOfAStop) {
   EXPECT_EQ(recording.error().where, (folder_ / "patches" / "trajectory.tum").string());
 }
 
+// As `export` and `import` wrote it where no turn is known.
+TEST_F(RecordingOfPatches, TakesOnePoseThatIsZeroForNone) {
+  const std::vector<TumPose> one{{3'000'000'000, SE3{}}};
+  ASSERT_TRUE(write_tum((folder_ / "patches" / "trajectory.tum").string(), one));
+  const auto recording = read();
+  ASSERT_TRUE(recording) << recording.error().message();
+  EXPECT_THAT(stops(*recording), ElementsAre(3, 4));
+  EXPECT_THAT(recording->lidar.trajectory, testing::IsEmpty());
+}
+
 TEST_F(RecordingOfPatches, SaysThatTheImagesThatWereGivenLieOneFolderTooDeep) {
   SilentReporter silent;
   const std::string given = (folder_ / "patches/image/eye").string();
