@@ -142,7 +142,10 @@ Expected<ExportReading> read_recording_of_packets(const StreamSource& source, Pa
   const StopOptions options;
   Expected<StopReading> reading = read_stops(source, options, files, context);
   if (!reading) return reading.error();
-  if (std::optional<Error> error = reading_error(source, options, *reading)) return *error;
+  if (std::optional<Error> error = reading_error(source, options, *reading)) {
+    warn_of_file(source, *reading, context.reporter);
+    return *error;
+  }
   for (const std::string& warning : reading_warnings(source, *reading)) context.reporter.warn(warning);
   std::map<int, SE3> poses = gyro_trajectory(source.rig, reading->stops);
   return ExportReading{std::move(*reading), std::move(poses)};

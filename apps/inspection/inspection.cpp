@@ -293,6 +293,7 @@ Expected<Inspection> inspect_stream(const std::string& path, const RunContext& c
   const Expected<StopReading> summary = read_stops(source, {}, sink, context);
   if (!summary) return summary.error();
   if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    warn_of_file(source, *summary, context.reporter);
     if (is_bag(path)) return input_error("holds no message", path, "record or copy it again");
     return input_error("holds no Livox packet", path, "record the UDP traffic of the LiDARs, ports 55000 to 65000");
   }
@@ -310,6 +311,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   if (!summary) return summary.error();
   const std::optional<Error> no_lidar = no_lidar_error(source);
   if (!no_lidar && summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    warn_of_file(source, *summary, context.reporter);
     return *reading_error(source, options, *summary);
   }
   const char* file_kind = is_bag(source.file) ? "bag" : "dump";

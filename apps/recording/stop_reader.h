@@ -92,6 +92,10 @@ struct StopReading {
 /// Why there are stops, and no point in them that could be used. `too_far`: points that lie farther than cells reach.
 [[nodiscard]] Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far);
 
+/// Warns of what the file itself told (frames cut short, a clock set back): ahead of an error that it may be the cause
+/// of, where nothing else is told.
+void warn_of_file(const StreamSource& source, const StopReading& summary, Reporter& reporter);
+
 /// What a user should know of it, in sentences.
 [[nodiscard]] std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary);
 
