@@ -143,18 +143,19 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   const std::string patches = below(task.folder, "patches");
   const Expected<PatchExport> done = export_patches(source, PatchLayout::patches, patches, task.context, &images);
   if (!done) return done.error();
-  // A session holds these beside its patches. The rig file is there already.
-  if (const Expected<void> moved = move_up(patches, task.folder, "trajectory.tum"); !moved) return moved.error();
-  std::error_code ignored;
-  fs::remove(below(patches, "rig.yaml"), ignored);
+  // A session holds these beside its patches; the rig file may say otherwise than the one that was given.
+  for (const char* name : {"trajectory.tum", "rig.yaml"}) {
+    if (const Expected<void> moved = move_up(patches, task.folder, name); !moved) return moved.error();
+  }
   std::vector<Stop> stops;
   for (const StopRecord& stop : done->reading.stops) stops.push_back(stop.stop);
   if (const Expected<void> finished = images.finish(stops); !finished) return finished.error();
   for (const std::string& warning : images.warnings()) task.context.reporter.warn(warning);
   const Expected<std::uint64_t> given = import_images(task, ImageNumbers::stamps, stops);
   if (!given) return given.error();
-  if (const Expected<void> named = name_formats(task.folder, task.rig, images.missing_formats(), task.context.reporter);
-      !named)
+  const Expected<Rig> rig = load_rig(below(task.folder, "rig.yaml"));
+  if (!rig) return rig.error();
+  if (const auto named = name_formats(task.folder, *rig, images.missing_formats(), task.context.reporter); !named)
     return named.error();
   std::int64_t start_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t end_ns = 0;

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/recording/bag_batches.h"
+#include "apps/recording/cloud_flaws.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
@@ -353,17 +354,16 @@ Expected<Inspection> inspect_patch_folder(const std::string& path, const Rig& ri
   for (const int stop : folder->stops) stops[stop] = {{"stop", stop}, {"points", Inspection::object()}};
   double done = 0.0;
   for (std::size_t i = 0; i < folder->patches.size(); ++i) {
-    IntensityRange intensity;
+    CloudFlaws flaws;
     for (const PatchFile& file : folder->patches[i]) {
       if (context.cancelled()) return cancelled_error("stopped", path);
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       stops[file.stop]["points"][rig.sensors[i].name] = cloud->points;
-      intensity.add(cloud->intensity);
+      flaws.add(*cloud);
       if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig.sensors[i].name);
     }
-    const std::string complaint = intensity.complaint();
-    if (!complaint.empty()) warnings.push_back(rig.sensors[i].name + ": its " + complaint);
+    for (std::string& warning : flaws.warnings(rig.sensors[i].name)) warnings.push_back(std::move(warning));
     context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());

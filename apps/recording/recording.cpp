@@ -11,6 +11,7 @@
 #include "apps/ingest/point_filter.h"
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/bag_images.h"
+#include "apps/recording/cloud_flaws.h"
 #include "apps/recording/far_points.h"
 #include "apps/recording/rig_lidars.h"
 #include "apps/recording/still_images.h"
@@ -92,22 +93,18 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
 
 // What is wrong with all clouds of a LiDAR together.
 struct LidarTally {
-  IntensityRange intensity;
+  CloudFlaws flaws;
   std::uint64_t points = 0;
   std::uint64_t out_of_range = 0;
-  std::uint64_t not_finite = 0;
   std::size_t clouds = 0;
   std::size_t unusable = 0;  ///< Clouds without a usable point,
   std::size_t empty = 0;     ///< and those of them that have none at all: it looked at the sky, say.
   std::string first_unusable;
-  bool moved = false;  ///< A VIEWPOINT that is not the identity.
 
   void add(const PatchOutcome& outcome, const std::string& path) {
-    intensity.add(outcome.summary.intensity);
+    flaws.add(outcome.summary);
     points += outcome.summary.points;
     out_of_range += outcome.out_of_range;
-    not_finite += outcome.summary.not_finite;
-    moved |= outcome.summary.moved;
     ++clouds;
     if (outcome.cells.points > 0) return;
     if (++unusable == 1) first_unusable = path;
@@ -130,23 +127,12 @@ void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, c
       reporter.warn(name + ": " + std::to_string(tally.out_of_range) + " of its " + std::to_string(tally.points) +
                     " points lie outside of its range in the rig file and are left out; is range in metres?");
     }
-    if (const std::string complaint = tally.intensity.complaint(); !complaint.empty()) {
-      reporter.warn(name + ": its " + complaint);
-    }
-    if (tally.not_finite > 0) {
-      reporter.warn(name + ": " + std::to_string(tally.not_finite) +
-                    " points with NaN or infinite coordinates left out");
-    }
+    for (const std::string& warning : tally.flaws.warnings(name)) reporter.warn(warning);
     if (tally.unusable > 0) {
       reporter.warn(name + ": " + std::to_string(tally.unusable) + " of its " + std::to_string(tally.clouds) +
                     " clouds have no usable point, the first: " + tally.first_unusable +
                     (tally.empty > 0 ? "; " + std::to_string(tally.empty) + " have none at all" : std::string()) +
                     (tally.is_of_another_unit() ? "; are they in metres?" : ""));
-    }
-    if (tally.moved) {
-      reporter.warn(name +
-                    ": its clouds have a VIEWPOINT, which is not applied: their points are taken to be in the "
-                    "sensor's frame");
     }
   }
 }

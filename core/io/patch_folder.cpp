@@ -196,12 +196,12 @@ Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, c
   return PatchFolderWriter(std::move(*folder), std::move(names));
 }
 
-Expected<PcdWriter> PatchFolderWriter::open(int sensor, int stop) const {
+Expected<PcdWriter> PatchFolderWriter::open(int sensor, int stop, PcdColumns columns) const {
   const fs::path folder = fs::path(folder_.path()) / names_.at(static_cast<std::size_t>(sensor));
   std::error_code error;
   fs::create_directory(folder, error);
   if (error) return cannot_write(folder.string(), error.value());
-  return PcdWriter::create((folder / (std::to_string(stop) + ".pcd")).string());
+  return PcdWriter::create((folder / (std::to_string(stop) + ".pcd")).string(), columns);
 }
 
 Expected<void> PatchFolderWriter::write(const Patch& patch) {

@@ -51,7 +51,7 @@ class PatchFolderWriter {
   [[nodiscard]] const std::string& path() const { return folder_.path(); }
   Expected<void> write(const Patch& patch);
   /// The file of a patch that comes in parts; to be finished before the folder is.
-  [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop) const;
+  [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop, PcdColumns columns = {}) const;
   /// Where the image of a camera and a stop goes; makes the folder.
   [[nodiscard]] Expected<std::string> image_path(int sensor, int stop) const;
   /// What the rig file says goes beside the patches: rig.yaml.

@@ -272,12 +272,15 @@ class PcdReader {
 };
 
 /// As long for every number of points, so that it can be written again over itself.
-std::string binary_header(std::uint64_t points, bool timed) {
+std::string binary_header(std::uint64_t points, PcdColumns columns) {
   std::string count = std::to_string(points);
   count.resize(20, ' ');
-  return std::string("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag") +
-         (timed ? " timestamp" : "") + "\nSIZE 4 4 4 4 1" + (timed ? " 8" : "") + "\nTYPE F F F F U" +
-         (timed ? " F" : "") + "\nCOUNT 1 1 1 1 1" + (timed ? " 1" : "") + "\nWIDTH " + count +
+  const auto line = [&](const char* usual, const char* ring, const char* timestamp) {
+    return std::string(usual) + (columns.ring ? ring : "") + (columns.timestamp ? timestamp : "");
+  };
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7" +
+         line("\nFIELDS x y z intensity tag", " ring", " timestamp") + line("\nSIZE 4 4 4 4 1", " 2", " 8") +
+         line("\nTYPE F F F F U", " U", " F") + line("\nCOUNT 1 1 1 1 1", " 1", " 1") + "\nWIDTH " + count +
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
 }
 
@@ -303,31 +306,37 @@ Expected<PcdCloud> read_pcd(const std::string& path) {
   return cloud;
 }
 
-Expected<PcdWriter> PcdWriter::create(const std::string& path, bool timed) {
+Expected<PcdWriter> PcdWriter::create(const std::string& path, PcdColumns columns) {
   Expected<OutputFile> file = OutputFile::create(path);
   if (!file) return file.error();
-  PcdWriter writer(std::move(*file), timed);
-  writer.file_.write(binary_header(0, timed));
+  PcdWriter writer(std::move(*file), columns);
+  writer.file_.write(binary_header(0, columns));
   return writer;
 }
 
 void PcdWriter::write(std::span<const Point> points, std::int64_t stamp_ns, double shot_interval_ns) {
-  const std::size_t size = 4 * sizeof(float) + 1 + (timed_ ? sizeof(double) : 0);
+  const std::size_t size =
+      4 * sizeof(float) + 1 + (columns_.ring ? sizeof(Point::shot) : 0) + (columns_.timestamp ? sizeof(double) : 0);
   for (const Point& point : points) {
     const std::array<float, 4> values{point.x, point.y, point.z, static_cast<float>(point.reflectivity)};
     std::uint8_t* room = file_.reserve(size);
     std::memcpy(room, values.data(), sizeof(values));
-    room[sizeof(values)] = point.tag;
-    if (!timed_) continue;
+    room += sizeof(values);
+    *room++ = point.tag;
+    if (columns_.ring) {
+      std::memcpy(room, &point.shot, sizeof(point.shot));
+      room += sizeof(point.shot);
+    }
+    if (!columns_.timestamp) continue;
     const std::int64_t time_ns = stamp_ns + static_cast<std::int64_t>(point.shot * shot_interval_ns);
     const double time_s = seconds_of_ns(time_ns);
-    std::memcpy(room + sizeof(values) + 1, &time_s, sizeof(time_s));
+    std::memcpy(room, &time_s, sizeof(time_s));
   }
   points_ += points.size();
 }
 
 Expected<void> PcdWriter::finish() {
-  file_.overwrite(0, binary_header(points_, timed_));
+  file_.overwrite(0, binary_header(points_, columns_));
   return file_.close();
 }
 
