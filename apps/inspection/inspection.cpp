@@ -189,10 +189,8 @@ bool is_of_camera(const std::string& folder, const Rig& rig) {
 std::uint64_t image_files(const std::string& folder) {
   std::error_code error;
   std::uint64_t count = 0;
-  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
-    const std::string ending = file->path().extension().string();
-    count += ending == ".png" || ending == ".jpg" || ending == ".jpeg" ? 1 : 0;
-  }
+  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error))
+    count += is_image_name(file->path().filename().string()) ? 1 : 0;
   return count;
 }
 
