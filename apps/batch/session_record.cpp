@@ -49,6 +49,9 @@ std::optional<Json> read_json(const fs::path& path) {
   return json;
 }
 
+// As `text` is read again out of what `json_text` has written: there, bytes that are no UTF-8 are replaced.
+std::string as_recorded(const std::string& text) { return Json::parse(json_text(Json(text))).get<std::string>(); }
+
 Json settings_json(const Settings& settings) {
   Json json = Json::object();
   for (const auto& [name, value] : settings) json[name] = value;
@@ -59,7 +62,7 @@ Json settings_json(const Settings& settings) {
 std::string changed_options(const Settings& wanted, const Json& found) {
   std::string names;
   for (const auto& [name, value] : wanted) {
-    if (found.value(name, std::string()) != value) names += (names.empty() ? "" : ", ") + name;
+    if (found.value(name, std::string()) != as_recorded(value)) names += (names.empty() ? "" : ", ") + name;
   }
   return names;
 }
@@ -225,7 +228,7 @@ std::optional<std::string> input_of_what_is_there(const SessionWork& work, const
 bool is_another(const std::string& there, const std::string& input) {
   std::error_code error;
   if (fs::path(there).is_relative() && !fs::exists(there, error)) return false;
-  return whole_path(there) != whole_path(input);
+  return whole_path(there) != as_recorded(whole_path(input));
 }
 
 }  // namespace
