@@ -36,6 +36,7 @@ constexpr auto poll_period = std::chrono::milliseconds(50);
 constexpr auto others_period = std::chrono::seconds(1);  // Between two looks at what other workers have.
 constexpr auto table_period = std::chrono::seconds(2);
 constexpr double memory_share = 0.9;
+constexpr double least_share = 0.05;  // Of all bytes: less is no measure of how long the rest will take.
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -289,7 +290,12 @@ class Batch {
     memory_.saw_peak(end.peak_memory_mb);
     complete_row(row);
     ++done_;
-    bytes_done_ += static_cast<double>(std::max<std::uint64_t>(states_[one.row].bytes, 1));
+    if (solved) {
+      ++solved_;
+      bytes_done_ += static_cast<double>(states_[one.row].bytes);
+    } else {
+      failed_s_ += row.record.wall_s;
+    }
     table_is_old_ = true;
     if (watcher_.news) {
       std::array<char, 64> took{};
@@ -329,16 +335,13 @@ class Batch {
       failed += outcome_.rows[k].status == "failed" ? 1 : 0;
       if (outcome_.rows[k].status != "waiting") continue;
       // One that was not looked at yet is like those that are done.
-      bytes_left += states_[k].bytes > 0 ? static_cast<double>(states_[k].bytes) : bytes_done_ / std::max(done_, 1);
+      bytes_left += states_[k].bytes > 0 ? static_cast<double>(states_[k].bytes) : bytes_done_ / std::max(solved_, 1);
     }
     const int ended = done_ + kept_;
     std::string text = std::to_string(ended) + " of " + std::to_string(all) + " sessions";
     if (failed > 0) text += ", " + std::to_string(failed) + " failed";
-    if (done_ > 0 && !stop_.stop_requested()) {
-      const double left_s = seconds_since(begun_) * bytes_left / bytes_done_;
-      text += left_s < 90.0 ? ", about " + std::to_string(std::lround(left_s)) + " s left"
-                            : ", about " + std::to_string(std::lround(left_s / 60.0)) + " min left";
-    }
+    const double spent_s = seconds_since(begun_) - failed_s_ / outcome_.jobs;
+    if (!stop_.stop_requested()) text += forecast_text(spent_s, bytes_done_, bytes_left);
     if (stop_.stop_requested()) text += ", stopping";
     watcher_.progress(text, static_cast<double>(ended) / static_cast<double>(all));
   }
@@ -357,7 +360,9 @@ class Batch {
   std::vector<Running> running_;
   std::map<std::size_t, bool> was_taken_;  ///< Rows that another worker had when this one looked.
   std::vector<InputState> states_;         ///< Of each session, as it was looked at last.
-  double bytes_done_ = 0.0;                ///< Of those calibrated here.
+  double bytes_done_ = 0.0;                ///< Of those calibrated here that have a result;
+  double failed_s_ = 0.0;                  ///< what those took that have none says nothing of the rest.
+  int solved_ = 0;
   int done_ = 0;
   int kept_ = 0;
   bool table_is_old_ = true;
@@ -367,6 +372,13 @@ class Batch {
 };
 
 }  // namespace
+
+std::string forecast_text(double spent_s, double bytes_done, double bytes_left) {
+  if (!(bytes_done > 0.0) || bytes_done < least_share * (bytes_done + bytes_left)) return {};
+  const double left_s = std::max(0.0, spent_s) * bytes_left / bytes_done;
+  return left_s < 90.0 ? ", about " + std::to_string(std::lround(left_s)) + " s left"
+                       : ", about " + std::to_string(std::lround(left_s / 60.0)) + " min left";
+}
 
 Expected<BatchOutcome> run_batch(const std::vector<Session>& sessions, const BatchOptions& options,
                                  const BatchWatcher& watcher, const std::stop_token& stop) {

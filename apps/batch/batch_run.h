@@ -62,6 +62,10 @@ struct BatchWatcher {
   std::function<void(const std::string& line)> news;
 };
 
+/// When the rest will be done, like ", about 40 s left", from what was done in `spent_s`; empty where that is too
+/// little to tell.
+[[nodiscard]] std::string forecast_text(double spent_s, double bytes_done, double bytes_left);
+
 /// Calibrates every session into `out`/<name> by a `rigcal calibrate` of its own, so that one that fails or crashes is
 /// a row and not the end. Several of these may work on one folder, on one machine or several: each session is claimed,
 /// what others are at is waited for, and what they leave undone is taken up. After every session batch.csv and

@@ -12,6 +12,7 @@
 #include "apps/common/json_text.h"
 #include "core/base/sha256.h"
 #include "core/base/version.h"
+#include "core/io/files_below.h"
 #include "core/io/output_file.h"
 #include "core/report/input_digest.h"
 #include "core/report/result_folder.h"
@@ -48,6 +49,9 @@ std::optional<Json> read_json(const fs::path& path) {
   return json;
 }
 
+// As `text` is read again out of what `json_text` has written: there, bytes that are no UTF-8 are replaced.
+std::string as_recorded(const std::string& text) { return Json::parse(json_text(Json(text))).get<std::string>(); }
+
 Json settings_json(const Settings& settings) {
   Json json = Json::object();
   for (const auto& [name, value] : settings) json[name] = value;
@@ -58,7 +62,7 @@ Json settings_json(const Settings& settings) {
 std::string changed_options(const Settings& wanted, const Json& found) {
   std::string names;
   for (const auto& [name, value] : wanted) {
-    if (found.value(name, std::string()) != value) names += (names.empty() ? "" : ", ") + name;
+    if (found.value(name, std::string()) != as_recorded(value)) names += (names.empty() ? "" : ", ") + name;
   }
   return names;
 }
@@ -95,7 +99,7 @@ InputState input_state(const std::vector<std::string>& paths) {
       sum.add(bytes_of(file_line(path, "file", state.bytes)));
       continue;
     }
-    const std::optional<std::vector<std::string>> names = files_below(path);
+    const Expected<std::vector<std::string>> names = files_below(path);
     if (!names) return {};
     for (const std::string& name : *names) sum.add(bytes_of(file_line(fs::path(path) / name, name, state.bytes)));
     sum.add(bytes_of(std::to_string(names->size()) + " files\n"));
@@ -224,7 +228,7 @@ std::optional<std::string> input_of_what_is_there(const SessionWork& work, const
 bool is_another(const std::string& there, const std::string& input) {
   std::error_code error;
   if (fs::path(there).is_relative() && !fs::exists(there, error)) return false;
-  return whole_path(there) != whole_path(input);
+  return whole_path(there) != as_recorded(whole_path(input));
 }
 
 }  // namespace

@@ -140,20 +140,25 @@ Expected<CalibrationResult> calibrate(const Recording& recording, const std::opt
                        calibration_options(options, require), context);
 }
 
-// What the rig lacks for the method is told before any point is read.
-Expected<void> check_rig(const CalibrateOptions& options) {
+// What the rig lacks for the method is told before any point is read. Gives what --rig holds, where it is given.
+Expected<std::optional<RigFile>> check_rig(const CalibrateOptions& options) {
   namespace fs = std::filesystem;
   std::error_code error;
   const std::string own = (fs::path(options.input) / "rig.yaml").string();
   const std::string file = options.rig.empty() && fs::exists(own, error) ? own : options.rig;
-  if (file.empty()) return {};  // what that means is told by whoever reads the recording
-  const Expected<Rig> rig = load_rig(file);
-  if (!rig) return rig.error();
+  std::optional<RigFile> given;
+  if (file.empty()) return given;  // what that means is told by whoever reads the recording
+  Expected<RigFile> loaded = load_rig_file(file);
+  if (!loaded) return loaded.error();
+  const Rig& rig = loaded->rig;
   if (options.method == "checkerboard") {
-    Expected<void> fit = check_board(*rig);
-    return fit ? fit : Error{fit.error().kind, fit.error().what, file, fit.error().mend};
+    const Expected<void> fit = check_board(rig);
+    if (!fit) return Error{fit.error().kind, fit.error().what, file, fit.error().mend};
   }
-  if (!lidar_sensors(*rig).empty()) return {};
+  if (options.method == "checkerboard" || !lidar_sensors(rig).empty()) {
+    if (!options.rig.empty()) given = *std::move(loaded);
+    return given;
+  }
   return input_error("the rig has no LiDAR, and --method " + options.method + " needs one as base", file,
                      "add it; cameras alone are found by --method checkerboard");
 }
@@ -174,7 +179,8 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
   if (!require) return require.error();
-  if (const auto fit = check_rig(options); !fit) return fit.error();
+  auto known_rig = check_rig(options);
+  if (!known_rig) return known_rig.error();
   auto initial = rough_extrinsics(options.initial);
   if (!initial) return initial.error();
   InputDigester digester(inputs_of(options));
@@ -184,8 +190,8 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   const double keep_within_m = options.method == "checkerboard" ? board_reach_m : 0.0;
   StageClock clock;
   StageReport& reading = clock.begin("reading");
-  Expected<Recording> recording =
-      read_recording({options.input, options.rig, options.images, keep_within_m}, cells, context.run_context());
+  Expected<Recording> recording = read_recording(
+      {options.input, options.rig, options.images, keep_within_m, *std::move(known_rig)}, cells, context.run_context());
   if (!recording) return recording.error();
   reading.counts = {{"points", static_cast<double>(recording->points)},
                     {"stops", static_cast<double>(recording->lidar.stops.size())}};

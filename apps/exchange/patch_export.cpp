@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "apps/exchange/patch_images.h"
+#include "apps/recording/cloud_flaws.h"
 #include "apps/recording/recorded_formats.h"
 #include "core/io/las_file.h"
 #include "core/io/patch_folder.h"
@@ -17,8 +18,9 @@ namespace {
 /// Writes each sensor's cloud as it comes.
 class PatchFiles final : public StopSink {
  public:
-  PatchFiles(const Rig& rig, PatchLayout layout, bool timed, std::string out, ImageFiles* images)
-      : rig_(rig), layout_(layout), timed_(timed), out_(std::move(out)), images_(images) {}
+  /// `of_patches`: the points have no times, but the numbers of their rings, where the rig file says so.
+  PatchFiles(const Rig& rig, PatchLayout layout, bool of_patches, std::string out, ImageFiles* images)
+      : rig_(rig), layout_(layout), of_patches_(of_patches), out_(std::move(out)), images_(images) {}
 
   Expected<void> restart() override {
     open_.clear();
@@ -80,14 +82,18 @@ class PatchFiles final : public StopSink {
       if (done) done = clouds_->commit();
       return done ? Expected<std::uint64_t>(0) : done.error();
     }
-    if (const Expected<void> copied = patches_->copy_rig_file(source.rig_path); !copied) return copied.error();
+    if (const auto written = patches_->write_rig_file(source.rig_text); !written) return written.error();
+    Rig rig = source.rig;
+    if (!of_patches_) {
+      if (const auto said = take_back_rings(patches_->path(), rig, context.reporter); !said) return said.error();
+    }
     PatchImages images;
     if (images_ == nullptr) {
       Expected<PatchImages> written = write_patch_images(source, stops, *patches_, context);
       if (!written) return written.error();
       images = std::move(*written);
     }
-    if (const auto named = name_formats(patches_->path(), source.rig, images.missing_formats, context.reporter); !named)
+    if (const auto named = name_formats(patches_->path(), rig, images.missing_formats, context.reporter); !named)
       return named.error();
     if (!poses.empty()) {
       if (const Expected<void> written = patches_->write_trajectory(poses); !written) return written.error();
@@ -109,17 +115,20 @@ class PatchFiles final : public StopSink {
   }
 
   Expected<CloudFile> open(int sensor, int stop) const {
-    if (patches_) return either(patches_->open(sensor, stop));
-    const std::string name = rig_.sensors[static_cast<std::size_t>(sensor)].name + "_" + std::to_string(stop);
+    const Sensor& lidar = rig_.sensors[static_cast<std::size_t>(sensor)];
+    const bool has_rings = of_patches_ && lidar.lidar->rings;
+    if (patches_) return either(patches_->open(sensor, stop, {false, has_rings}));
+    const std::string name = lidar.name + "_" + std::to_string(stop);
     const std::filesystem::path path = std::filesystem::path(clouds_->path()) / name;
-    if (layout_ == PatchLayout::pcd) return either(PcdWriter::create(path.string() + ".pcd", timed_));
+    if (layout_ == PatchLayout::pcd)
+      return either(PcdWriter::create(path.string() + ".pcd", {!of_patches_, has_rings}));
     // Its point source ids begin at 1: 0 is for points of no source.
-    return either(LasWriter::create(path.string() + ".las", {static_cast<std::uint16_t>(sensor + 1), timed_}));
+    return either(LasWriter::create(path.string() + ".las", {static_cast<std::uint16_t>(sensor + 1), !of_patches_}));
   }
 
   const Rig& rig_;
   PatchLayout layout_;
-  bool timed_;
+  bool of_patches_;
   std::string out_;
   std::optional<PatchFolderWriter> patches_;
   std::optional<StagedFolder> clouds_;
@@ -142,14 +151,17 @@ Expected<ExportReading> read_recording_of_packets(const StreamSource& source, Pa
   const StopOptions options;
   Expected<StopReading> reading = read_stops(source, options, files, context);
   if (!reading) return reading.error();
-  if (std::optional<Error> error = reading_error(source, options, *reading)) return *error;
+  if (std::optional<Error> error = reading_error(source, options, *reading)) {
+    warn_of_file(source, *reading, context.reporter);
+    return *error;
+  }
   for (const std::string& warning : reading_warnings(source, *reading)) context.reporter.warn(warning);
   std::map<int, SE3> poses = gyro_trajectory(source.rig, reading->stops);
   return ExportReading{std::move(*reading), std::move(poses)};
 }
 
 /// The points of a cloud that lie within the LiDAR's range. Returns how many these are.
-Expected<std::uint64_t> read_cloud(const std::string& path, const Sensor& sensor,
+Expected<std::uint64_t> read_cloud(const std::string& path, const Sensor& sensor, CloudFlaws& flaws,
                                    const std::function<void(std::span<const Point>)>& take) {
   const auto& range = sensor.lidar->range_m;
   std::uint64_t count = 0;
@@ -164,6 +176,7 @@ Expected<std::uint64_t> read_cloud(const std::string& path, const Sensor& sensor
     take(within);
   });
   if (!cloud) return cloud.error();
+  flaws.add(*cloud);
   return count;
 }
 
@@ -178,6 +191,7 @@ Expected<ExportReading> read_recording_of_patches(const StreamSource& source, Pa
   if (folder->stops.empty()) return input_error("holds no clouds", source.path, "give a recording of LiDARs");
   for (const std::string& reason : reasons_of_unknown(*folder)) context.reporter.warn(folder->path + ": " + reason);
   if (const Expected<void> ready = files.restart(); !ready) return ready.error();
+  std::vector<CloudFlaws> flaws(source.rig.sensors.size());
   ExportReading out;
   if (folder->trajectory) out.poses = *folder->trajectory;
   for (const int stop : folder->stops) {
@@ -188,8 +202,9 @@ Expected<ExportReading> read_recording_of_patches(const StreamSource& source, Pa
         if (file.stop != stop) continue;
         if (context.cancelled()) return cancelled_error("stopped", source.path);
         const int sensor = static_cast<int>(i);
-        const Expected<std::uint64_t> count = read_cloud(
-            file.path, source.rig.sensors[i], [&](std::span<const Point> part) { files.points(sensor, stop, part); });
+        const Expected<std::uint64_t> count =
+            read_cloud(file.path, source.rig.sensors[i], flaws[i],
+                       [&](std::span<const Point> part) { files.points(sensor, stop, part); });
         if (!count) return count.error();
         record.points[sensor] = *count;
         out.stops.points.in_stops += *count;
@@ -200,6 +215,9 @@ Expected<ExportReading> read_recording_of_patches(const StreamSource& source, Pa
     out.stops.stops.push_back(std::move(record));
     context.reporter.progress("exporting",
                               static_cast<double>(out.stops.stops.size()) / static_cast<double>(folder->stops.size()));
+  }
+  for (std::size_t i = 0; i < flaws.size(); ++i) {
+    for (const std::string& warning : flaws[i].warnings(source.rig.sensors[i].name)) context.reporter.warn(warning);
   }
   return out;
 }
@@ -224,6 +242,7 @@ std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>
     pose.R = pose.R * *rotation;
     poses[stop.stop.index] = pose;
   }
+  if (poses.size() == 1) poses.clear();  // That of the first stop alone tells no turn.
   return poses;
 }
 
@@ -231,7 +250,7 @@ Expected<PatchExport> export_patches(const StreamSource& source, PatchLayout lay
                                      const RunContext& context, ImageFiles* images) {
   std::error_code error;
   const bool patches = std::filesystem::is_directory(source.file, error);
-  PatchFiles files(source.rig, layout, !patches, out, images);
+  PatchFiles files(source.rig, layout, patches, out, images);
   Expected<ExportReading> reading =
       patches ? read_recording_of_patches(source, files, context) : read_recording_of_packets(source, files, context);
   if (!reading) return reading.error();

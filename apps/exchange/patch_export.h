@@ -22,8 +22,8 @@ struct PatchExport {
 };
 
 /// T_G_base of the stops as the gyro tells it: rotations chained, translations zero, up to the first stop to which the
-/// rotation is not known. Empty where the inertial unit sits in another sensor than the base and the rig file does not
-/// say how that is mounted.
+/// rotation is not known. Empty where no turn is known: there is one stop, or the inertial unit sits in another sensor
+/// than the base and the rig file does not say how that is mounted.
 [[nodiscard]] std::map<int, SE3> gyro_trajectory(const Rig& rig, const std::vector<StopRecord>& stops);
 
 /// Writes the points of a recording's stops, in the sensors' own frames; patches and pcd as float metres exactly as

@@ -16,6 +16,8 @@
 #include "apps/recording/session_counters.h"
 #include "core/base/version.h"
 #include "core/io/file_copy.h"
+#include "core/io/files_below.h"
+#include "core/io/output_file.h"
 #include "core/io/patch_folder.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
@@ -30,6 +32,7 @@ namespace fs = std::filesystem;
 struct ImportTask {
   std::string input;
   std::string rig_path;
+  std::string rig_text;
   std::string images;  ///< Where the cameras' images lie, if not with the recording.
   Rig rig;
   std::string folder;  ///< Of the session that is being made.
@@ -38,21 +41,17 @@ struct ImportTask {
 
 std::string below(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
-/// With all that is in it.
-Expected<void> copy_folder(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to, error);
-  if (error) return cannot_write(to.string(), error.value());
-  fs::directory_iterator entry(from, error);
-  if (error) return cannot_read(from.string(), error.value());
-  for (; entry != fs::directory_iterator(); entry.increment(error)) {
-    const fs::path copy = to / entry->path().filename();
-    const bool folder = entry->is_directory(error);
-    const Expected<void> copied =
-        folder ? copy_folder(entry->path(), copy) : copy_file(entry->path().string(), copy.string());
-    if (!copied) return copied.error();
+/// With all that is in it, but for the folder `left_out`.
+Expected<void> copy_folder(const fs::path& from, const fs::path& to, const fs::path& left_out) {
+  const Expected<std::vector<std::string>> names = files_below(from, left_out);
+  if (!names) return names.error();
+  for (const std::string& name : *names) {
+    const fs::path copy = to / name;
+    std::error_code error;
+    fs::create_directories(copy.parent_path(), error);
+    if (error) return cannot_write(copy.parent_path().string(), error.value());
+    if (const Expected<void> copied = copy_file((from / name).string(), copy.string()); !copied) return copied;
   }
-  if (error) return cannot_read(from.string(), error.value());
   return {};
 }
 
@@ -138,23 +137,25 @@ Expected<ImportSummary> import_bag(const ImportTask& task) {
   source.file = task.input;
   source.rig_path = task.rig_path;
   source.rig = task.rig;
+  source.rig_text = task.rig_text;
   ImageFiles images(below(task.folder, "images"), task.rig);
   if (!task.images.empty()) images.take_none();
   const std::string patches = below(task.folder, "patches");
   const Expected<PatchExport> done = export_patches(source, PatchLayout::patches, patches, task.context, &images);
   if (!done) return done.error();
-  // A session holds these beside its patches. The rig file is there already.
-  if (const Expected<void> moved = move_up(patches, task.folder, "trajectory.tum"); !moved) return moved.error();
-  std::error_code ignored;
-  fs::remove(below(patches, "rig.yaml"), ignored);
+  // A session holds these beside its patches; the rig file may say otherwise than the one that was given.
+  for (const char* name : {"trajectory.tum", "rig.yaml"}) {
+    if (const Expected<void> moved = move_up(patches, task.folder, name); !moved) return moved.error();
+  }
   std::vector<Stop> stops;
   for (const StopRecord& stop : done->reading.stops) stops.push_back(stop.stop);
   if (const Expected<void> finished = images.finish(stops); !finished) return finished.error();
   for (const std::string& warning : images.warnings()) task.context.reporter.warn(warning);
   const Expected<std::uint64_t> given = import_images(task, ImageNumbers::stamps, stops);
   if (!given) return given.error();
-  if (const Expected<void> named = name_formats(task.folder, task.rig, images.missing_formats(), task.context.reporter);
-      !named)
+  const Expected<Rig> rig = load_rig(below(task.folder, "rig.yaml"));
+  if (!rig) return rig.error();
+  if (const auto named = name_formats(task.folder, *rig, images.missing_formats(), task.context.reporter); !named)
     return named.error();
   std::int64_t start_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t end_ns = 0;
@@ -197,7 +198,7 @@ Expected<ImportSummary> import_patches(const ImportTask& task) {
   std::error_code error;
   if (task.images.empty() && fs::is_directory(fs::path(task.input) / "image", error)) {
     const std::string image = below(task.input, "image");
-    if (const Expected<void> copied = copy_folder(image, out / "image"); !copied) return copied.error();
+    if (const Expected<void> copied = copy_folder(image, out / "image", task.folder); !copied) return copied.error();
     summary.images = count_images(image, task.rig, task.context.reporter);
   }
   const Expected<std::uint64_t> images = import_images(task, ImageNumbers::stops, {});
@@ -227,14 +228,13 @@ Expected<ImportSummary> import_session(const RecordingPaths& from, const std::st
   const Expected<std::string> rig_file = folder ? rig_file_of_folder(input, from.rig) : from.rig;
   if (!rig_file) return rig_file.error();
   if (rig_file->empty()) return input_error("a recording needs the rig that made it", input, "add --rig RIG");
-  Expected<Rig> rig = load_rig(*rig_file);
+  Expected<RigFile> rig = load_rig_file(*rig_file);
   if (!rig) return rig.error();
   Expected<StagedFolder> staged = StagedFolder::create(out);
   if (!staged) return staged.error();
-  if (const Expected<void> copied = copy_file(*rig_file, below(staged->path(), "rig.yaml")); !copied) {
-    return copied.error();
-  }
-  const ImportTask task{input, *rig_file, from.images, std::move(*rig), staged->path(), context};
+  if (const auto written = replace_file(below(staged->path(), "rig.yaml"), rig->text); !written) return written.error();
+  const ImportTask task{input,          *rig_file, std::move(rig->text), from.images, std::move(rig->rig),
+                        staged->path(), context};
   Expected<ImportSummary> summary =
       folder ? import_patches(task) : (is_bag(input) ? import_bag(task) : import_datagrams(task));
   if (!summary) return summary;

@@ -60,7 +60,12 @@ class Repair {
     if (const auto cut = cut_table(table("trigger.csv"), parse_trigger); !cut) return cut;
     if (const auto cut = cut_table(table("turntable.csv"), parse_turntable); !cut) return cut;
     if (const auto images = mend_images(); !images) return images;
-    return write_record(*counters);
+    if (const auto written = write_record(*counters); !written) return written;
+    const auto packets = is_there(session_packet_parts(session_packets_path(session_.path)).front());
+    if (!packets) return packets.error();
+    if (*packets) return {};
+    return input_error("no packet of its LiDARs had reached the disk whole; its rig file, tables and images are left",
+                       session_.path, "record anew: stops cannot be found without packets");
   }
 
   std::string short_name(const std::string& path) const {

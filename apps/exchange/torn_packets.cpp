@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t most_torn_bytes = std::uint64_t{1} << 20U;
 // Of a file whose head is gone already: it is kept by another name, which costs nothing.
 constexpr std::uint64_t most_torn_head_bytes = 4096;
+constexpr std::size_t head_bytes = 28;  // Of a section header, as it is in every packet file.
 constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
 constexpr std::uint64_t cancel_period = 4096;  // Packets between two looks at whether to stop.
 
@@ -64,6 +65,22 @@ Expected<bool> holds_more_than(std::uint64_t most, const std::string& path, std:
   });
   if (!read) return read.error();
   return found > most;
+}
+
+// Of a file that is `no_dump`: a power cut may leave zeros of its head, and of all that follows.
+Expected<std::optional<TornPackets>> find_torn_head(const std::string& path, std::uint64_t bytes, const Error& no_dump,
+                                                    const RunContext& context) {
+  bool is_zero = false;
+  const auto read = read_from(path, 0, context, [&](ByteView begin) {
+    const ByteView head = begin.first(std::min(begin.size(), head_bytes));
+    is_zero = std::all_of(head.begin(), head.end(), [](std::uint8_t byte) { return byte == 0; });
+    return false;
+  });
+  if (!read) return read.error();
+  if (!is_zero) return no_dump;
+  const auto kept = holds_more_than(most_torn_head_bytes, path, 0, context);
+  if (!kept) return kept.error();
+  return std::optional<TornPackets>({path, 0, bytes, "its head is gone", *kept});
 }
 
 // One is there where a session was damaged again after it had been mended.
@@ -108,10 +125,11 @@ Expected<std::string> take_away(const TornPackets& torn) {
 }  // namespace
 
 Expected<std::optional<TornPackets>> find_torn_packets(const std::string& path, const RunContext& context) {
-  Expected<CaptureFile> file = CaptureFile::open(path);
-  if (!file) return file.error();
   const Expected<std::uint64_t> bytes = size_of(path);
   if (!bytes) return bytes.error();
+  Expected<CaptureFile> file = CaptureFile::open(path);
+  if (!file && file.error().kind == ErrorKind::input) return find_torn_head(path, *bytes, file.error(), context);
+  if (!file) return file.error();
   CapturedFrame frame;
   for (std::uint64_t i = 0; file->next(frame); ++i) {
     if (i % cancel_period != 0) continue;

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/recording/bag_batches.h"
+#include "apps/recording/cloud_flaws.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
 #include "core/base/version.h"
@@ -188,10 +189,8 @@ bool is_of_camera(const std::string& folder, const Rig& rig) {
 std::uint64_t image_files(const std::string& folder) {
   std::error_code error;
   std::uint64_t count = 0;
-  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
-    const std::string ending = file->path().extension().string();
-    count += ending == ".png" || ending == ".jpg" || ending == ".jpeg" ? 1 : 0;
-  }
+  for (fs::directory_iterator file(folder, error), end; !error && file != end; file.increment(error))
+    count += is_image_name(file->path().filename().string()) ? 1 : 0;
   return count;
 }
 
@@ -293,6 +292,7 @@ Expected<Inspection> inspect_stream(const std::string& path, const RunContext& c
   const Expected<StopReading> summary = read_stops(source, {}, sink, context);
   if (!summary) return summary.error();
   if (summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    warn_of_file(source, *summary, context.reporter);
     if (is_bag(path)) return input_error("holds no message", path, "record or copy it again");
     return input_error("holds no Livox packet", path, "record the UDP traffic of the LiDARs, ports 55000 to 65000");
   }
@@ -310,6 +310,7 @@ Expected<Inspection> inspect_recording(const StreamSource& source, const RunCont
   if (!summary) return summary.error();
   const std::optional<Error> no_lidar = no_lidar_error(source);
   if (!no_lidar && summary->ingest.devices.empty() && summary->ingest.topics.empty()) {
+    warn_of_file(source, *summary, context.reporter);
     return *reading_error(source, options, *summary);
   }
   const char* file_kind = is_bag(source.file) ? "bag" : "dump";
@@ -351,17 +352,16 @@ Expected<Inspection> inspect_patch_folder(const std::string& path, const Rig& ri
   for (const int stop : folder->stops) stops[stop] = {{"stop", stop}, {"points", Inspection::object()}};
   double done = 0.0;
   for (std::size_t i = 0; i < folder->patches.size(); ++i) {
-    IntensityRange intensity;
+    CloudFlaws flaws;
     for (const PatchFile& file : folder->patches[i]) {
       if (context.cancelled()) return cancelled_error("stopped", path);
       const Expected<PcdSummary> cloud = read_pcd(file.path, [](std::span<const Point>) {});
       if (!cloud) return cloud.error();
       stops[file.stop]["points"][rig.sensors[i].name] = cloud->points;
-      intensity.add(cloud->intensity);
+      flaws.add(*cloud);
       if (cloud->size_missing) warnings.push_back("WIDTH or HEIGHT is 0 in clouds of " + rig.sensors[i].name);
     }
-    const std::string complaint = intensity.complaint();
-    if (!complaint.empty()) warnings.push_back(rig.sensors[i].name + ": its " + complaint);
+    for (std::string& warning : flaws.warnings(rig.sensors[i].name)) warnings.push_back(std::move(warning));
     context.reporter.progress("reading patches", ++done / static_cast<double>(folder->patches.size()));
   }
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());

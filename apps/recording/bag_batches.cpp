@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <utility>
@@ -324,6 +325,8 @@ IngestSummary BagBatches::summary() const {
 }  // namespace
 
 bool is_bag(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // What a pipe has given it does not give again.
   std::ifstream file(path, std::ios::binary);
   std::string start(9, '\0');
   file.read(start.data(), static_cast<std::streamsize>(start.size()));

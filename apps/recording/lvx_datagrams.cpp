@@ -1,6 +1,7 @@
 #include "apps/recording/lvx_datagrams.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "core/clocks/leading_clock.h"
@@ -88,6 +89,8 @@ class LvxDatagrams final : public DatagramFile {
 }  // namespace
 
 bool is_lvx(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // What a pipe has given it does not give again.
   Expected<InputFile> file = InputFile::open(path);
   if (!file) return false;
   constexpr std::string_view begin = "livox_tech";

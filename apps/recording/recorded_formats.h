@@ -18,4 +18,8 @@ namespace rigcal {
 Expected<void> name_formats(const std::string& folder, Rig rig, const std::map<int, std::string>& formats,
                             Reporter& reporter);
 
+/// Says in the rig.yaml of a folder whose clouds are written without rings that they have none, with a warning, where
+/// `rig` says that they do.
+Expected<void> take_back_rings(const std::string& folder, Rig& rig, Reporter& reporter);
+
 }  // namespace rigcal

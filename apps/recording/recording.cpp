@@ -11,6 +11,7 @@
 #include "apps/ingest/point_filter.h"
 #include "apps/recording/bag_batches.h"
 #include "apps/recording/bag_images.h"
+#include "apps/recording/cloud_flaws.h"
 #include "apps/recording/far_points.h"
 #include "apps/recording/rig_lidars.h"
 #include "apps/recording/still_images.h"
@@ -92,22 +93,18 @@ PatchOutcome read_patch(const PatchJob& job, const CellOptions& options, double 
 
 // What is wrong with all clouds of a LiDAR together.
 struct LidarTally {
-  IntensityRange intensity;
+  CloudFlaws flaws;
   std::uint64_t points = 0;
   std::uint64_t out_of_range = 0;
-  std::uint64_t not_finite = 0;
   std::size_t clouds = 0;
   std::size_t unusable = 0;  ///< Clouds without a usable point,
   std::size_t empty = 0;     ///< and those of them that have none at all: it looked at the sky, say.
   std::string first_unusable;
-  bool moved = false;  ///< A VIEWPOINT that is not the identity.
 
   void add(const PatchOutcome& outcome, const std::string& path) {
-    intensity.add(outcome.summary.intensity);
+    flaws.add(outcome.summary);
     points += outcome.summary.points;
     out_of_range += outcome.out_of_range;
-    not_finite += outcome.summary.not_finite;
-    moved |= outcome.summary.moved;
     ++clouds;
     if (outcome.cells.points > 0) return;
     if (++unusable == 1) first_unusable = path;
@@ -130,23 +127,12 @@ void warn_of_lidars(const Rig& rig, const std::vector<PatchOutcome>& outcomes, c
       reporter.warn(name + ": " + std::to_string(tally.out_of_range) + " of its " + std::to_string(tally.points) +
                     " points lie outside of its range in the rig file and are left out; is range in metres?");
     }
-    if (const std::string complaint = tally.intensity.complaint(); !complaint.empty()) {
-      reporter.warn(name + ": its " + complaint);
-    }
-    if (tally.not_finite > 0) {
-      reporter.warn(name + ": " + std::to_string(tally.not_finite) +
-                    " points with NaN or infinite coordinates left out");
-    }
+    for (const std::string& warning : tally.flaws.warnings(name)) reporter.warn(warning);
     if (tally.unusable > 0) {
       reporter.warn(name + ": " + std::to_string(tally.unusable) + " of its " + std::to_string(tally.clouds) +
                     " clouds have no usable point, the first: " + tally.first_unusable +
                     (tally.empty > 0 ? "; " + std::to_string(tally.empty) + " have none at all" : std::string()) +
                     (tally.is_of_another_unit() ? "; are they in metres?" : ""));
-    }
-    if (tally.moved) {
-      reporter.warn(name +
-                    ": its clouds have a VIEWPOINT, which is not applied: their points are taken to be in the "
-                    "sensor's frame");
     }
   }
 }
@@ -158,16 +144,16 @@ void warn_of(const PatchFolder& folder, const std::vector<PatchOutcome>& outcome
 }
 
 // A trajectory without any translation, as `export` writes it, holds the gyro's rotations between the stops and says
-// nothing of where the base was.
-bool has_rotations_only(const std::map<int, SE3>& trajectory) {
-  return trajectory.size() > 1 &&
+// nothing of where the base was. That of several stops may have one pose: of the first, where no turn is known.
+bool has_rotations_only(const std::map<int, SE3>& trajectory, std::size_t stops) {
+  return std::max(trajectory.size(), stops) > 1 &&
          std::all_of(trajectory.begin(), trajectory.end(), [](const auto& p) { return p.second.t.isZero(0.0); });
 }
 
 // Stops with a patch, and those with nothing but images whose poses are given: cameras can be found from these, too.
 std::set<int> stops_of(const PatchFolder& folder, const Rig& rig, const std::vector<std::string>& image_places) {
   std::set<int> stops(folder.stops.begin(), folder.stops.end());
-  if (!folder.trajectory || has_rotations_only(*folder.trajectory)) return stops;
+  if (!folder.trajectory || has_rotations_only(*folder.trajectory, stops.size())) return stops;
   for (const int stop : stops_with_images(rig, image_places)) {
     if (folder.trajectory->contains(stop)) stops.insert(stop);
   }
@@ -181,7 +167,7 @@ Expected<void> take_trajectory(const std::map<int, SE3>& trajectory, const std::
     const auto at = position.find(stop);
     if (at != position.end()) poses[static_cast<std::size_t>(at->second)] = T;
   }
-  if (has_rotations_only(trajectory)) {
+  if (has_rotations_only(trajectory, poses.size())) {
     out.R_previous_this.resize(poses.size());
     for (std::size_t j = 1; j < poses.size(); ++j) {
       if (poses[j - 1] && poses[j]) out.R_previous_this[j] = poses[j - 1]->R.transpose() * poses[j]->R;
@@ -271,6 +257,10 @@ Expected<Recording> read_images_alone(Rig rig, const std::string& path, const st
   return out;
 }
 
+Expected<Rig> rig_of(const RecordingPaths& paths, const std::string& file) {
+  return paths.known_rig ? Expected<Rig>(paths.known_rig->rig) : load_rig(file);
+}
+
 Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& cells, const RunContext& context) {
   const std::string& path = paths.input;
   if (const auto there = check_there(path); !there) return there.error();
@@ -282,7 +272,7 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
     if (session->packets.empty()) {
       if (session->record && !session->record->end_ns)
         context.reporter.warn(path + " has no end: the recording that it was made from was cut short");
-      Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : load_rig(paths.rig);
+      Expected<Rig> rig = paths.rig.empty() ? Expected<Rig>(std::move(session->rig)) : rig_of(paths, paths.rig);
       if (!rig) return rig.error();
       if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
       return read_patches(std::move(*rig), session->patches, session->trajectory, image_places(paths), cells,
@@ -291,12 +281,12 @@ Expected<Recording> read_points(const RecordingPaths& paths, const CellOptions& 
   } else if (folder) {
     const Expected<std::string> rig_file = rig_file_of_folder(path, paths.rig);
     if (!rig_file) return rig_file.error();
-    Expected<Rig> rig = load_rig(*rig_file);
+    Expected<Rig> rig = rig_of(paths, *rig_file);
     if (!rig) return rig.error();
     if (lidar_sensors(*rig).empty()) return read_images_alone(std::move(*rig), path, image_places(paths));
     return read_patches(std::move(*rig), path, {}, image_places(paths), cells, paths.keep_points_within_m, context);
   }
-  const Expected<StreamSource> source = open_stream(path, paths.rig);
+  const Expected<StreamSource> source = open_stream(path, paths.rig, paths.known_rig);
   if (!source) return source.error();
   if (const std::optional<Error> none = no_lidar_error(*source)) return *none;
   return read_stream(*source, cells, paths.keep_points_within_m, context);

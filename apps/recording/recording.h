@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 #include "core/base/run_context.h"
 #include "core/io/patch_folder.h"
 #include "core/pipeline/rig_calibration.h"
-#include "core/rig/rig.h"
+#include "core/rig/rig_file.h"
 
 namespace rigcal {
 
@@ -31,12 +32,14 @@ struct Recording {
 };
 
 /// Where a recording lies, and what is kept of it. `rig` may be empty where a folder has its own; `images` where
-/// they lie with the recording, and otherwise is laid out like a session's.
+/// they lie with the recording, and otherwise is laid out like a session's. `known_rig`: what is in `rig`, where it was
+/// read already.
 struct RecordingPaths {
   std::string input;
   std::string rig;
   std::string images;
   double keep_points_within_m = 0.0;  ///< How far from each LiDAR all points are kept besides the cells; 0: none.
+  std::optional<RigFile> known_rig = {};
 };
 
 /// Appends those of the points that are nearer than `within_m` to their sensor.

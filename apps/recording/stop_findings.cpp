@@ -67,6 +67,12 @@ bool rest_is_doubtful(const StopReading& summary) {
   return longest_s >= surely_seen_s && summary.view.blind_s < most_blind_share * sum_s;
 }
 
+std::vector<std::string> file_findings(const StreamSource& source, const StopReading& summary) {
+  std::vector<std::string> findings;
+  for (const std::string& finding : summary.notes.findings) findings.push_back(source.file + ": " + finding);
+  return findings;
+}
+
 void append_stop_warnings(const StopReading& summary, std::vector<std::string>& warnings) {
   char text[300];
   if (summary.source == StopSource::gyro && summary.gyro.brief_rests > 0)
@@ -177,10 +183,14 @@ Error no_points_error(const StreamSource& source, const StopReading& summary, st
   return input_error("no points while the rig stood still", source.path, "check that sampling was on");
 }
 
+void warn_of_file(const StreamSource& source, const StopReading& summary, Reporter& reporter) {
+  for (const std::string& finding : file_findings(source, summary)) reporter.warn(finding);
+}
+
 std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary) {
   std::vector<std::string> warnings = summary.ingest.warnings;
   if (!summary.truncation.empty()) warnings.push_back(source.file + ": " + summary.truncation);
-  for (const std::string& finding : summary.notes.findings) warnings.push_back(source.file + ": " + finding);
+  for (std::string& finding : file_findings(source, summary)) warnings.push_back(std::move(finding));
   if (!source.complete) {
     warnings.push_back(source.path + ": the recording was cut short; what is there is used");
   }

@@ -21,7 +21,8 @@ Expected<std::string> rig_file_of_folder(const std::string& folder, const std::s
   return input_error("a patch folder needs a rig file", folder, "add --rig RIG.yaml, or put rig.yaml into the folder");
 }
 
-Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path) {
+Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path,
+                                   const std::optional<RigFile>& known) {
   StreamSource source;
   source.path = path;
   source.file = path;
@@ -38,16 +39,13 @@ Expected<StreamSource> open_stream(const std::string& path, const std::string& r
     if (!session) return session.error();
     source.file = session->packets.empty() ? session->patches : session->packets;
     source.complete = session->record.has_value() && session->record->end_ns.has_value();
-    source.rig = std::move(session->rig);
-    if (rig_path.empty()) {
-      source.rig_path = (std::filesystem::path(path) / "rig.yaml").string();
-      return source;
-    }
+    if (rig_path.empty()) source.rig_path = (std::filesystem::path(path) / "rig.yaml").string();
   }
   if (source.rig_path.empty()) return input_error("a recording needs the rig that made it", path, "add --rig RIG");
-  Expected<Rig> rig = load_rig(source.rig_path);
+  Expected<RigFile> rig = known ? Expected<RigFile>(*known) : load_rig_file(source.rig_path);
   if (!rig) return rig.error();
-  source.rig = std::move(*rig);
+  source.rig = std::move(rig->rig);
+  source.rig_text = std::move(rig->text);
   return source;
 }
 

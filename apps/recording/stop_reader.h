@@ -8,6 +8,7 @@
 #include "apps/recording/datagram_file.h"
 #include "core/base/run_context.h"
 #include "core/pipeline/lidar_calibration.h"
+#include "core/rig/rig_file.h"
 #include "core/stops/stop_finder.h"
 
 namespace rigcal {
@@ -18,6 +19,7 @@ struct StreamSource {
   std::string file;  ///< The same, or the session's lidar.pcapng or patches/.
   std::string rig_path;
   Rig rig;
+  std::string rig_text;  ///< What the rig file holds.
   bool complete = true;  ///< False for a session that was cut short.
 };
 
@@ -26,9 +28,10 @@ struct StreamSource {
 [[nodiscard]] Expected<std::string> rig_file_of_folder(const std::string& folder, const std::string& given);
 
 /// Opens a file (then `rig_path` is needed), a session or a patch folder (then it is taken instead of their own
-/// rig.yaml where it is not empty). Patches are not for `read_stops`: `file` is a folder then. Errors: no rig, what
-/// `load_rig` and `open_session` find.
-[[nodiscard]] Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path);
+/// rig.yaml where it is not empty). `known`: what is in that file, where it was read already. Patches are not for
+/// `read_stops`: `file` is a folder then. Errors: no rig, what `load_rig` and `open_session` find.
+[[nodiscard]] Expected<StreamSource> open_stream(const std::string& path, const std::string& rig_path,
+                                                 const std::optional<RigFile>& known = {});
 
 /// Packets and bags are cut into stops by what LiDARs saw: of a rig that has none, why nothing comes of them.
 [[nodiscard]] std::optional<Error> no_lidar_error(const StreamSource& source);
@@ -88,6 +91,10 @@ struct StopReading {
 
 /// Why there are stops, and no point in them that could be used. `too_far`: points that lie farther than cells reach.
 [[nodiscard]] Error no_points_error(const StreamSource& source, const StopReading& summary, std::uint64_t too_far);
+
+/// Warns of what the file itself told (frames cut short, a clock set back): ahead of an error that it may be the cause
+/// of, where nothing else is told.
+void warn_of_file(const StreamSource& source, const StopReading& summary, Reporter& reporter);
 
 /// What a user should know of it, in sentences.
 [[nodiscard]] std::vector<std::string> reading_warnings(const StreamSource& source, const StopReading& summary);

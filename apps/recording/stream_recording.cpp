@@ -69,7 +69,10 @@ void take_rotations(const Rig& rig, const std::vector<StopRecord>& stops, LidarR
 
 Expected<Recording> make_recording(const StreamSource& source, const StopReading& reading, LidarRecording lidar,
                                    const RunContext& context) {
-  if (std::optional<Error> error = reading_error(source, StopOptions{}, reading)) return *error;
+  if (std::optional<Error> error = reading_error(source, StopOptions{}, reading)) {
+    warn_of_file(source, reading, context.reporter);
+    return *error;
+  }
   for (const std::string& warning : reading_warnings(source, reading)) context.reporter.warn(warning);
   Recording out;
   out.rig = source.rig;

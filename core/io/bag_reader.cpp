@@ -81,7 +81,7 @@ struct BagReader::State {
   std::optional<ChunkPlace> peek_chunk();
   void load_chunk(std::uint64_t at);
   void load_loose_message(const FileRecord& record);
-  void add_message(OpenChunk& chunk, const BagFields& fields, ByteView data);
+  bool add_message(OpenChunk& chunk, const BagFields& fields, ByteView data);
   void keep(std::unique_ptr<OpenChunk> chunk);
   void leave_out(std::uint64_t at, const std::string& why);
   OpenChunk* earliest();
@@ -197,7 +197,7 @@ void BagReader::State::load_loose_message(const FileRecord& record) {
     leave_out(scan_at, "a message is cut");
     return;
   }
-  add_message(*chunk, record.fields(), chunk->bytes);
+  if (!add_message(*chunk, record.fields(), chunk->bytes)) leave_out(scan_at, "a message is damaged");
   keep(std::move(chunk));
 }
 
@@ -223,22 +223,31 @@ void BagReader::State::load_chunk(std::uint64_t at) {
     }
   }
   ByteReader reader(chunk->bytes);
+  bool sound = true;
   while (const std::optional<BagRecord> inner = take_bag_record(reader)) {
     const std::optional<BagOp> op = inner->fields.op();
-    if (op == BagOp::connection) add_connection(inner->fields, inner->data);
-    if (op == BagOp::message) add_message(*chunk, inner->fields, inner->data);
+    if (op == BagOp::connection) {
+      sound &= add_connection(inner->fields, inner->data);
+    } else {  // A chunk holds nothing else.
+      sound &= op == BagOp::message && add_message(*chunk, inner->fields, inner->data);
+    }
   }
-  if (cut || !reader.ok()) leave_out(at, cut ? "the file is cut" : "its records do not fit");
+  if (cut || !reader.ok()) {
+    leave_out(at, cut ? "the file is cut" : "its records do not fit");
+  } else if (!sound) {
+    leave_out(at, "a record in it is damaged");
+  }
   keep(std::move(chunk));
 }
 
-void BagReader::State::add_message(OpenChunk& chunk, const BagFields& fields, ByteView data) {
+/// False where the record does not say of which connection or from when it is.
+bool BagReader::State::add_message(OpenChunk& chunk, const BagFields& fields, ByteView data) {
   const auto number = fields.number<std::uint32_t>("conn");
   const auto stamp_ns = fields.time_ns("time");
   const auto connection = number ? connections.find(*number) : connections.end();
-  if (stamp_ns && connection != connections.end()) {
-    chunk.messages.push_back({*stamp_ns, &connection->second, data});
-  }
+  if (!stamp_ns || connection == connections.end()) return false;
+  chunk.messages.push_back({*stamp_ns, &connection->second, data});
+  return true;
 }
 
 void BagReader::State::keep(std::unique_ptr<OpenChunk> chunk) {

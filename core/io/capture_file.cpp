@@ -28,6 +28,7 @@ constexpr std::size_t max_frame_bytes = 262'144;
 /// Of a block that is read; others are skipped whatever their length.
 constexpr std::size_t max_block_bytes = max_frame_bytes + 65'536;
 constexpr std::size_t max_interfaces = 4096;
+constexpr const char* mend_of_pipe = "save it to a file first";
 /// Seconds that fit into int64 nanoseconds.
 constexpr std::int64_t max_seconds = 9'223'372'035;
 
@@ -83,6 +84,9 @@ Expected<void> CaptureFile::read_head() {
   const std::string path = file_.path();
   const ByteView first = file_.peek(4);
   if (!file_.failure().empty()) return read_failure(path, file_.failure());
+  const bool is_pipe = !file_.size();
+  if (first.empty() && is_pipe)
+    return input_error("is a pipe that gives nothing, or has given already what is needed again", path, mend_of_pipe);
   if (first.empty()) return input_error("is empty", path, "give a packet dump (pcap or pcapng)");
   const bool cut = first.size() < 4;
   const std::uint32_t magic = cut ? 0 : load<std::uint32_t>(first, 0);
@@ -95,6 +99,7 @@ Expected<void> CaptureFile::read_head() {
   const std::uint32_t native = swapped_ ? swap_32(magic) : magic;
   if (!cut && native != pcap_micro && native != pcap_nano) {
     if (auto foreign = foreign_file_error(file_.peek(foreign_file_bytes), path)) return *std::move(foreign);
+    if (is_pipe) return input_error("is no packet dump, and a pipe can give nothing else", path, mend_of_pipe);
     return input_error("is no packet dump that can be read", path, "give a pcap or pcapng file");
   }
   const ByteView head = file_.take(pcap_head_bytes);

@@ -9,7 +9,6 @@
 #include "core/base/parse_number.h"
 #include "core/base/seconds.h"
 #include "core/base/text.h"
-#include "core/io/file_copy.h"
 #include "core/io/foreign_file.h"
 #include "core/io/output_file.h"
 #include "core/io/pcd_file.h"
@@ -197,12 +196,12 @@ Expected<PatchFolderWriter> PatchFolderWriter::create(const std::string& path, c
   return PatchFolderWriter(std::move(*folder), std::move(names));
 }
 
-Expected<PcdWriter> PatchFolderWriter::open(int sensor, int stop) const {
+Expected<PcdWriter> PatchFolderWriter::open(int sensor, int stop, PcdColumns columns) const {
   const fs::path folder = fs::path(folder_.path()) / names_.at(static_cast<std::size_t>(sensor));
   std::error_code error;
   fs::create_directory(folder, error);
   if (error) return cannot_write(folder.string(), error.value());
-  return PcdWriter::create((folder / (std::to_string(stop) + ".pcd")).string());
+  return PcdWriter::create((folder / (std::to_string(stop) + ".pcd")).string(), columns);
 }
 
 Expected<void> PatchFolderWriter::write(const Patch& patch) {
@@ -220,8 +219,8 @@ Expected<std::string> PatchFolderWriter::image_path(int sensor, int stop) const 
   return (folder / (std::to_string(stop) + ".png")).string();
 }
 
-Expected<void> PatchFolderWriter::copy_rig_file(const std::string& path) const {
-  return copy_file(path, (fs::path(folder_.path()) / "rig.yaml").string());
+Expected<void> PatchFolderWriter::write_rig_file(const std::string& text) const {
+  return replace_file((fs::path(folder_.path()) / "rig.yaml").string(), text);
 }
 
 Expected<void> PatchFolderWriter::finish() {

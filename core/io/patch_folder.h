@@ -51,11 +51,11 @@ class PatchFolderWriter {
   [[nodiscard]] const std::string& path() const { return folder_.path(); }
   Expected<void> write(const Patch& patch);
   /// The file of a patch that comes in parts; to be finished before the folder is.
-  [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop) const;
+  [[nodiscard]] Expected<PcdWriter> open(int sensor, int stop, PcdColumns columns = {}) const;
   /// Where the image of a camera and a stop goes; makes the folder.
   [[nodiscard]] Expected<std::string> image_path(int sensor, int stop) const;
-  /// A copy of the rig file goes beside the patches: rig.yaml.
-  Expected<void> copy_rig_file(const std::string& path) const;
+  /// What the rig file says goes beside the patches: rig.yaml.
+  Expected<void> write_rig_file(const std::string& text) const;
   /// T_G_base by stop number.
   Expected<void> write_trajectory(const std::map<int, SE3>& poses);
   /// A power cut that comes later leaves it whole.

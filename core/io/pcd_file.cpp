@@ -1,7 +1,6 @@
 #include "core/io/pcd_file.h"
 
 #include <lzf.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -18,6 +17,7 @@
 #include "core/io/output_file.h"
 #include "core/io/pcd_header.h"
 #include "core/io/point_values.h"
+#include "core/io/random_access_file.h"
 #include "core/rig/text_file.h"
 
 namespace rigcal {
@@ -244,7 +244,7 @@ class PcdReader {
     }
     if (packed_bytes > bytes_left()) return too_short(0);
     // LZF stores at most 264 bytes in 3: what claims more is no LZF, and is not given the memory.
-    if (bytes / 88 > packed_bytes) return damaged();
+    if (packed_bytes == 0 || bytes / 88 > packed_bytes) return damaged();
     std::vector<std::uint8_t> packed(packed_bytes);
     if (std::fread(packed.data(), 1, packed.size(), file_.get()) != packed.size()) return too_short(0);
     std::vector<std::uint8_t> values(bytes);
@@ -272,27 +272,29 @@ class PcdReader {
 };
 
 /// As long for every number of points, so that it can be written again over itself.
-std::string binary_header(std::uint64_t points, bool timed) {
+std::string binary_header(std::uint64_t points, PcdColumns columns) {
   std::string count = std::to_string(points);
   count.resize(20, ' ');
-  return std::string("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity tag") +
-         (timed ? " timestamp" : "") + "\nSIZE 4 4 4 4 1" + (timed ? " 8" : "") + "\nTYPE F F F F U" +
-         (timed ? " F" : "") + "\nCOUNT 1 1 1 1 1" + (timed ? " 1" : "") + "\nWIDTH " + count +
+  const auto line = [&](const char* usual, const char* ring, const char* timestamp) {
+    return std::string(usual) + (columns.ring ? ring : "") + (columns.timestamp ? timestamp : "");
+  };
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7" +
+         line("\nFIELDS x y z intensity tag", " ring", " timestamp") + line("\nSIZE 4 4 4 4 1", " 2", " 8") +
+         line("\nTYPE F F F F U", " U", " F") + line("\nCOUNT 1 1 1 1 1", " 1", " 1") + "\nWIDTH " + count +
          "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
 }
 
 }  // namespace
 
 Expected<PcdSummary> read_pcd(const std::string& path, const std::function<void(std::span<const Point>)>& take) {
-  File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  Expected<RandomAccessFile> opened = RandomAccessFile::open(path);
+  if (!opened) return opened.error();
+  FileDescriptor descriptor = std::move(*opened).release();
+  File file(::fdopen(descriptor.get(), "rb"), &std::fclose);
   if (!file) return cannot_read(path, errno);
-  struct stat status = {};
-  if (fstat(fileno(file.get()), &status) != 0) return cannot_read(path, errno);
-  if (S_ISDIR(status.st_mode)) return cannot_read(path, EISDIR);
-  if (!S_ISREG(status.st_mode)) return input_error("is no regular file", path);
-  if (status.st_size == 0) return input_error("is empty", path, "copy or record it again");
+  static_cast<void>(descriptor.release());  // The stream closes it.
   Collector collector(take);
-  return PcdReader(path, std::move(file), static_cast<std::uint64_t>(status.st_size)).read(collector);
+  return PcdReader(path, std::move(file), opened->size()).read(collector);
 }
 
 Expected<PcdCloud> read_pcd(const std::string& path) {
@@ -304,31 +306,37 @@ Expected<PcdCloud> read_pcd(const std::string& path) {
   return cloud;
 }
 
-Expected<PcdWriter> PcdWriter::create(const std::string& path, bool timed) {
+Expected<PcdWriter> PcdWriter::create(const std::string& path, PcdColumns columns) {
   Expected<OutputFile> file = OutputFile::create(path);
   if (!file) return file.error();
-  PcdWriter writer(std::move(*file), timed);
-  writer.file_.write(binary_header(0, timed));
+  PcdWriter writer(std::move(*file), columns);
+  writer.file_.write(binary_header(0, columns));
   return writer;
 }
 
 void PcdWriter::write(std::span<const Point> points, std::int64_t stamp_ns, double shot_interval_ns) {
-  const std::size_t size = 4 * sizeof(float) + 1 + (timed_ ? sizeof(double) : 0);
+  const std::size_t size =
+      4 * sizeof(float) + 1 + (columns_.ring ? sizeof(Point::shot) : 0) + (columns_.timestamp ? sizeof(double) : 0);
   for (const Point& point : points) {
     const std::array<float, 4> values{point.x, point.y, point.z, static_cast<float>(point.reflectivity)};
     std::uint8_t* room = file_.reserve(size);
     std::memcpy(room, values.data(), sizeof(values));
-    room[sizeof(values)] = point.tag;
-    if (!timed_) continue;
+    room += sizeof(values);
+    *room++ = point.tag;
+    if (columns_.ring) {
+      std::memcpy(room, &point.shot, sizeof(point.shot));
+      room += sizeof(point.shot);
+    }
+    if (!columns_.timestamp) continue;
     const std::int64_t time_ns = stamp_ns + static_cast<std::int64_t>(point.shot * shot_interval_ns);
     const double time_s = seconds_of_ns(time_ns);
-    std::memcpy(room + sizeof(values) + 1, &time_s, sizeof(time_s));
+    std::memcpy(room, &time_s, sizeof(time_s));
   }
   points_ += points.size();
 }
 
 Expected<void> PcdWriter::finish() {
-  file_.overwrite(0, binary_header(points_, timed_));
+  file_.overwrite(0, binary_header(points_, columns_));
   return file_.close();
 }
 

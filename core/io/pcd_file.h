@@ -39,13 +39,19 @@ struct PcdCloud {
 };
 [[nodiscard]] Expected<PcdCloud> read_pcd(const std::string& path);
 
+/// What a cloud has besides coordinates, intensity and tag.
+struct PcdColumns {
+  bool timestamp = false;  ///< Seconds as a double.
+  bool ring = false;       ///< Point::shot, where that is the ring.
+};
+
 /// Writes a binary PCD file part by part: x y z and intensity as floats, tag as a byte. These read back to the bit;
-/// Point::shot, which means something only in its batch, is not written. The number of points is filled in at the end,
-/// so it need not be known before.
+/// Point::shot, which mostly means something only in its batch, is written as `PcdColumns` say. The number of points is
+/// filled in at the end, so it need not be known before.
 class PcdWriter {
  public:
-  /// Makes the file, or empties an existing one. `timed`: with a column timestamp, seconds as a double.
-  [[nodiscard]] static Expected<PcdWriter> create(const std::string& path, bool timed = false);
+  /// Makes the file, or empties an existing one.
+  [[nodiscard]] static Expected<PcdWriter> create(const std::string& path, PcdColumns columns = {});
 
   /// Point::shot counts from `stamp_ns` in steps of `shot_interval_ns`; both matter to the column timestamp only.
   void write(std::span<const Point> points, std::int64_t stamp_ns = 0, double shot_interval_ns = 0.0);
@@ -53,10 +59,10 @@ class PcdWriter {
   Expected<void> finish();
 
  private:
-  PcdWriter(OutputFile file, bool timed) : file_(std::move(file)), timed_(timed) {}
+  PcdWriter(OutputFile file, PcdColumns columns) : file_(std::move(file)), columns_(columns) {}
 
   OutputFile file_;
-  bool timed_ = false;
+  PcdColumns columns_;
   std::uint64_t points_ = 0;
 };
 

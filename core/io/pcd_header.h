@@ -46,7 +46,9 @@ class PcdHeaderParser {
   [[nodiscard]] const PcdHeader& header() const { return header_; }
 
  private:
-  [[nodiscard]] Error wrong(std::string what, std::string mend = {}) const;
+  [[nodiscard]] Error wrong(
+      std::string what,
+      std::string mend = "correct the header, or save the cloud anew as a PCD file, version 0.7") const;
   [[nodiscard]] Error wrong_at(int line, std::string what, std::string mend) const;
   [[nodiscard]] Expected<void> take_list(std::string_view key, const std::vector<std::string_view>& words);
   [[nodiscard]] Expected<void> check_coordinates() const;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/file_descriptor.h"
@@ -23,6 +24,8 @@ class RandomAccessFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   /// What went wrong when reading ("Input/output error"); empty where all went well or the file just ended.
   [[nodiscard]] const std::string& failure() const { return failure_; }
+  /// For who reads it from its beginning on by other means.
+  [[nodiscard]] FileDescriptor release() && { return std::move(file_); }
 
  private:
   RandomAccessFile(FileDescriptor file, std::uint64_t size, std::string path)

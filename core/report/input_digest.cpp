@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/sha256.h"
+#include "core/io/files_below.h"
 
 namespace rigcal {
 namespace {
@@ -31,6 +32,7 @@ bool add_bytes(std::ifstream& in, std::uint64_t count, const std::stop_token& st
 
 std::optional<InputDigest> digest_file(const fs::path& path, std::uint64_t whole_bytes, const std::stop_token& stop) {
   std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;  // Opening a pipe may wait for ever.
   InputDigest digest;
   digest.path = path.string();
   digest.bytes = fs::file_size(path, error);
@@ -53,31 +55,9 @@ std::optional<InputDigest> digest_file(const fs::path& path, std::uint64_t whole
   return digest;
 }
 
-// Adds the names of what is in `folder`, and what is in the folders there. `above`: it and those that it is in. False:
-// something could not be looked at.
-bool add_files(const fs::path& folder, const fs::path& seen_from, std::vector<fs::path>& above,
-               std::vector<std::string>& names) {
-  std::error_code error;
-  const fs::path place = fs::canonical(folder, error);
-  if (error) return false;
-  if (std::find(above.begin(), above.end(), place) != above.end()) return true;
-  above.push_back(place);
-  fs::directory_iterator at(folder, error);
-  for (; !error && at != fs::directory_iterator(); at.increment(error)) {
-    std::error_code dangling;  // What a link leads to may be gone: then it is a name and no folder.
-    if (!fs::is_directory(at->path(), dangling)) {
-      names.push_back(at->path().lexically_relative(seen_from).string());
-    } else if (!add_files(at->path(), seen_from, above, names)) {
-      return false;
-    }
-  }
-  above.pop_back();
-  return !error;
-}
-
 // As `find -L . -type f -print0 | sort -z | xargs -0 sha256sum | sha256sum` in it gives it, names beginning with "./".
 std::optional<InputDigest> digest_tree(const fs::path& folder, std::uint64_t whole_bytes, const std::stop_token& stop) {
-  const std::optional<std::vector<std::string>> names = files_below(folder);
+  const Expected<std::vector<std::string>> names = files_below(folder);
   if (!names) return std::nullopt;
   InputDigest digest;
   digest.path = folder.string() + "/";
@@ -99,14 +79,6 @@ std::optional<InputDigest> digest_tree(const fs::path& folder, std::uint64_t who
 }
 
 }  // namespace
-
-std::optional<std::vector<std::string>> files_below(const fs::path& folder) {
-  std::vector<fs::path> above;
-  std::vector<std::string> names;
-  if (!add_files(folder, folder, above, names)) return std::nullopt;
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 std::vector<InputDigest> digest_inputs(const std::vector<std::string>& paths, const std::stop_token& stop,
                                        std::uint64_t whole_bytes) {

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -13,10 +11,6 @@ namespace rigcal {
 
 /// Larger files are told by their size and their first and last 16 MiB, so that a long recording costs no minute.
 constexpr std::uint64_t digest_whole_bytes = std::uint64_t{1} << 30U;
-
-/// The names of all files in a folder and in those below it, behind symbolic links too, seen from it and in order. A
-/// folder that a link leads back into is gone through once. Nothing where a part of it could not be looked at.
-[[nodiscard]] std::optional<std::vector<std::string>> files_below(const std::filesystem::path& folder);
 
 /// What a result was made from: each of `paths` that is a file, and of each that is a folder its files, folders in it
 /// taken together. A digest in part is that of the size in decimal digits, a newline, and the first and last bytes.

@@ -9,8 +9,8 @@
 #include "core/base/text.h"
 #include "core/records/records.h"
 #include "core/rig/marker_dictionaries.h"
+#include "core/rig/rig_file.h"
 #include "core/rig/sensor_reader.h"
-#include "core/rig/text_file.h"
 #include "core/rig/yaml_tree.h"
 
 namespace rigcal {
@@ -289,9 +289,9 @@ Expected<Rig> parse_rig(const std::string& text, const std::string& name) {
 }
 
 Expected<Rig> load_rig(const std::string& path) {
-  const Expected<std::string> text = read_text_file(path, YamlLimits{}.max_bytes);
-  if (!text) return text.error();
-  return parse_rig(*text, path);
+  Expected<RigFile> file = load_rig_file(path);
+  if (!file) return file.error();
+  return std::move(file->rig);
 }
 
 }  // namespace rigcal

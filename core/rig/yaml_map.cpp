@@ -34,6 +34,9 @@ std::string shown_number(double value) {
 
 std::string range_text(double low, double high) { return shown_number(low) + " to " + shown_number(high); }
 
+constexpr const char* mend_of_range = "give a value within it, and check the unit";
+constexpr const char* mend_of_list = "write the numbers in brackets, with commas between them";
+
 template <class T>
 std::optional<T> parse_scalar(const YamlNode& node) {
   if (node.kind != YamlNode::Kind::scalar || node.quoted) return std::nullopt;
@@ -46,11 +49,12 @@ std::optional<double> checked_number(const YamlNode& node, const std::string& na
                                      YamlErrors& errors) {
   const std::optional<double> value = parse_scalar<double>(node);
   if (!value) {
-    errors.add(node.line, name + " is " + shown(node) + ", not a number");
+    errors.add(node.line, name + " is " + shown(node) + ", not a number",
+               "write digits alone, without a unit or quotes");
     return std::nullopt;
   }
   if (*value < low || *value > high) {
-    errors.add(node.line, name + " is " + shown(node) + ", out of the range " + range_text(low, high));
+    errors.add(node.line, name + " is " + shown(node) + ", out of the range " + range_text(low, high), mend_of_range);
     return std::nullopt;
   }
   return value;
@@ -60,12 +64,14 @@ std::optional<std::int64_t> checked_integer(const YamlNode& node, const std::str
                                             std::int64_t high, YamlErrors& errors) {
   const std::optional<std::int64_t> value = parse_scalar<std::int64_t>(node);
   if (!value) {
-    errors.add(node.line, name + " is " + shown(node) + ", not a whole number");
+    errors.add(node.line, name + " is " + shown(node) + ", not a whole number", "write digits alone, without quotes");
     return std::nullopt;
   }
   if (*value < low || *value > high) {
-    errors.add(node.line, name + " is " + shown(node) + ", out of the range " + std::to_string(low) + " to " +
-                              std::to_string(high));
+    errors.add(
+        node.line,
+        name + " is " + shown(node) + ", out of the range " + std::to_string(low) + " to " + std::to_string(high),
+        mend_of_range);
     return std::nullopt;
   }
   return value;
@@ -131,12 +137,13 @@ std::optional<std::string> YamlMap::text(std::string_view key) const {
   const YamlNode* node = get(key);
   if (node == nullptr) return std::nullopt;
   if (node->kind != YamlNode::Kind::scalar) {
-    fail(key, "is " + shown(*node) + ", not text");
+    fail(key, "is " + shown(*node) + ", not text", "write a word, or words in quotes, or leave the key out");
     return std::nullopt;
   }
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
   if (node->text.empty() || node->text.size() > 1024 || std::any_of(node->text.begin(), node->text.end(), is_control)) {
-    fail(key, "is empty, longer than 1024 bytes or has control characters");
+    fail(key, "is empty, longer than 1024 bytes or has control characters",
+         "write a short text in one line, or leave the key out");
     return std::nullopt;
   }
   return node->text;
@@ -149,7 +156,7 @@ std::optional<bool> YamlMap::flag(std::string_view key) const {
     if (node->text == "true") return true;
     if (node->text == "false") return false;
   }
-  fail(key, "is " + shown(*node) + ", not true or false");
+  fail(key, "is " + shown(*node) + ", not true or false", "write one of these words, without quotes");
   return std::nullopt;
 }
 
@@ -173,7 +180,7 @@ std::optional<std::vector<double>> YamlMap::numbers(std::string_view key, std::s
     const std::string wanted = std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
     const std::string found =
         node->kind == YamlNode::Kind::sequence ? "a list of " + std::to_string(node->items.size()) : shown(*node);
-    fail(key, "is " + found + ", not a list of " + wanted + " numbers");
+    fail(key, "is " + found + ", not a list of " + wanted + " numbers", mend_of_list);
     return std::nullopt;
   }
   std::vector<double> values;
@@ -190,7 +197,7 @@ std::optional<std::vector<int>> YamlMap::integers(std::string_view key, std::siz
   const YamlNode* node = get(key);
   if (node == nullptr) return std::nullopt;
   if (node->kind != YamlNode::Kind::sequence || node->items.size() != count) {
-    fail(key, "is not a list of " + std::to_string(count) + " whole numbers");
+    fail(key, "is not a list of " + std::to_string(count) + " whole numbers", mend_of_list);
     return std::nullopt;
   }
   std::vector<int> values;

@@ -16,8 +16,9 @@ ProgramRun run_program(const std::string& command, const std::filesystem::path& 
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(out), text_of(err)};
 }
 
-ProgramRun run_rigcal(const std::string& arguments, const std::filesystem::path& folder) {
-  return run_program("cd '" + folder.string() + "' && '" + RIGCAL_PROGRAM + "' " + arguments, folder);
+ProgramRun run_rigcal(const std::string& arguments, const std::filesystem::path& folder, const std::string& piped) {
+  const std::string before = piped.empty() ? piped : piped + " | ";
+  return run_program("cd '" + folder.string() + "' && " + before + "'" + RIGCAL_PROGRAM + "' " + arguments, folder);
 }
 
 }  // namespace rigcal

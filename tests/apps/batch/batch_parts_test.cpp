@@ -379,6 +379,23 @@ TEST_F(Judge, ReplacesNoResultOfAnotherRecording) {
   EXPECT_FALSE(judge().keep);
 }
 
+// Records are JSON, in which bytes that are no UTF-8 cannot stand.
+TEST_F(Judge, KnowsNamesAgainThatAreNoUtf8) {
+  write("b\xFCro/session", "points");
+  work.input = path("b\xFCro/session");
+  work.inputs = {work.input};
+  work.settings.emplace_back("--rig", path("b\xFCro/rig.yaml"));
+  record.input = work.input;
+  record.settings = work.settings;
+  record.input_state = input_state(work.inputs).digest;
+  note(3, "session: is empty");
+  EXPECT_TRUE(judge().keep) << judge().why;
+  work.settings[0].second = "5mm,0.05deg";
+  EXPECT_EQ(judge().why, "failed before, and something has changed since") << "not another recording";
+  work.settings[1].second = path("other.yaml");
+  EXPECT_FALSE(judge().keep);
+}
+
 TEST_F(Judge, ReplacesNoResultOfAnotherRecordingThatHasNoRecord) {
   write("result/extrinsics.yaml", "rigcal: 1\n");
   write("elsewhere/session", "points of another rig");
@@ -417,6 +434,14 @@ TEST_F(Judge, AResultSaysWithWhichCodeItsCalibrationEnded) {
   EXPECT_EQ(code_of_result(work.result), std::nullopt);
   write("result/report.json", R"({"status": "good")");
   EXPECT_EQ(code_of_result(work.result), std::nullopt) << "cut off";
+}
+
+TEST(Forecast, WaitsUntilAShareOfAllBytesIsDone) {
+  EXPECT_EQ(forecast_text(10.0, 0.0, 1e9), "") << "the first failed";
+  EXPECT_EQ(forecast_text(10.0, 1.0, 1e9), "");
+  EXPECT_EQ(forecast_text(10.0, 4e7, 1e9), "");
+  EXPECT_EQ(forecast_text(10.0, 1e8, 4e8), ", about 40 s left");
+  EXPECT_EQ(forecast_text(60.0, 1e8, 4e8), ", about 4 min left");
 }
 
 TEST(BatchTable, QuotesWhatACsvMustQuote) {

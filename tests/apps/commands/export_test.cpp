@@ -153,6 +153,28 @@ TEST_F(Export, SaysWhatIsWrongAndLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(scratch / "p"));
 }
 
+// What a pipe gave it does not give again.
+TEST_F(Export, FilesMayComeThroughPipes) {
+  simulate("--stops 1 --dwell 1");
+  const std::string rig = text_of(scratch / "s/rig.yaml");
+  const std::string from_pipe = " s/lidar.pcapng --rig /dev/stdin --out ";
+  const ProgramRun imported = run_rigcal("import" + from_pipe + "i", scratch, "cat s/rig.yaml");
+  EXPECT_EQ(imported.code, 0) << imported.err;
+  EXPECT_EQ(text_of(scratch / "i/rig.yaml"), rig);
+  const ProgramRun exported = run_rigcal("export --format patches" + from_pipe + "e", scratch, "cat s/rig.yaml");
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_EQ(text_of(scratch / "e/rig.yaml"), rig);
+  const ProgramRun inspected = run_rigcal("inspect /dev/stdin --json", scratch, "cat s/lidar.pcapng");
+  EXPECT_EQ(parse(inspected)["devices"], parse(rigcal("inspect s/lidar.pcapng --json"))["devices"]);
+  const ProgramRun no_dump = run_rigcal("inspect /dev/stdin", scratch, "cat s/rig.yaml");
+  EXPECT_EQ(no_dump.code, 3);
+  EXPECT_THAT(no_dump.err, HasSubstr("is no packet dump, and a pipe can give nothing else; save it to a file first"));
+  const ProgramRun calibrated = run_rigcal("calibrate" + from_pipe + "r", scratch, "cat s/rig.yaml");
+  EXPECT_LE(calibrated.code, 1) << calibrated.err;
+  EXPECT_EQ(calibrated.code, rigcal("calibrate s --out f").code);
+  EXPECT_EQ(text_of(scratch / "r/extrinsics.yaml"), text_of(scratch / "f/extrinsics.yaml"));
+}
+
 TEST_F(Export, NamesThatAreNoUtf8AreShownWithAReplacement) {
   const fs::path folder = scratch / "b\xFCro";
   fs::create_directories(folder / "image" / "left");

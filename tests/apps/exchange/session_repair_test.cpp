@@ -318,6 +318,38 @@ TEST_F(SessionRepair, ANewestPartWhoseHeadIsDamagedIsKeptByAnotherName) {
   EXPECT_EQ(stops(), 2U);
 }
 
+TEST_F(SessionRepair, ANewestPartOfWhichAPowerCutLeftZerosIsTakenAway) {
+  fs::rename(session / "lidar.pcapng", session / "lidar.000001.pcapng");
+  put(session / "lidar.pcapng", std::string(1 << 20, '\0'));
+  EXPECT_THAT(repair(), Contains("lidar.pcapng: held nothing whole and is gone"));
+  EXPECT_FALSE(fs::exists(session / "lidar.pcapng"));
+  EXPECT_EQ(stops(), 2U);
+}
+
+TEST_F(SessionRepair, ANewestPartWithoutItsHeadIsKeptByAnotherName) {
+  fs::rename(session / "lidar.pcapng", session / "lidar.000001.pcapng");
+  std::string part = text_of(session / "lidar.000001.pcapng");
+  part.replace(0, 4096, std::string(4096, '\0'));
+  put(session / "lidar.pcapng", part);
+  EXPECT_THAT(repair(), Contains(HasSubstr("its head is gone, so that nothing whole is left in it; it is now "
+                                           "lidar.pcapng.tail")));
+  EXPECT_TRUE(text_of(session / "lidar.pcapng.tail") == part);
+  begin_anew();
+  put(session / "lidar.pcapng", "no packets, but notes of somebody");
+  EXPECT_THAT(refusal(silent).message(), HasSubstr("is no packet dump"));
+  EXPECT_TRUE(fs::exists(session / "lidar.pcapng"));
+}
+
+TEST_F(SessionRepair, SaysWhatIsLeftWhereNoPacketIs) {
+  put(session / "lidar.pcapng", "");
+  NotingReporter notes;
+  EXPECT_THAT(
+      refusal(notes).message(),
+      HasSubstr("no packet of its LiDARs had reached the disk whole; its rig file, tables and images are left"));
+  EXPECT_THAT(notes.warnings, Contains("lidar.pcapng: was empty and is gone"));
+  EXPECT_TRUE(fs::exists(session / "rig.yaml"));
+}
+
 TEST_F(SessionRepair, AnyCutGivesASessionThatCanBeRead) {
   const std::string packets = text_of(session / "lidar.pcapng");
   for (const std::size_t size : {std::size_t{0}, std::size_t{3}, std::size_t{30}, std::size_t{100}, packets.size() / 3,

@@ -7,11 +7,15 @@
 #include <filesystem>
 #include <fstream>
 
+#include "apps/exchange/patch_export.h"
 #include "apps/exchange/session_import.h"
+#include "apps/inspection/inspection.h"
 #include "apps/recording/batch_source.h"
+#include "apps/recording/recording.h"
 #include "core/io/pcapng_writer.h"
 #include "core/io/session_folder.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "tests/core/io/dump_bytes.h"
 #include "tests/support/noting_reporter.h"
 #include "tests/support/scratch_folder.h"
 
@@ -108,6 +112,36 @@ TEST_F(DatagramFileTest, LeavesWhatItToldToTheSessionThatIsMadeOfIt) {
   EXPECT_TRUE(session->record->end_ns);
   EXPECT_THAT(session->record->gaps,
               ElementsAre(testing::HasSubstr("dump.pcapng: the clock of the recording machine")));
+}
+
+// As `tcpdump -s 100` leaves it: no packet is whole, and nothing else says why.
+TEST_F(DatagramFileTest, TellsThatPacketsWereCutAheadOfTheErrorThatComesOfIt) {
+  const std::string rig = (folder_ / "rig.yaml").string();
+  std::ofstream(rig) << "rigcal: 1\nname: one\nbase: top\nsensors:\n  top: {type: livox_avia, ip: 192.168.1.5}\n";
+  const Bytes frame = ethernet(ip_udp(Bytes(1400, 7)));
+  Bytes dump = pcap_file(1, {});
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    dump = join({dump, number(1'600'000'000, 4, false), number(i, 4, false), number(100, 4, false),
+                 number(frame.size(), 4, false), Bytes(frame.begin(), frame.begin() + 100)});
+  }
+  const std::string path = (folder_ / "cut.pcap").string();
+  save_bytes(path, dump);
+  const auto source = open_stream(path, rig);
+  ASSERT_TRUE(source) << source.error().message();
+  const std::string finding =
+      path + ": 3 packets were cut short by the snapshot length of the recording; record with tcpdump -s 0";
+  NotingReporter of_dump;
+  EXPECT_FALSE(inspect_stream(path, {of_dump}));
+  EXPECT_THAT(of_dump.warnings, ElementsAre(finding));
+  NotingReporter of_recording;
+  EXPECT_FALSE(inspect_recording(*source, {of_recording}));
+  EXPECT_THAT(of_recording.warnings, ElementsAre(finding));
+  NotingReporter of_export;
+  EXPECT_FALSE(export_patches(*source, PatchLayout::pcd, (folder_ / "clouds").string(), {of_export}));
+  EXPECT_THAT(of_export.warnings, ElementsAre(finding));
+  NotingReporter of_calibration;
+  EXPECT_FALSE(read_recording({path, rig, {}}, CellOptions{}, {of_calibration}));
+  EXPECT_THAT(of_calibration.warnings, ElementsAre(finding));
 }
 
 }  // namespace

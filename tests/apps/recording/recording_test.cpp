@@ -133,6 +133,16 @@ TEST_F(RecordingOfPatches, NamesTheTrajectoryThatHasNoPoseOfAStop) {
   EXPECT_EQ(recording.error().where, (folder_ / "patches" / "trajectory.tum").string());
 }
 
+// As `export` and `import` wrote it where no turn is known.
+TEST_F(RecordingOfPatches, TakesOnePoseThatIsZeroForNone) {
+  const std::vector<TumPose> one{{3'000'000'000, SE3{}}};
+  ASSERT_TRUE(write_tum((folder_ / "patches" / "trajectory.tum").string(), one));
+  const auto recording = read();
+  ASSERT_TRUE(recording) << recording.error().message();
+  EXPECT_THAT(stops(*recording), ElementsAre(3, 4));
+  EXPECT_THAT(recording->lidar.trajectory, testing::IsEmpty());
+}
+
 TEST_F(RecordingOfPatches, SaysThatTheImagesThatWereGivenLieOneFolderTooDeep) {
   SilentReporter silent;
   const std::string given = (folder_ / "patches/image/eye").string();
@@ -174,8 +184,8 @@ TEST_F(RecordingOfPatches, TellsOnceASensorWhatIsWrongWithItsClouds) {
   const std::string first = (folder_ / "patches/top/4.pcd").string();
   EXPECT_THAT(notes.warnings,
               ElementsAre("top: 3 points with NaN or infinite coordinates left out",
-                          "top: 2 of its 3 clouds have no usable point, the first: " + first,
                           testing::HasSubstr("top: its clouds have a VIEWPOINT, which is not applied"),
+                          "top: 2 of its 3 clouds have no usable point, the first: " + first,
                           testing::HasSubstr("top: 2 of its 3 points in the stops lie farther than 60 m")));
 }
 
@@ -256,6 +266,60 @@ TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {
   ASSERT_TRUE(listed->trajectory);
   EXPECT_NEAR(listed->trajectory->at(4).t.x(), 0.4, 1e-9);
   EXPECT_THAT(open_stream((folder_ / "patches").string(), {}).error().message(), testing::HasSubstr("add --rig"));
+}
+
+TEST_F(RecordingOfPatches, IsExportedWithItsRingsAndToldWhatIsLost) {
+  std::ofstream(folder_ / "rig.yaml")
+      << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, rings: true}\n";
+  for (const char* stop : {"3", "4"}) {
+    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
+        << "VERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 2\n"
+           "HEIGHT 1\nVIEWPOINT 0 0 1 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3 0.5 7\n4 5 6 0.9 300\n";
+  }
+  const auto source = open_stream((folder_ / "patches").string(), (folder_ / "rig.yaml").string());
+  ASSERT_TRUE(source) << source.error().message();
+  for (const PatchLayout layout : {PatchLayout::patches, PatchLayout::pcd}) {
+    const fs::path out = folder_ / (layout == PatchLayout::pcd ? "clouds" : "again");
+    NotingReporter notes;
+    const auto done = export_patches(*source, layout, out.string(), {notes});
+    ASSERT_TRUE(done) << done.error().message();
+    EXPECT_THAT(notes.warnings, ElementsAre(testing::HasSubstr("top: its intensities are at most 0.90"),
+                                            testing::HasSubstr("top: its clouds have a VIEWPOINT")));
+    const auto cloud = read_pcd((out / (layout == PatchLayout::pcd ? "top_4.pcd" : "top/4.pcd")).string());
+    ASSERT_TRUE(cloud) << cloud.error().message();
+    EXPECT_TRUE(cloud->summary.has_ring);
+    ASSERT_EQ(cloud->points.size(), 2U);
+    EXPECT_EQ(cloud->points[0].shot, 7);
+    EXPECT_EQ(cloud->points[1].shot, 300);
+  }
+  EXPECT_EQ(text_of(folder_ / "again/rig.yaml"), text_of(folder_ / "rig.yaml"));
+}
+
+// A link within that leads back, and the session is made within what it is made of.
+TEST_F(RecordingOfPatches, IsImportedOnceWhateverItsLinksLeadTo) {
+  const fs::path image = folder_ / "patches/image";
+  fs::create_directory_symlink(".", image / "loop");
+  fs::create_directory_symlink("eye", image / "other");
+  SilentReporter silent;
+  const std::string out = (image / "session").string();
+  const auto imported =
+      import_session({(folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {}}, out, {silent});
+  ASSERT_TRUE(imported) << imported.error().message();
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(image / "session/patches/image")) {
+    if (!entry.is_directory()) files.push_back(entry.path().lexically_relative(image / "session/patches/image"));
+  }
+  EXPECT_THAT(files, testing::UnorderedElementsAre("eye/3.png", "eye/5.png", "eye/9.png", "other/3.png", "other/5.png",
+                                                   "other/9.png"));
+}
+
+TEST_F(RecordingOfPatches, InspectCountsImagesWhateverTheCaseOfTheirNames) {
+  fs::rename(folder_ / "patches/image/eye/5.png", folder_ / "patches/image/eye/5.PNG");
+  std::ofstream(folder_ / "patches/image/eye/6.JPG") << "only counted";
+  SilentReporter silent;
+  const auto inspection = inspect_patches((folder_ / "patches").string(), (folder_ / "rig.yaml").string(), {silent});
+  ASSERT_TRUE(inspection) << inspection.error().message();
+  EXPECT_EQ(inspection->at("images").at("eye").at("files"), 4);
 }
 
 TEST_F(RecordingOfPatches, IsExportedWithItsImages) {
@@ -373,7 +437,7 @@ TEST(RecordingOfABag, ThatIsDenseLosesNoPoints) {
 TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
   const fs::path folder = scratch_folder("far_points");
   std::ofstream(folder / "rig.yaml") << "rigcal: 1\nname: one\nbase: top\nsensors:\n"
-                                        "  top: {type: lidar, topic: /points, imu_topic: /imu}\n";
+                                        "  top: {type: lidar, rings: true, topic: /points, imu_topic: /imu}\n";
   BagBytes bytes;
   Random random(3);
   for (std::int64_t ms = 0; ms < 3000; ms += 5) {
@@ -401,6 +465,20 @@ TEST(ExportOfABag, SaysWhatAFormatCannotHold) {
   EXPECT_THAT(notes.warnings,
               testing::IsSupersetOf({testing::HasSubstr("points lie farther than a .las file can say (214 km)"),
                                      testing::HasSubstr("/points: its intensities are at most 0.40")}));
+
+  notes.warnings.clear();
+  ASSERT_TRUE(export_patches(*source, PatchLayout::patches, (folder / "patches").string(), {notes}));
+  ASSERT_TRUE(import_session({(folder / "far.bag").string(), (folder / "rig.yaml").string(), {}},
+                             (folder / "session").string(), {notes}));
+  EXPECT_THAT(notes.warnings,
+              testing::Contains(StartsWith("top: its clouds are written without the numbers")).Times(2));
+  for (const char* made : {"patches", "session"}) {
+    const auto rig = load_rig((folder / made / "rig.yaml").string());
+    ASSERT_TRUE(rig) << rig.error().message();
+    EXPECT_FALSE(rig->base_sensor().lidar->rings) << made;
+    EXPECT_FALSE(fs::exists(folder / made / "trajectory.tum")) << "one stop has no turn";
+  }
+  EXPECT_FALSE(fs::exists(folder / "session/patches/rig.yaml"));
 }
 
 }  // namespace

@@ -128,6 +128,36 @@ TEST(BagReader, LeavesADamagedChunkOutAndReadsTheOthers) {
   EXPECT_THAT(bag->truncation(), HasSubstr("1 part(s) left out, the first at byte " + std::to_string(second_chunk)));
 }
 
+TEST(BagReader, TellsOnceAChunkOfRecordsThatAreDamaged) {
+  for (const auto& [was, is] : std::vector<std::pair<std::string, std::string>>{
+           {"time=", "tame="}, {"conn=", "coin="}, {"op=\x02", "op=\x42"}, {"op=\x02", "op=\x04"}}) {
+    BagBytes bytes;
+    add(bytes, "/a", 1, "one");
+    bytes.flush();
+    const std::size_t second_chunk = bytes.size();
+    for (const int at_s : {2, 3}) add(bytes, "/a", at_s, "more");
+    bytes.flush();
+    const std::size_t end = bytes.size();
+    add(bytes, "/a", 4, "four");
+    Bytes damaged = bytes.finish();
+    // The headers of both messages in the second chunk.
+    const auto stop = damaged.begin() + static_cast<std::ptrdiff_t>(end);
+    int spoiled = 0;
+    for (auto at = damaged.begin() + static_cast<std::ptrdiff_t>(second_chunk); at != stop; ++spoiled) {
+      at = std::search(at, stop, was.begin(), was.end());
+      if (at == stop) break;
+      at = std::copy(is.begin(), is.end(), at);
+    }
+    ASSERT_EQ(spoiled, 2);
+    Expected<BagReader> bag = BagReader::open(write_bytes("records.bag", damaged));
+    ASSERT_TRUE(bag.has_value()) << is;
+    EXPECT_THAT(read_all(*bag), ElementsAre("/a@1:one", "/a@4:four")) << is;
+    EXPECT_THAT(bag->truncation(), HasSubstr("1 part(s) left out, the first at byte " + std::to_string(second_chunk) +
+                                             ": a record in it is damaged"))
+        << is;
+  }
+}
+
 TEST(BagReader, DoesNotBelieveSizes) {
   for (const char* compression : {"bz2", "lz4", "none", "zip"}) {
     BagBytes bytes;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <lzf.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <cstring>
@@ -150,6 +151,10 @@ TEST(PcdFile, RefusesDamagedCompression) {
   append<std::uint32_t>(bomb, 4294967280U);
   bomb.insert(bomb.end(), 4, 0xFF);
   EXPECT_THAT(error_of(write_bytes("bomb.pcd", bomb)), HasSubstr("damaged"));
+  Bytes nothing = text_bytes(header("x y z", "4 4 4", "F F F", "1", "binary_compressed"));
+  append<std::uint32_t>(nothing, 0);
+  append<std::uint32_t>(nothing, 12);
+  EXPECT_THAT(error_of(write_bytes("nothing.pcd", nothing)), HasSubstr("its compressed part is damaged"));
 }
 
 TEST(PcdFile, LeavesOutAndCountsWhatIsNoReturn) {
@@ -238,6 +243,8 @@ TEST(PcdFile, NamesTheLineOfAMistake) {
   EXPECT_THAT(error_of(write_text("size3.pcd", header("x y z", "4 4 3", "F F F", "1", "ascii"))), HasSubstr("SIZE 3"));
   EXPECT_THAT(error_of(write_text("twice.pcd", header("x x y z", "4 4 4 4", "F F F F", "1", "ascii"))),
               HasSubstr("two fields"));
+  EXPECT_THAT(error_of(write_text("words.pcd", header("x y z", "4 4 four", "F F F", "1", "ascii"))),
+              HasSubstr("words.pcd:4: SIZE is not a list of numbers; correct the header, or save the cloud anew"));
   EXPECT_THAT(error_of(write_text("data.pcd", header("x y z", "4 4 4", "F F F", "1", "zip"))),
               HasSubstr("DATA is not"));
   EXPECT_THAT(error_of(write_text("wh.pcd",
@@ -252,6 +259,9 @@ TEST(PcdFile, NamesFilesThatAreNoClouds) {
   EXPECT_THAT(error_of(write_text("noise.pcd", "some text\n")), HasSubstr("no PCD file"));
   EXPECT_THAT(error_of(write_text("comment.pcd", "# only a remark\n")), HasSubstr("no DATA line"));
   EXPECT_THAT(error_of(testing::TempDir()), HasSubstr("is a folder"));
+  const std::string pipe = fresh_path("pipe.pcd");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(error_of(pipe), HasSubstr("is no regular file; copy it to a file first")) << "nobody writes to it";
 }
 
 }  // namespace

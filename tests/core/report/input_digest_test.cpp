@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/io/files_below.h"
 #include "tests/support/run_program.h"
 #include "tests/support/scratch_folder.h"
 
