@@ -355,9 +355,9 @@ DiskPatience Capture::patience(Reporter& reporter) const {
                   ": it is waited for (a second Ctrl-C ends at once, and loses that)");
   };
   if (!options_.give_up) return patience;
-  patience.give_up = [this, most = patience.most] {
+  patience.give_up = [this](std::chrono::nanoseconds waited) {
     options_.give_up(options_.out + ": the disk has taken nothing for " +
-                     std::to_string(std::chrono::duration_cast<std::chrono::seconds>(most).count()) +
+                     std::to_string(std::chrono::duration_cast<std::chrono::seconds>(waited).count()) +
                      " s: ended without it; what it has is finished by rigcal inspect --repair, once it answers");
   };
   return patience;

@@ -22,7 +22,7 @@ DiskWait::~DiskWait() = default;
 void DiskWait::look(const std::stop_token& stop) const {
   const auto begun = SteadyClock::now();
   const auto told_after = std::chrono::duration<double>(patience_.told_after).count();
-  const auto most = std::chrono::duration<double>(patience_.most).count();
+  const std::chrono::nanoseconds most = worker_ != nullptr ? patience_.most : patience_.most_unseen;
   const auto period = std::min<std::chrono::nanoseconds>(longest_look, patience_.told_after);
   std::mutex mutex;
   std::condition_variable_any ended;
@@ -34,8 +34,8 @@ void DiskWait::look(const std::stop_token& stop) const {
     if (const double pause_s = worker_ != nullptr ? worker_->pause_s() : 0.0; pause_s > 0.0)
       still_s = std::min(still_s, pause_s);
     if (still_s >= told_after && !std::exchange(is_told, true) && patience_.tell) patience_.tell(what_);
-    if (still_s < most) continue;
-    if (patience_.give_up) patience_.give_up();
+    if (still_s < std::chrono::duration<double>(most).count()) continue;
+    if (patience_.give_up) patience_.give_up(most);
     return;
   }
 }

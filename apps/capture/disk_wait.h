@@ -13,10 +13,12 @@ namespace rigcal {
 struct DiskPatience {
   std::chrono::nanoseconds told_after = std::chrono::seconds(5);
   std::chrono::nanoseconds most = std::chrono::seconds(60);
+  /// Where nothing shows whether the disk is blocked or slow: what waits in memory may take a card minutes.
+  std::chrono::nanoseconds most_unseen = std::chrono::minutes(10);
   /// Both are called from another thread, `tell` once a wait, `give_up` in place of the wait's end: it is to end the
   /// program, as nothing takes a thread out of a system call. May be empty.
   std::function<void(const std::string& what)> tell;
-  std::function<void()> give_up;
+  std::function<void(std::chrono::nanoseconds waited)> give_up;
 };
 
 /// Looks after a wait that may last as long as the disk is blocked, while it lives. A disk that is slow is not given

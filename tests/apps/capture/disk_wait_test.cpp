@@ -22,10 +22,14 @@ struct Waited {
       told_what = what;
       ++told;
     };
-    patience.give_up = [this] { ++given_up; };
+    patience.give_up = [this](std::chrono::nanoseconds waited) {
+      given_up_after = waited;
+      ++given_up;
+    };
   }
   DiskPatience patience;
   std::string told_what;  ///< To be read once the wait is over.
+  std::chrono::nanoseconds given_up_after{0};
   std::atomic<int> told{0};
   std::atomic<int> given_up{0};
 };
@@ -87,6 +91,19 @@ TEST(DiskWait, CountsFromItsOwnBeginAndWithoutAThreadThatMoves) {
     EXPECT_TRUE(comes_true([&] { return waited.told == 1; }));
   }
   EXPECT_EQ(waited.told_what, "session.json");
+}
+
+// Nothing tells a disk that is blocked from one that takes long over what it was given.
+TEST(DiskWait, IsMorePatientWithoutAThreadThatMoves) {
+  Waited waited;
+  waited.patience.most_unseen = milliseconds(800);
+  {
+    const DiskWait wait(waited.patience, "session.json", nullptr);
+    std::this_thread::sleep_for(milliseconds(450));
+    EXPECT_EQ(waited.given_up, 0);
+    EXPECT_TRUE(comes_true([&] { return waited.given_up == 1; }));
+  }
+  EXPECT_EQ(waited.given_up_after, milliseconds(800));
 }
 
 }  // namespace
