@@ -97,6 +97,10 @@ RayGrid::RayGrid(double max_range_m, double size_m)
     : size_m_(size_m),
       across_(cells_across(max_range_m, size_m)),
       deep_bits_(static_cast<unsigned>(std::bit_width(across_.size()))) {
+  for (std::size_t k = 0; k < across_.size(); ++k) {
+    const bool before = k > 0 && across_[k - 1] != across_[k];
+    is_at_change_.push_back(before || (k + 1 < across_.size() && across_[k + 1] != across_[k]) ? 1 : 0);
+  }
   key_middle_ = static_cast<std::int32_t>(across_.back());
   across_bits_ = static_cast<unsigned>(std::bit_width(static_cast<unsigned>(2 * key_middle_)));
 }

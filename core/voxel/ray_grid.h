@@ -64,6 +64,10 @@ class RayGrid {
     const std::size_t deep = deep_of(key);
     return deep == 0 || across_[deep - 1] == across_[deep];
   }
+  /// Whether cells of other directions lie before those of this depth, or behind them.
+  [[nodiscard]] bool is_at_change(std::int32_t deep) const {
+    return is_at_change_[static_cast<std::size_t>(deep)] != 0;
+  }
   /// For a point of the block that lies within `border_m` of a border between depths: the cell on the border's other
   /// side in the point's direction. Nothing where that is the one that is named alike, with the depth before or behind.
   [[nodiscard]] std::optional<OtherSide> other_side(const PlacedOnRays& at, std::size_t number, double border_m) const;
@@ -72,7 +76,8 @@ class RayGrid {
 
  private:
   double size_m_ = 0.0;
-  std::vector<double> across_;  // by depth
+  std::vector<double> across_;      // by depth
+  std::vector<char> is_at_change_;  // likewise: other directions lie before or behind
   unsigned across_bits_ = 0;
   unsigned deep_bits_ = 0;
   std::int32_t key_middle_ = 0;  // of what looks left and up in a key: both ways from the middle

@@ -28,7 +28,9 @@ void RayTable::add(const PointBlock& block) {
   for (std::size_t i = 0; i < block.count; ++i) {
     const auto number = static_cast<std::uint32_t>(waiting_.size());
     order_.push_back({placed_.key[i], number, Part::inside, 0});
-    if (const std::optional<OtherSide> other = grid_.other_side(placed_, i, border_m)) {
+    const bool may_be = grid_.is_at_change(placed_.deep[i]);
+    if (const auto other = may_be ? grid_.other_side(placed_, i, border_m) : std::nullopt) {
+      has_other_sides_ = true;
       order_.push_back({other->place.key, number, other->is_nearer ? Part::behind_far : Part::before_near,
                         static_cast<std::uint8_t>(other->place.sixteenth)});
     }
@@ -45,7 +47,7 @@ void RayTable::for_each_cell(const Next& next, const Take& take) {
   constexpr std::size_t soon = 16;
   const double border = (0.5 - border_share) * options_.size_m;
   radix_sort(order_);
-  let_lone_ones_be();
+  if (std::exchange(has_other_sides_, false)) let_lone_ones_be();
   std::size_t kept = 0;
   std::size_t i = 0;
   while (kept < kept_.size() || i < order_.size()) {

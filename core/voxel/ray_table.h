@@ -65,6 +65,7 @@ class RayTable {
   std::vector<WaitingPoint> waiting_;
   std::vector<Keyed> order_;    // of those
   std::vector<KeptSums> kept_;  // by key
+  bool has_other_sides_ = false;
   PieceMaker pieces_;
 };
 
