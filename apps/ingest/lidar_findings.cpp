@@ -100,6 +100,15 @@ std::string missing_words(const Rig& rig, const IngestSummary& summary, const st
   return text.empty() ? text : "no points of " + text + "; seen: " + seen_devices(rig, summary);
 }
 
+/// Whether a rig can be calibrated by the sensors that gave points: the base, and another LiDAR or a camera.
+bool is_enough(const Rig& rig, const std::vector<char>& has_points) {
+  if (!has_points[static_cast<std::size_t>(rig.base)]) return false;
+  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
+    if (static_cast<int>(i) != rig.base && (has_points[i] || !rig.sensors[i].is_lidar())) return true;
+  }
+  return false;
+}
+
 constexpr const char* mend_of_missing = "correct ip or broadcast_code in the rig file, or take the sensor out of it";
 
 }  // namespace
@@ -160,14 +169,6 @@ std::vector<ClockReport> clock_reports(const Rig& rig, const IngestSummary& summ
     if (topic.points > 0) add(topic.sensor, topic.clock);
   }
   return reports;
-}
-
-bool is_enough(const Rig& rig, const std::vector<char>& has_points) {
-  if (!has_points[static_cast<std::size_t>(rig.base)]) return false;
-  for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
-    if (static_cast<int>(i) != rig.base && (has_points[i] || !rig.sensors[i].is_lidar())) return true;
-  }
-  return false;
 }
 
 std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late) {

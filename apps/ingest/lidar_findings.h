@@ -18,11 +18,8 @@ namespace rigcal {
 /// How the clocks of the rig's LiDARs were mapped to the session's, in the order of what was heard first.
 [[nodiscard]] std::vector<ClockReport> clock_reports(const Rig& rig, const IngestSummary& summary);
 
-/// Whether a rig can be calibrated by those sensors that gave points (`has_points`, one for each sensor): the base, and
-/// another LiDAR or a camera. The others are failed.
-[[nodiscard]] bool is_enough(const Rig& rig, const std::vector<char>& has_points);
-
-/// What keeps a recording from being used with this rig, if anything does.
+/// What keeps a recording from being used with this rig, if anything does. A LiDAR without points does not where the
+/// base has some, and another LiDAR or a camera is left to be placed: it is warned of, and failed in the end.
 [[nodiscard]] std::optional<Error> ingest_error(const Rig& rig, const IngestSummary& summary, bool learned_too_late);
 
 }  // namespace rigcal

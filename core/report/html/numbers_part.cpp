@@ -73,7 +73,7 @@ std::string weak_table(const CalibrationResult& result) {
   return table({"sensor", "weak direction", "known to (95 %)", "what would hold it"}, rows);
 }
 
-// Beside the 2 cm that Livox' data sheets promise.
+// Beside the 2 cm that Livox' data sheets promise, which others come to as well.
 std::string noise_table(const CalibrationResult& result) {
   constexpr double usual_range_m = 10.0;
   std::vector<std::vector<std::string>> rows;
@@ -87,7 +87,7 @@ std::string noise_table(const CalibrationResult& result) {
                                       : "–"});
   }
   if (rows.empty()) return {};
-  return table({"LiDAR", "noise of ranges at 10 m, mm", "by data sheets, mm", "of directions, °",
+  return table({"LiDAR", "noise of ranges at 10 m, mm", "Livox' data sheets, mm", "of directions, °",
                 "hangs on the voxels' grid by"},
                rows);
 }

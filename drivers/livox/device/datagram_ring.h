@@ -19,8 +19,8 @@ class DatagramRing {
   /// Room for `datagrams`, rounded up to a power of two.
   explicit DatagramRing(std::size_t datagrams);
 
-  /// Touches its memory, so that no datagram waits for the system to find it: tens of milliseconds. Before the first
-  /// `push`, which does it otherwise. A ring that is not used takes none.
+  /// Takes its memory and touches it, so that no datagram waits for the system to find it: tens of milliseconds. Before
+  /// the first `push`, which does it otherwise. A ring that is not used takes none.
   void take_memory();
   /// From the one thread. False where there is no room or the datagram is too long; both are counted.
   bool push(const Datagram& datagram);

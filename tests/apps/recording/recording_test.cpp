@@ -36,11 +36,9 @@ class RecordingOfPatches : public testing::Test {
   void SetUp() override {
     fs::create_directories(folder_ / "patches" / "top");
     fs::create_directories(folder_ / "patches" / "image" / "eye");
-    for (const char* stop : {"3", "4"}) {
-      std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
-          << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
-             "0\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n";
-    }
+    write_clouds(
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+        "0\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n");
     const Image image{2, 2, 1, 8, {}, {1, 2, 3, 4}};
     for (const char* stop : {"3", "5", "9"}) {
       ASSERT_TRUE(write_image((folder_ / "patches" / "image" / "eye" / (std::string(stop) + ".png")).string(), image));
@@ -49,6 +47,11 @@ class RecordingOfPatches : public testing::Test {
         << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar}\n  eye: {type: camera, driver: images}\n";
   }
 
+  /// The same for stops 3 and 4, as a whole PCD file.
+  void write_clouds(const std::string& pcd) const {
+    for (const char* stop : {"3", "4"})
+      std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd")) << pcd;
+  }
   void write_trajectory(double metres_a_stop) const {
     std::vector<TumPose> poses;
     for (const int stop : {3, 4, 5, 7})
@@ -95,11 +98,9 @@ TEST_F(RecordingOfPatches, HasNoStopOfImagesAloneWithoutAPose) {
 TEST_F(RecordingOfPatches, TellsWhatIsLeftOutOfItsClouds) {
   std::ofstream(folder_ / "rig.yaml")
       << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, range: [0.5, 3.0]}\n";
-  for (const char* stop : {"3", "4"}) {
-    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
-        << "VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 4\nHEIGHT 1\n"
-           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 1 1 0.5\n4 5 6 0.9\n0.1 0 0 0.2\n9 9 9 0.1\n";
-  }
+  write_clouds(
+      "VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 4\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 1 1 0.5\n4 5 6 0.9\n0.1 0 0 0.2\n9 9 9 0.1\n");
   NotingReporter notes;
   const std::string rig = (folder_ / "rig.yaml").string();
   const auto recording = read_recording({(folder_ / "patches").string(), rig, {}}, CellOptions{}, {notes});
@@ -114,11 +115,9 @@ TEST_F(RecordingOfPatches, LeavesOutWhatTheTagsOfALivoxCallNoise) {
   for (const auto& [type, points] : {std::pair{"livox_avia", 4U}, {"lidar", 6U}}) {
     std::ofstream(folder_ / "rig.yaml") << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: " << type
                                         << "}\n";
-    for (const char* stop : {"3", "4"}) {
-      std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
-          << "VERSION 0.7\nFIELDS x y z tag\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
-             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0.5 0 0 16\n4 5 6 0\n4 5 7 1\n";
-    }
+    write_clouds(
+        "VERSION 0.7\nFIELDS x y z tag\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0.5 0 0 16\n4 5 6 0\n4 5 7 1\n");
     const auto recording = read();
     ASSERT_TRUE(recording) << recording.error().message();
     EXPECT_EQ(recording->points, points) << type;
@@ -219,11 +218,9 @@ TEST_F(RecordingOfPatches, AsksForMetresWhereNoPointOfAnyCloudCanBeUsed) {
 
 // What its range leaves out was told of already.
 TEST_F(RecordingOfPatches, TellsOfPointsInRangeThatLieFartherThanCellsReach) {
-  for (const char* stop : {"3", "4"}) {
-    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
-        << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\n"
-           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 2 3\n80 0 0\n90 0 0\n1000 0 0\n";
-  }
+  write_clouds(
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n1 2 3\n80 0 0\n90 0 0\n1000 0 0\n");
   for (const auto& [range, told] :
        {std::pair{"[1, 200]", "top: 4 of its 6 points in the stops lie farther than 60 m"}, {"[1, 50]", ""}}) {
     std::ofstream(folder_ / "rig.yaml") << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, range: "
@@ -271,11 +268,9 @@ TEST_F(RecordingOfPatches, IsExportedWithItsTrajectory) {
 TEST_F(RecordingOfPatches, IsExportedWithItsRingsAndToldWhatIsLost) {
   std::ofstream(folder_ / "rig.yaml")
       << "rigcal: 1\nname: small\nbase: top\nsensors:\n  top: {type: lidar, rings: true}\n";
-  for (const char* stop : {"3", "4"}) {
-    std::ofstream(folder_ / "patches" / "top" / (std::string(stop) + ".pcd"))
-        << "VERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 2\n"
-           "HEIGHT 1\nVIEWPOINT 0 0 1 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3 0.5 7\n4 5 6 0.9 300\n";
-  }
+  write_clouds(
+      "VERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 2\n"
+      "HEIGHT 1\nVIEWPOINT 0 0 1 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3 0.5 7\n4 5 6 0.9 300\n");
   const auto source = open_stream((folder_ / "patches").string(), (folder_ / "rig.yaml").string());
   ASSERT_TRUE(source) << source.error().message();
   for (const PatchLayout layout : {PatchLayout::patches, PatchLayout::pcd}) {
