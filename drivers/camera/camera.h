@@ -74,8 +74,8 @@ class Camera {
   /// No frames come any more; what waits is discarded, what is lent stays whole. Back to `configured`, also with an
   /// error (the camera is gone).
   Expected<void> stop();
-  /// Gives the camera free, with the settings that it had when it was opened. Never fails: what cannot be restored is
-  /// in `notes`.
+  /// Gives the camera free, with the settings that it had when it was opened; where it takes none while a frame is
+  /// lent, once the last is given back. Never fails: what cannot be restored is in `notes`.
   void close();
 
   [[nodiscard]] CameraState state() const { return state_; }
