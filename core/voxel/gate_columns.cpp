@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/floor_of.h"
 
@@ -9,6 +10,17 @@ namespace rigcal {
 namespace {
 
 constexpr double column_size_m = 0.25;  // Tangential size of what is gated as one.
+
+// Puts a mean back along its ray, as far as borders that sort points by their noise have moved it.
+void undo_shift(const Vector3d& sensor_G, const NoiseModel& noise, const Vector3d& normal_G, GateCell& cell) {
+  if (cell.noise_shift_per_m == 0.0F) return;
+  const Vector3d p = cell.mean - sensor_G;
+  const double range = std::max(1e-3, p.norm());
+  const double variance = noise.range_variance(range * range, std::abs(normal_G.dot(p)) / range);
+  const Vector3d shift = cell.noise_shift_per_m * variance / range * p;
+  cell.mean -= shift;
+  cell.put_back_m = static_cast<float>(normal_G.dot(shift));
+}
 
 }  // namespace
 
@@ -18,7 +30,8 @@ void GateColumns::make(std::span<const WorldCell> cells, const GateContext& cont
   cells_.clear();
   for (const std::uint64_t each : order_) {
     const WorldCell& cell = cells[each & 0xFFFFFFFFU];
-    cells_.push_back({cell.N, cell.mean, cell.scatter, cell.noise_share, cell.noise_shift_per_m, cell.darkness, true});
+    cells_.push_back(
+        {cell.N, cell.mean, cell.scatter, cell.noise_share, cell.noise_shift_per_m, cell.darkness, 0.0F, true});
   }
   columns_.clear();
   patches_.clear();
@@ -28,8 +41,11 @@ void GateColumns::make(std::span<const WorldCell> cells, const GateContext& cont
     PatchColumns& patch = patches_.emplace_back();
     patch.number = number;
     patch.first = static_cast<std::uint32_t>(columns_.size());
-    patch.T_G_sensor = context.state.T_G_sensor(context.patches[number].stop, context.patches[number].lidar);
+    const PatchCells& seen = context.patches[number];
+    patch.T_G_sensor = context.state.T_G_sensor(seen.stop, seen.lidar);
+    const NoiseModel& noise = context.noise[static_cast<std::size_t>(seen.lidar)];
     for (std::uint32_t i = begin; i < end; ++i) {
+      undo_shift(patch.T_G_sensor.t, noise, normal_G, cells_[i]);
       if (i == begin || order_[i] >> 32 != order_[i - 1] >> 32) columns_.emplace_back().first = i;
       ++columns_.back().count;
     }

@@ -13,11 +13,12 @@ namespace rigcal {
 /// What is summed up of a cell: world frame G, m.
 struct GateCell {
   double N;
-  Vector3d mean;
+  Vector3d mean;  ///< Where it is without its noise's shift.
   UpperTriangle scatter;
   float noise_share;  ///< These three as in Cell.
   float noise_shift_per_m;
   float darkness;
+  float put_back_m;  ///< How much less far along the normal the mean is now.
   bool kept;
 };
 
@@ -43,8 +44,8 @@ struct PatchColumns {
 /// The cells of one voxel by patch and tangential bin. Used again for the next voxel, it keeps its memory.
 class GateColumns {
  public:
-  /// Sorts `cells` into bins of 25 cm across the unit vector `normal_G`, counted from `origin_G`, and sums up their
-  /// columns.
+  /// Sorts `cells` into bins of 25 cm across the unit vector `normal_G`, counted from `origin_G`, undoes the shifts of
+  /// their means by noise, and sums up their columns.
   void make(std::span<const WorldCell> cells, const GateContext& context, const Vector3d& origin_G,
             const Vector3d& normal_G);
   /// Sums up a column anew, of the cells that are kept; where none is, the mean stays.

@@ -59,16 +59,24 @@ class Gate {
     return context_.noise[static_cast<std::size_t>(context_.patches[patch.number].lidar)];
   }
 
+  // How far a cell is off the plane at least. The shift of one of a few points beside a border is known in the mean
+  // only: it counts as anywhere between where it is with it and without.
+  [[nodiscard]] double nearest_offset(const GateCell& cell) const {
+    const double without = u_.dot(cell.mean - q_);
+    const double with = without + cell.put_back_m;
+    return without * with <= 0.0 ? 0.0 : std::min(std::abs(without), std::abs(with));
+  }
+
   // Leaves out cells of another surface that the column's mean and thickness hide: one of a few points, or one that
   // holds an edge. True when any changed its mind.
   bool judge_cells(GateColumn& column) {
     const PlaneMapOptions& o = context_.options;
     bool changed = false;
     for (GateCell& cell : columns_.cells_of(column)) {
-      const double offset = u_.dot(cell.mean - q_);
+      const double offset = nearest_offset(cell);
       const double variance =
           column.variance / std::min(cell.N, most_points_judged) + o.offset_floor_m * o.offset_floor_m;
-      bool keep = std::abs(offset) <= cell_sigmas * std::sqrt(variance) + o.gate_slack_m;
+      bool keep = offset <= cell_sigmas * std::sqrt(variance) + o.gate_slack_m;
       if (keep && cell.N >= 3.0) {
         const double freedom = cell.N - 1.0;
         keep = along(cell.scatter, u_) / freedom <=
@@ -133,7 +141,9 @@ class Gate {
     }
     const SymmetricEigen eigen = symmetric_eigen_fast(full(scatter));
     q_ = q;
-    u_ = eigen.vectors.col(0);
+    // Its sense stays, which is that of what means were put back by.
+    const Vector3d normal = eigen.vectors.col(0);
+    u_ = normal.dot(u_) < 0.0 ? Vector3d(-normal) : normal;
     const double slack = context_.options.gate_slack_m;
     chi2 = eigen.values[0] / (points * (1.0 + slack * slack * weight / points));
     return true;
@@ -162,7 +172,6 @@ class Gate {
   void add_observation(const PatchColumns& patch, PlaneFeature& feature, WeightedSum& sum, std::size_t& kept_cells) {
     const NoiseModel& noise = noise_of(patch);
     const SE3& T_G_sensor = patch.T_G_sensor;
-    undo_shifts(patch, noise);
     PlaneObservation o;
     o.stop = context_.patches[patch.number].stop;
     o.lidar = context_.patches[patch.number].lidar;
@@ -202,17 +211,6 @@ class Gate {
   // A matrix in the directions of the world in those of the sensor.
   static Matrix3d in_sensor(const Matrix3d& M, const SE3& T_G_sensor) {
     return T_G_sensor.R.transpose() * M * T_G_sensor.R;
-  }
-
-  // Puts means back along their rays, as far as borders that sort points by their noise have moved them.
-  void undo_shifts(const PatchColumns& patch, const NoiseModel& noise) {
-    columns_.for_each_kept(patch, [&](GateCell& cell) {
-      if (cell.noise_shift_per_m == 0.0) return;
-      const Vector3d p = cell.mean - patch.T_G_sensor.t;
-      const double range = std::max(1e-3, p.norm());
-      const double variance = noise.range_variance(range * range, std::abs(u_.dot(p)) / range);
-      cell.mean -= cell.noise_shift_per_m * variance / range * p;
-    });
   }
 
   // The scatter of a cell that lies at `p` from the sensor, the noise's own share taken out. A covariance along and

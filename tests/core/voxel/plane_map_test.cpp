@@ -160,6 +160,36 @@ TEST(PlaneMap, ObservationsAreTheSumsOfTheirPoints) {
   EXPECT_NEAR(1.0 / (variance + o.N * 1e-6), o.weight, 0.01 * o.weight);
 }
 
+// A border between depths cuts a wall that is met straight by its noise: the gate must not leave out one side.
+TEST(PlaneMap, HoldsAWallOneSigmaBehindABorderWhereItStands) {
+  RigState state;
+  state.T_G_base = {SE3{}, {Matrix3d::Identity(), Vector3d(0.0, 0.3, 0.1)}};
+  state.T_base_sensor = {SE3{}};
+  const double distance = 9.02;
+  const int count = 15'000;  // So that what noise brings before the border is a few points each cell.
+  Random random(14);
+  double sum = 0.0;
+  double kept = 0.0;
+  for (int run = 0; run < 20; ++run) {
+    std::vector<PatchCells> patches;
+    for (int stop = 0; stop < 2; ++stop) {
+      std::vector<Vector3d> points;
+      const Vector3d& sensor = state.T_G_base[static_cast<std::size_t>(stop)].t;
+      for (int i = 0; i < count; ++i) {
+        const Vector3d ray = Vector3d(1.0, random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)).normalized();
+        points.emplace_back(sensor + (distance / ray.x() + 0.02 * random.normal()) * ray);
+      }
+      patches.push_back(patch_of(points, state, stop));
+    }
+    const PlaneMap map = map_of(patches, state);
+    kept += points_in(map);
+    for (const PlaneFeature& f : map.features)
+      for (const PlaneObservation& o : f.observations) sum += o.N * (o.mean.x() - distance);
+  }
+  EXPECT_GT(kept, 0.95 * 40 * count);
+  EXPECT_NEAR(sum / kept, 0.0, 4.0 * 0.02 / std::sqrt(kept));
+}
+
 TEST(PlaneMap, TakesTheNoiseOutOfTheScatterThatWouldTurnAnObliquePlane) {
   Random random(13);
   RigState state;
