@@ -1,7 +1,9 @@
 #include "core/pipeline/lidar_calibration.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "core/base/text.h"
 #include "core/pipeline/frozen_directions.h"
 #include "core/pipeline/lidar_result.h"
 #include "core/pipeline/range_stage.h"
@@ -128,12 +130,24 @@ class Calibration {
     if (!start) return start.error();
     // What the one LiDAR did not see twice others did.
     if (has_unknown_steps(input)) find_left_out(surfels, *start);
+    if (start->other_axis) context_.reporter.warn(other_axis_words(*input.axis, *start->other_axis));
     solution_.start = std::move(*start);
     solution_.state = solution_.start.state;
     solution_.T_grid_G = frame_of(surfels);
     if (options_.on_pass) options_.on_pass("start", solution_.state);
     tell("start");
     return {};
+  }
+
+  [[nodiscard]] std::string other_axis_words(const Vector3d& told, const Vector3d& found) const {
+    const auto list = [](const Vector3d& d) {
+      return "[" + fixed_text(d.x(), 3) + ", " + fixed_text(d.y(), 3) + ", " + fixed_text(d.z(), 3) + "]";
+    };
+    const double off_rad = std::acos(std::clamp(found.dot(told.normalized()), -1.0, 1.0));
+    return "the rig turned about " + list(found) + " of the frame of " + rig_.base_sensor().name + ", " +
+           fixed_text(to_deg(off_rad), 0) +
+           " degrees from the axis of the turntable in the rig file: that one is used; mend axis in the rig file (it "
+           "is told in the frame of the base, however that leans)";
   }
 
   void warn_of_mixups(const std::vector<PatchSurfels>& surfels) const {
@@ -181,7 +195,8 @@ class Calibration {
                                      [](const std::optional<double>& turned) { return turned.has_value(); });
     const bool has_axis = rig_.turntable && rig_.turntable->axis;
     const std::string mend = is_told    ? ""
-                             : has_axis ? "; without a gyro, turn by smaller steps"
+                             : has_axis ? "; without a gyro, turn by smaller steps, and check the table's axis in the "
+                                          "rig file (in the frame of the base)"
                                         : "; without a gyro, turn by smaller steps, all equal to 6 degrees, or tell "
                                           "the table's axis in the rig file";
     for (auto j = static_cast<std::size_t>(first_told); j < recording_.stops.size(); ++j) {

@@ -46,6 +46,8 @@ constexpr double doubtful_fit = 0.8;
 // they may be between the two, as a room is that ended 1.3 degrees off.
 constexpr double sure_fit = 0.85;
 constexpr double clear_gain = 0.05;
+// What is told of an axis is right to this, as the search for steps about it has it.
+constexpr double told_axis_rad = to_rad(3.0);
 // Of the stops of a table, so many must hang together.
 constexpr double least_found = 0.4;
 
@@ -243,6 +245,25 @@ std::optional<Attempt> attempt(const StartInput& input, const std::vector<PatchS
   return out;
 }
 
+// A LiDAR that leans is easily forgotten where the axis is told in its frame. Equal steps about any other axis are
+// believed where nearly all lies on itself then, which it does not about the one that was told. False: there is none.
+bool try_other_axis(const StartInput& input, const std::vector<PatchSurfels>& patches,
+                    const std::vector<PatchSurfels>& base_patches, const RunContext& context, double fit,
+                    Start& start) {
+  StartInput any = input;
+  any.axis.reset();
+  std::optional<Attempt> other =
+      attempt(any, patches, base_patches, context, [&](Start& placed) { place_stops(any, base_patches, placed); });
+  if (!other || other->fit < std::max(sure_fit, fit + clear_gain)) return false;
+  std::optional<Vector3d> axis = axis_of(other->start);
+  if (!axis) return false;
+  if (axis->dot(*input.axis) < 0.0) *axis = -*axis;
+  if (axis->dot(input.axis->normalized()) > std::cos(told_axis_rad)) return false;
+  start = std::move(other->start);
+  start.other_axis = axis;
+  return true;
+}
+
 // What the base sees from one stop it may not see from the next, and is lost then or laid on something else. Where
 // little of what was seen lies on itself, the table may have turned all round in equal steps, this way or that, which
 // is told as what it rests on; or by steps that need not be equal, even if some stops are not known then. What fits
@@ -251,6 +272,10 @@ void try_other_steps(const StartInput& input, const std::vector<PatchSurfels>& p
                      const std::vector<PatchSurfels>& base_patches, const RunContext& context, Start& start) {
   double fit = fit_of(input, patches, start);
   if (fit * share_of(known_of(base_patches, start), base_patches) >= doubtful_fit) return;
+  if (!input.goes_on && try_other_axis(input, patches, base_patches, context, fit, start)) {
+    place_lidars(input, patches, known_of(base_patches, start), loose_hold, context, start);
+    return;
+  }
   const auto try_steps = [&](const std::function<void(Start&)>& place) {
     return attempt(input, patches, base_patches, context, place);
   };

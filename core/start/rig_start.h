@@ -42,6 +42,9 @@ struct Start {
   /// The stops stand where a full turn in equal steps would have them: what was seen told no other way that fits, and
   /// does not show either that this one is right.
   bool has_assumed_steps = false;
+  /// What the rig turned about (unit, base frame) where it is not the axis that was told, about which little of what
+  /// was seen lies on itself.
+  std::optional<Vector3d> other_axis;
   std::vector<RegistrationResult> matches;  ///< One for each LiDAR; scores 0 where nothing was searched.
   /// How the shapes of all that it saw place a LiDAR; only where its surfels are too few to be trusted alone.
   std::vector<std::optional<ShapeMatch>> shape_matches;

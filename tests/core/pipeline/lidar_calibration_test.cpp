@@ -101,6 +101,18 @@ TEST(CalibrateLidars, SaysOfALidarThatSawNothingNearThatItSawTooFar) {
   EXPECT_THAT(result.sensors.back().reasons, ElementsAre(HasSubstr("all its points in range lie farther than 60 m")));
 }
 
+TEST(CalibrateLidars, FindsTheAxisThatWasToldWronglyAndSaysSo) {
+  const sim::LightRig light = make_courtyard(1);
+  LightRecording run = make_light_recording(light);
+  run.recording.R_previous_this.clear();
+  run.rig.turntable.emplace().axis = Vector3d(exp_so3(to_rad(20.0) * Vector3d::UnitY()) * light.axis);
+  NotingReporter reporter;
+  const auto result = calibrate_lidars(run.rig, run.recording, run.guess, {}, RunContext{reporter});
+  ASSERT_TRUE(result);
+  expect_right_and_good(run, *result);
+  EXPECT_THAT(reporter.warnings, Contains(HasSubstr("20 degrees from the axis of the turntable in the rig file")));
+}
+
 TEST(CalibrateLidars, TellsWhatItChanged) {
   const LightRecording run = make_light_recording(make_courtyard(1));
   const CalibrationResult result = calibrated(run);

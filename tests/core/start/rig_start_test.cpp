@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <stop_token>
 
@@ -97,6 +98,20 @@ TEST(FindStart, FindsStepsThatAreUnlikeEachOther) {
   const Start start = found(run);
   EXPECT_FALSE(start.has_assumed_steps);
   expect_all_found(run, start);
+}
+
+// As where the base leans, and its rig file tells the axis as if it stood upright.
+TEST(FindStart, FindsAnotherAxisThanWasTold) {
+  Courtyard run(1, 12);
+  EXPECT_FALSE(found(run).other_axis);
+  for (const double off_deg : {10.0, 90.0}) {
+    run.input.axis = exp_so3(to_rad(off_deg) * Vector3d::UnitY()) * run.truth.axis;
+    const Start start = found(run);
+    EXPECT_FALSE(start.has_assumed_steps);
+    expect_all_found(run, start);
+    ASSERT_TRUE(start.other_axis);
+    EXPECT_LT(start.other_axis->cross(run.truth.axis).norm(), std::sin(to_rad(1.0)));
+  }
 }
 
 TEST(FindStart, AssumesNoFullTurnWhereMoreStopsAreToCome) {
