@@ -71,6 +71,30 @@ HalfShares with_stop_number(HalfShares halves, const LidarRecording& recording) 
   return halves;
 }
 
+// The numbers of the stops that a LiDAR has a cloud of, in their order.
+std::vector<int> numbers_of(int lidar, const LidarRecording& recording) {
+  std::set<int> numbers;
+  for (const PatchCells& p : recording.patches) {
+    if (p.lidar == lidar) numbers.insert(recording.stops[static_cast<std::size_t>(p.stop)].index);
+  }
+  return {numbers.begin(), numbers.end()};
+}
+
+// Clouds that were counted from another number on than the base's. Stops of a stream have times, and are the same for
+// all.
+void set_shifted_stops(int lidar, int base, const LidarRecording& recording, LidarEvidence& e) {
+  constexpr std::size_t least_stops = 3;
+  const auto has_time = [](const Stop& stop) { return stop.start_ns != 0 || stop.end_ns != 0; };
+  if (std::any_of(recording.stops.begin(), recording.stops.end(), has_time)) return;
+  const std::vector<int> own = numbers_of(lidar, recording);
+  const std::vector<int> of_base = numbers_of(base, recording);
+  if (own.size() < least_stops || own.size() != of_base.size() || own.front() == of_base.front()) return;
+  const int by = own.front() - of_base.front();
+  if (!std::equal(own.begin(), own.end(), of_base.begin(), [by](int a, int b) { return a == b + by; })) return;
+  e.shifted_stops = StopSpan{own.front(), own.back()};
+  e.base_stops = {of_base.front(), of_base.back()};
+}
+
 SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base, const LidarRecording& recording,
                        const std::optional<SE3>& guess, const LidarCalibrationOptions& options, const LidarSolution& s,
                        const Findings& findings) {
@@ -86,6 +110,7 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
       std::count_if(s.start.stop_known.begin(), s.start.stop_known.end(), [](char known) { return known != 0; }));
   e.step_rad = usual_step_rad(s);
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
+  set_shifted_stops(lidar, base, recording, e);
   e.has_guess = guess.has_value();
   e.found = s.start.lidar_known[i] != 0;
   e.has_assumed_steps = s.start.has_assumed_steps;

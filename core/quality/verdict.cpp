@@ -291,6 +291,18 @@ void judge_end(const LidarEvidence& e, const Requirement& require, Verdict& verd
                     "turn by smaller steps, and give rough initial_extrinsics (10 degrees, 0.2 m)");
 }
 
+// Turned by one step of an even table a LiDAR sees what it would see there: all fits, a step of the table off.
+void judge_numbers(const LidarEvidence& e, Verdict& verdict) {
+  if (!e.shifted_stops) return;
+  const auto span = [](const StopSpan& stops) {
+    return std::to_string(stops.first) + " to " + std::to_string(stops.last);
+  };
+  weaken(verdict, "its clouds are of stops " + span(*e.shifted_stops) + ", those of " + e.base_name + " of stops " +
+                      span(e.base_stops) +
+                      ": if both were taken at the same stops, it stands off by a turn of the table; give clouds of "
+                      "one stop the same number, or take out those of stops that only one of them has");
+}
+
 void judge_hold_out(const LidarEvidence& e, Verdict& verdict) {
   if (!e.is_checked) {
     weaken(verdict,
@@ -329,6 +341,7 @@ Verdict judge_lidar(const LidarEvidence& e, const Requirement& require) {
     judge_place(e, verdict);
     judge_share(e, verdict);
   }
+  judge_numbers(e, verdict);
   judge_hold_out(e, verdict);
   judge_halves(e, require, verdict);
   judge_used_halves(e, verdict);

@@ -20,6 +20,12 @@ struct HalfShares {
   int first_later_stop = 0;
 };
 
+/// Stops that were recorded as clouds, by the numbers of the first and the last that a LiDAR has.
+struct StopSpan {
+  int first = 0;
+  int last = 0;
+};
+
 /// All that speaks for or against one LiDAR's extrinsics.
 struct LidarEvidence {
   std::string name;
@@ -30,6 +36,9 @@ struct LidarEvidence {
   bool took_part = true;        ///< One of the stops in which it saw something did.
   int stops = 0;                ///< Whose poses are known; 0: not told.
   double step_rad = 0.0;        ///< How far the rig turned from one of these to the next, usually.
+  /// Where it has as many clouds as the base, with the same gaps, but from another number on: its own and the base's.
+  std::optional<StopSpan> shifted_stops;
+  StopSpan base_stops;
   bool has_guess = true;
   bool found = true;               ///< The start laid it on the base's surfaces.
   bool has_assumed_steps = false;  ///< See Start.

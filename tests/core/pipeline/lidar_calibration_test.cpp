@@ -113,6 +113,25 @@ TEST(CalibrateLidars, FindsTheAxisThatWasToldWronglyAndSaysSo) {
   EXPECT_THAT(reporter.warnings, Contains(HasSubstr("20 degrees from the axis of the turntable in the rig file")));
 }
 
+// All that it saw fits, a step of the table off.
+TEST(CalibrateLidars, SaysThatCloudsWereCountedFromAnotherNumberOn) {
+  sim::LightRigOptions options;
+  options.turntable.stops = 12;
+  options.turntable.step_range_deg = {{20.0, 20.0}};
+  options.shots_per_patch = 20000;
+  const sim::LightRig light = *sim::make_light_rig(*sim::load_scene("courtyard"), options);
+  LightRecording run = make_light_recording(light);
+  run.recording.R_previous_this.clear();
+  run.rig.turntable.emplace().axis = light.axis;
+  run.recording.stops.push_back({12, 0, 0});
+  for (PatchCells& patch : run.recording.patches) patch.stop += patch.lidar == 1 ? 1 : 0;
+  const CalibrationResult result = calibrated(run);
+  EXPECT_EQ(result.sensors[1].status, Status::weak);
+  EXPECT_THAT(result.sensors[1].reasons,
+              Contains(HasSubstr("its clouds are of stops 1 to 12, those of avia of stops 0 to 11")));
+  EXPECT_EQ(result.sensors[2].status, Status::good) << testing::PrintToString(result.sensors[2].reasons);
+}
+
 TEST(CalibrateLidars, TellsWhatItChanged) {
   const LightRecording run = make_light_recording(make_courtyard(1));
   const CalibrationResult result = calibrated(run);

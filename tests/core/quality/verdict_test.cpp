@@ -210,6 +210,12 @@ INSTANTIATE_TEST_SUITE_P(
                e.last_move_m = 0.0097;
              },
              Status::failed, "still moved it by 9.7 mm and 0.000 degrees"},
+        Flaw{"CountedFromAnotherNumberOn",
+             [](LidarEvidence& e) {
+               e.shifted_stops = StopSpan{1, 20};
+               e.base_stops = {0, 19};
+             },
+             Status::weak, "its clouds are of stops 1 to 20, those of avia of stops 0 to 19"},
         Flaw{"StepsAssumed", [](LidarEvidence& e) { e.has_assumed_steps = true; }, Status::weak, "equal steps"},
         Flaw{"Symmetric", [](LidarEvidence& e) { e.runner_up_score = 0.75; }, Status::weak, "symmetric"},
         Flaw{"FalseMatch", [](LidarEvidence& e) { e.used_share = 0.2; }, Status::weak, "only 20 %"},
