@@ -28,15 +28,21 @@ std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolu
 }
 
 // Between stops whose poses are known; 0 where there are none.
-double usual_step_rad(const LidarSolution& s) {
-  std::vector<double> steps;
+ExtrinsicMove usual_step(const LidarSolution& s) {
+  std::vector<double> turns;
+  std::vector<double> moves;
   const SE3* before = nullptr;
   for (std::size_t j = 0; j < s.state.T_G_base.size(); ++j) {
     if (!s.start.stop_known[j]) continue;
-    if (before != nullptr) steps.push_back(rotation_distance(before->R, s.state.T_G_base[j].R));
-    before = &s.state.T_G_base[j];
+    const SE3* const here = &s.state.T_G_base[j];
+    if (before != nullptr) {
+      turns.push_back(rotation_distance(before->R, here->R));
+      moves.push_back((here->t - before->t).norm());
+    }
+    before = here;
   }
-  return steps.empty() ? 0.0 : median(std::move(steps));
+  if (turns.empty()) return {};
+  return {median(std::move(turns)), median(std::move(moves))};
 }
 
 struct Findings {
@@ -108,7 +114,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.took_part = places > 0;
   e.stops = static_cast<int>(
       std::count_if(s.start.stop_known.begin(), s.start.stop_known.end(), [](char known) { return known != 0; }));
-  e.step_rad = usual_step_rad(s);
+  const ExtrinsicMove step = usual_step(s);
+  e.step_rad = step.rotation_rad;
+  e.step_m = step.translation_m;
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
   set_shifted_stops(lidar, base, recording, e);
   e.has_guess = guess.has_value();

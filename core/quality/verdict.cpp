@@ -27,8 +27,9 @@ constexpr double disagreeing_hold_out = 2.0;
 constexpr int enough_stops = 4;
 constexpr double wide_step_rad = to_rad(60.0);
 constexpr double narrow_sector_rad = to_rad(180.0);
-// What never turned saw other things by moving on.
+// What never turned saw other things by moving on, unless it stood.
 constexpr double least_step_rad = to_rad(1.0);
+constexpr double least_step_m = 0.1;
 // Of what lies on planes in the better half.
 constexpr double one_half_share = 0.4;
 // Of what is asked for: stops and planes follow what slipped, and gates leave out what is far off.
@@ -45,8 +46,8 @@ std::string stops_words(const LidarEvidence& e, const std::string& before, const
 // Then the rig file need not be wrong where nothing fits.
 bool saw_too_little(const LidarEvidence& e) {
   if (e.stops <= 0) return false;
-  return e.stops < enough_stops || e.step_rad > wide_step_rad ||
-         (e.step_rad > least_step_rad && (e.stops - 1) * e.step_rad < narrow_sector_rad);
+  if (e.step_rad <= least_step_rad) return e.stops < enough_stops || e.step_m <= least_step_m;
+  return e.stops < enough_stops || e.step_rad > wide_step_rad || (e.stops - 1) * e.step_rad < narrow_sector_rad;
 }
 
 void judge_observability(const LidarEvidence& e, Verdict& verdict) {

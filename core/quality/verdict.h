@@ -35,7 +35,8 @@ struct LidarEvidence {
   bool base_has_points = true;  ///< In a stop that took part, or given poses tell where it stood.
   bool took_part = true;        ///< One of the stops in which it saw something did.
   int stops = 0;                ///< Whose poses are known; 0: not told.
-  double step_rad = 0.0;        ///< How far the rig turned from one of these to the next, usually.
+  double step_rad = 0.0;        ///< How far the rig turned from one of these to the next, usually,
+  double step_m = 0.0;          ///< and how far it moved.
   /// Where it has as many clouds as the base, with the same gaps, but from another number on: its own and the base's.
   std::optional<StopSpan> shifted_stops;
   StopSpan base_stops;

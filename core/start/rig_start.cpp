@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/base/median.h"
 #include "core/start/align_all.h"
 #include "core/start/axis_search.h"
 #include "core/start/hand_eye.h"
@@ -48,6 +49,8 @@ constexpr double sure_fit = 0.85;
 constexpr double clear_gain = 0.05;
 // What is told of an axis is right to this, as the search for steps about it has it.
 constexpr double told_axis_rad = to_rad(3.0);
+// Of the steps that were assumed, so much the rig must have turned.
+constexpr double least_of_assumed = 0.25;
 // Of the stops of a table, so many must hang together.
 constexpr double least_found = 0.4;
 
@@ -302,6 +305,17 @@ void try_other_steps(const StartInput& input, const std::vector<PatchSurfels>& p
   if (is_other) place_lidars(input, patches, known_of(base_patches, start), loose_hold, context, start);
 }
 
+// What was seen from one place lies on itself, too, and says nothing of LiDARs that look apart.
+bool turned_as_assumed(const Start& start) {
+  const auto stops = static_cast<double>(start.stop_known.size());
+  std::vector<double> steps;
+  for (std::size_t j = 1; j < start.stop_known.size(); ++j) {
+    if (!start.stop_known[j - 1] || !start.stop_known[j]) continue;
+    steps.push_back(rotation_distance(start.state.T_G_base[j - 1].R, start.state.T_G_base[j].R));
+  }
+  return !steps.empty() && median(std::move(steps)) >= least_of_assumed * 2.0 * pi / stops;
+}
+
 }  // namespace
 
 std::vector<SE3> poses_from_first(const Start& start) {
@@ -326,7 +340,7 @@ Expected<Start> find_start(const StartInput& input, const std::vector<PatchSurfe
   if (!start || context.cancelled()) return cancelled_error();
   // Without an axis, steps that nothing told were taken for equal ones from the start: right where all lies on itself.
   if (!input.axis && turns_in_assumed_steps(input)) {
-    start->has_assumed_steps = fit_of(input, patches, *start) < sure_fit;
+    start->has_assumed_steps = fit_of(input, patches, *start) < sure_fit || !turned_as_assumed(*start);
   }
   return *std::move(start);
 }

@@ -267,9 +267,10 @@ TEST(JudgeLidar, BlamesTheRigFileOnlyWhereThePlaceIsSure) {
 TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits) {
   LidarEvidence e = sound();
   e.found = false;
-  const auto reason_of = [&](int stops, double step_deg) {
+  const auto reason_of = [&](int stops, double step_deg, double step_m = 0.0) {
     e.stops = stops;
     e.step_rad = to_rad(step_deg);
+    e.step_m = step_m;
     return judge_lidar(e, {}).reasons.at(0);
   };
   EXPECT_THAT(reason_of(2, 180.0),
@@ -278,7 +279,8 @@ TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits
   EXPECT_THAT(reason_of(5, 72.0), HasSubstr("only then check initial_extrinsics"));
   EXPECT_THAT(reason_of(6, 6.0), HasSubstr("only then check initial_extrinsics"));
   EXPECT_THAT(reason_of(12, 30.0), HasSubstr("; check initial_extrinsics"));
-  EXPECT_THAT(reason_of(12, 0.1), HasSubstr("; check initial_extrinsics")) << "a vehicle that drove straight on";
+  EXPECT_THAT(reason_of(12, 0.1, 0.5), HasSubstr("; check initial_extrinsics")) << "a vehicle that drove straight on";
+  EXPECT_THAT(reason_of(12, 0.1, 0.002), HasSubstr("only then check initial_extrinsics")) << "a table that stood";
   EXPECT_THAT(reason_of(0, 0.0), HasSubstr("; check initial_extrinsics"));
 }
 

@@ -138,6 +138,26 @@ TEST(FindStart, SaysThatStepsWereAssumedAlsoWithoutAnAxis) {
   EXPECT_TRUE(found(in_part).has_assumed_steps);
 }
 
+// What was seen six times from one place lies on itself, too; LiDARs that look apart came to stand half a turn off.
+TEST(FindStart, SaysThatStepsWereAssumedWhereTheTableStood) {
+  const auto scene = sim::load_scene("room");
+  ASSERT_TRUE(scene);
+  sim::LightRigOptions options;
+  options.turntable.stops = 6;
+  options.turntable.step_range_deg = {{0.0, 0.0}};
+  options.shots_per_patch = 20000;
+  options.mount_error = {0.1, 5.0};
+  auto light = sim::make_light_rig(*scene, options);
+  ASSERT_TRUE(light);
+  LightRun run(*std::move(light));
+  for (std::size_t i = 0; i < run.truth.rig.sensors.size(); ++i)
+    run.input.guess_T_base_sensor[i] = run.truth.rig.sensors[i].initial_T_base_sensor;
+  SilentReporter reporter;
+  const auto start = find_start(run.input, run.surfels, RunContext{reporter});
+  ASSERT_TRUE(start);
+  EXPECT_TRUE(start->has_assumed_steps);
+}
+
 // Walls all around and a narrow view of them: held by what they saw alone, stops slid by a metre.
 TEST(FindStart, DoesNotLetATableSlideAlongWalls) {
   const auto scene = sim::parse_scene(court_scene, "court");
