@@ -105,11 +105,12 @@ ProgramRun middle_of(std::vector<ProgramRun> runs) {
 // A folder that is gone again when the experiment is over.
 class ScratchFolder {
  public:
-  static Expected<ScratchFolder> make(const std::string& path) {
+  static Expected<ScratchFolder> make(fs::path path) {
+    if (!path.has_filename()) path = path.parent_path();  // of "folder/" that is the folder itself
     std::error_code error;
-    fs::create_directories(fs::path(path).parent_path(), error);
+    fs::create_directories(path.parent_path(), error);
     if (!fs::create_directory(path, error)) {
-      return system_error("cannot be made" + (error ? ": " + error.message() : ", it is there already"), path,
+      return system_error("cannot be made" + (error ? ": " + error.message() : ", it is there already"), path.string(),
                           "name another folder by --scratch DIR");
     }
     return ScratchFolder(path);
@@ -153,6 +154,7 @@ double ProgramRun::cameras_s() const {
 Expected<std::vector<ProgramRun>> time_programs(const ProgramOptions& options, const RunContext& context) {
   Expected<ScratchFolder> scratch = ScratchFolder::make(options.scratch);
   if (!scratch) return scratch.error();
+  if (context.cancelled()) return cancelled_error();
   const fs::path session = scratch->path() / "session";
   const fs::path patches = scratch->path() / "patches";
   const fs::path result = scratch->path() / "result";

@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 
 #include "apps/common/kept_memory.h"
 #include "apps/experiment/speed/experiment.h"
 #include "apps/experiment/speed/used_memory.h"
 #include "tests/support/json.h"
 #include "tests/support/schema_check.h"
+#include "tests/support/scratch_folder.h"
 
 namespace rigcal::speed {
 namespace {
@@ -144,14 +146,31 @@ TEST(SpeedExperiment, EndsWhenTold) {
   SilentReporter silent;
   std::stop_source stop;
   stop.request_stop();
-  for (const char* part : {"stages", "scans", "growth"}) {
+  const std::filesystem::path scratch = scratch_folder("speed") / "runs";
+  for (const char* part : {"programs", "stages", "scans", "growth"}) {
     ExperimentOptions options;
     options.parts = {part};
     options.scale = 0.001;
+    options.programs.scratch = scratch.string();
     const auto done = run_parts(options, {silent, stop.get_token()});
     ASSERT_FALSE(done) << part;
     EXPECT_EQ(done.error().kind, ErrorKind::cancelled);
+    EXPECT_FALSE(std::filesystem::exists(scratch));
   }
+}
+
+// As a shell completes it: the folder was made, and then said to be there already.
+TEST(TimePrograms, TakeAScratchFolderWithASlash) {
+  SilentReporter silent;
+  std::stop_source stop;
+  stop.request_stop();
+  const std::filesystem::path scratch = scratch_folder("speed_slash") / "runs";
+  ProgramOptions options;
+  options.scratch = scratch.string() + "/";
+  const auto done = time_programs(options, {silent, stop.get_token()});
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::cancelled) << done.error().message();
+  EXPECT_FALSE(std::filesystem::exists(scratch));
 }
 
 }  // namespace
