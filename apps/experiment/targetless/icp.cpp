@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
+#include <numeric>
 
 #include "core/base/median.h"
 #include "core/base/parallel.h"
@@ -19,6 +20,7 @@ namespace {
 // A patch with fewer partners than this among the first of its queries does not overlap the other.
 constexpr std::size_t probes = 40;
 constexpr std::size_t least_of_probes = 3;
+constexpr double golden = 0.6180339887498949;
 constexpr int steps_each = 2;
 constexpr double pose_reach_share = 1.0 / 6.0;
 constexpr double settled_m = 1e-4;
@@ -54,6 +56,8 @@ class Cloud {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!normals[i].isZero()) surface_.push_back(static_cast<std::uint32_t>(i));
     }
+    stride_ = static_cast<std::size_t>(golden * static_cast<double>(surface_.size()));
+    while (std::gcd(stride_, surface_.size()) != 1) ++stride_;
   }
   Cloud(const Cloud&) = delete;
   Cloud& operator=(const Cloud&) = delete;
@@ -77,10 +81,9 @@ class Cloud {
   [[nodiscard]] std::size_t queries(std::size_t most) const { return std::min(most, surface_.size()); }
   // The k-th query of so many.
   [[nodiscard]] std::uint32_t query(std::size_t k, std::size_t of) const {
-    // In the order of a golden section, so that the first few are spread over all.
-    constexpr double golden = 0.6180339887498949;
-    const double place = of == surface_.size() ? static_cast<double>(k) / static_cast<double>(of)
-                                               : std::fmod(static_cast<double>(k) * golden, 1.0);
+    // In the order of a golden section, so that the first few are spread over all; each once where all are asked.
+    if (of == surface_.size()) return surface_[k * stride_ % of];
+    const double place = std::fmod(static_cast<double>(k) * golden, 1.0);
     return surface_[static_cast<std::size_t>(place * static_cast<double>(surface_.size()))];
   }
 
@@ -108,6 +111,7 @@ class Cloud {
   Places places_{points};
   std::optional<Tree> tree_;
   std::vector<std::uint32_t> surface_;
+  std::size_t stride_ = 1;  // From one query to the next where all are asked: meets each once.
 };
 
 struct Partners {

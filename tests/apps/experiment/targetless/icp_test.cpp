@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "core/base/random.h"
 
@@ -66,6 +68,33 @@ TEST(RunIcp, ComesBackFromWrongPosesAndExtrinsics) {
   EXPECT_LT((state.T_base_sensor[1].t - room.truth.T_base_sensor[1].t).norm(), 0.002);
   EXPECT_LT(rotation_distance(state.T_base_sensor[1].R, room.truth.T_base_sensor[1].R), 0.001);
   for (std::size_t j = 0; j < 3; ++j) EXPECT_LT((state.T_G_base[j].t - room.truth.T_G_base[j].t).norm(), 0.002) << j;
+}
+
+// One wall from x = from to x = to, seen column by column from there on.
+Patch wall_between(int lidar, double from, double to) {
+  Patch patch{lidar, 0, {}};
+  const double way = to < from ? -0.1 : 0.1;
+  for (int column = 0; column < static_cast<int>(std::lround(std::abs(to - from) / 0.1)); ++column) {
+    for (int row = 0; row < 20; ++row) {
+      Point point{};
+      point.x = static_cast<float>(from + (column + 0.5) * way);
+      point.y = 3.05F;
+      point.z = static_cast<float>(0.1 * (row - 10) + 0.05);
+      patch.points.push_back(point);
+    }
+  }
+  return patch;
+}
+
+// The first points of a patch may all lie where the other patch saw nothing.
+TEST(PairwiseIcp, AsksPointsFromAllOverAPatchFirst) {
+  const std::vector<Patch> patches{wall_between(0, -5.0, 5.0), wall_between(1, 0.0, 5.0)};
+  const RigState state{{SE3{}}, {SE3{}, SE3{}}};
+  IcpOptions options;
+  options.queries = std::numeric_limits<std::size_t>::max();
+  PairwiseIcp icp(patches, options);
+  // Half of the first one's 2000 points and all 1000 of the second, each once.
+  EXPECT_EQ(icp.match(state, 0.01), 2000U);
 }
 
 TEST(PairwiseIcp, MatchesOnlyWhatIsWithinReach) {
