@@ -16,6 +16,11 @@ namespace {
 // Relative error of a bin's variance: of what is not noise, and of chance, as the square for a single surfel.
 constexpr double bin_error = 0.1;
 constexpr double surfel_variance = 0.08;
+// A plane that is met at a smaller cosine holds the rays: it is a piece of one ring of a spinning LiDAR, which noise
+// along them or a corner widens to a plane without any thickness. A bin that has more of these than this share would
+// say that there is no noise, and by its relative error count more than all others.
+constexpr double least_cos = 0.01;
+constexpr double most_lines = 0.25;
 // Growths that are tried: a LiDAR's spot is drawn out, but its echo is not many times as long.
 constexpr double most_growth = 1.0;
 constexpr double growth_step = 0.05;
@@ -56,6 +61,13 @@ double lower_third(double freedom) {
   return root * root * root;
 }
 
+void leave_lines_out(Bin& bin) {
+  const auto is_line = [](const Thickness& s) { return s.cos < least_cos; };
+  const auto lines = std::count_if(bin.surfels.begin(), bin.surfels.end(), is_line);
+  if (static_cast<double>(lines) > most_lines * static_cast<double>(bin.surfels.size()))
+    std::erase_if(bin.surfels, is_line);
+}
+
 // The surfels of one LiDAR by range (thirds of an octave) and incidence (five steps of cos^2).
 std::vector<Bin> binned(const std::vector<PatchSurfels>& patches, int lidar) {
   std::map<std::pair<int, int>, Bin> bins;
@@ -66,12 +78,16 @@ std::vector<Bin> binned(const std::vector<PatchSurfels>& patches, int lidar) {
       const double cos2 = std::pow(s.normal.dot(s.mean), 2) / r2;
       Bin& bin = bins[{static_cast<int>(std::floor(1.5 * std::log2(r2))), std::min(4, static_cast<int>(5.0 * cos2))}];
       bin.surfels.push_back({s.variance, s.N - 3.0, std::sqrt(cos2), r2});
-      bin.cos += std::sqrt(cos2);
-      bin.r2 += r2;
     }
   }
   std::vector<Bin> out;
   for (auto& [key, bin] : bins) {
+    leave_lines_out(bin);
+    if (bin.surfels.empty()) continue;
+    for (const Thickness& s : bin.surfels) {
+      bin.cos += s.cos;
+      bin.r2 += s.r2;
+    }
     const auto n = static_cast<double>(bin.surfels.size());
     bin.cos /= n;
     bin.r2 /= n;

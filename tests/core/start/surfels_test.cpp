@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/start/noise_estimate.h"
 #include "tests/support/make_cells.h"
 
 namespace rigcal {
@@ -12,6 +13,26 @@ namespace {
 
 // A wall five metres before the sensor, leaning by some ten degrees.
 const Wall wall{Vector3d(5.0, 0.3, 0.2), Vector3d(0.2, 2.0, 0.0), Vector3d(-0.3, 0.0, 1.5)};
+
+// What rings of a spinning LiDAR, evenly between two elevations, see of the walls, floor and ceiling of a room.
+std::vector<Point> see_by_rings(int rings, double lowest_deg, double highest_deg, double noise_m, Random& random) {
+  const Vector3d low(-6.1, -5.3, -1.3);  // in the middle of cubes
+  const Vector3d high(8.3, 4.9, 2.9);
+  constexpr int columns = 9000;  // five turns
+  std::vector<Point> points;
+  for (int ring = 0; ring < rings; ++ring) {
+    const double up = to_rad(lowest_deg + (highest_deg - lowest_deg) * ring / std::max(1, rings - 1));
+    for (int k = 0; k < columns; ++k) {
+      const double round = 2.0 * pi * k / columns;
+      const Vector3d ray(std::cos(up) * std::cos(round), std::cos(up) * std::sin(round), std::sin(up));
+      double range = 1e9;
+      for (int axis = 0; axis < 3; ++axis) range = std::min(range, (ray[axis] > 0.0 ? high : low)[axis] / ray[axis]);
+      const Vector3d p = (range + noise_m * random.normal()) * ray;
+      points.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+    }
+  }
+  return points;
+}
 
 double points_of(const PatchSurfels& patch) {
   double sum = 0.0;
@@ -77,6 +98,16 @@ TEST(Surfels, AreNotMadeOfBlobsLinesAndSinglePoints) {
   EXPECT_TRUE(extract_surfels(cells_of(points, 0, 0), SurfelOptions{}).surfels.empty());
   points.assign(100, {5.1F, 0.1F, 0.1F});
   EXPECT_TRUE(extract_surfels(cells_of(points, 0, 0), SurfelOptions{}).surfels.empty());
+}
+
+// Rings stand so far apart there that some pieces hold but one: planes that rays lie in, without any thickness. In some
+// bins of the law there are none but these.
+TEST(Surfels, OfFewRingsTellTheNoiseOfRanges) {
+  Random random(6);
+  const PatchSurfels patch =
+      extract_surfels(cells_of(see_by_rings(16, -15.0, 15.0, 0.01, random), 0, 0), SurfelOptions{});
+  const NoiseModel noise = estimate_noise({patch}, 0, {0.05, 0.0, 0.0005, 0.0});
+  EXPECT_NEAR(0.01, std::sqrt(noise.range_variance(36.0, 1.0)), 0.001);
 }
 
 TEST(Surfels, OfManyPatchesAreThoseOfEachInTheirOrder) {
