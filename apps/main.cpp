@@ -43,7 +43,8 @@ int run_program(int argc, char** argv, ConsoleReporter& reporter) {
   if (const auto end = parse_command_line(argc, argv, context, options)) return finish(context, *end);
 
   reporter.configure({isatty(STDERR_FILENO) == 1, context.quiet, log_levels().at(options.level),
-                      is_journal(std::getenv("JOURNAL_STREAM"), STDERR_FILENO)});
+                      is_journal(std::getenv("JOURNAL_STREAM"), STDERR_FILENO),
+                      [] { return terminal_size(STDERR_FILENO); }});
   if (!stop_signal.ready()) reporter.warn(stop_signal.ready().error().message());
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   set_thread_count(options.threads > 0 ? options.threads : std::max(cores, 1));

@@ -59,7 +59,7 @@ std::string delay_line(const CaptureStatus& status) {
 
 }  // namespace
 
-std::vector<std::string> dashboard_lines(const CaptureStatus& status) {
+std::vector<std::string> dashboard_lines(const CaptureStatus& status, const std::vector<std::string>& calibration) {
   std::vector<std::string> lines;
   if (status.progress.state != CaptureState::idle) {
     lines.push_back(std::string(to_string(status.progress.state)) + " | " + advice(status.progress));
@@ -69,6 +69,7 @@ std::vector<std::string> dashboard_lines(const CaptureStatus& status) {
   lines.insert(lines.end(), sensors.begin(), sensors.end());
   if (status.disk) lines.insert(lines.end(), {disk_line(status), delay_line(status)});
   for (const std::string& thread : status.stuck_threads) lines.push_back("not moving: " + thread);
+  lines.insert(lines.end(), calibration.begin(), calibration.end());
   const std::size_t shown = std::min(status.news.size(), shown_news);
   lines.insert(lines.end(), status.news.end() - static_cast<std::ptrdiff_t>(shown), status.news.end());
   for (std::string& line : lines) line.resize(std::min<std::size_t>(line.size(), 79));

@@ -189,14 +189,12 @@ Expected<ExitCode> run_capture(CaptureCommand command, CommandContext& context) 
     if (known.left_out > 0) context.reporter.warn(LiveCalibration::kLeftOutText);
     for (const std::string& line : new_lines(status, told)) context.reporter.news(line);
     told = status.events;
-    std::vector<std::string> lines = dashboard_lines(status);
+    std::vector<std::string> lines;
     if (calibration) {
-      lines.push_back(known.estimates.empty() ? "calibration: waits for the first stop" : "calibration:");
-      if (!known.estimates.empty()) {
-        for (std::string& line : estimate_block(known.estimates.back())) lines.push_back(std::move(line));
-      }
+      if (!known.estimates.empty()) lines = estimate_block(known.estimates.back());
+      lines.insert(lines.begin(), lines.empty() ? "calibration: waits for the first stop" : "calibration:");
     }
-    context.reporter.block(lines);
+    context.reporter.block(dashboard_lines(status, lines));
   };
   const auto tell = [&](const std::string& line) {
     context.reporter.clear();

@@ -1,11 +1,14 @@
 #include "apps/common/console.h"
 
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
+
+#include "core/base/text.h"
 
 namespace rigcal {
 namespace {
@@ -15,7 +18,7 @@ constexpr std::chrono::milliseconds line_period(2000);
 constexpr std::chrono::milliseconds bar_period(100);
 constexpr std::chrono::milliseconds block_period(5000);
 constexpr int bar_width = 30;
-constexpr std::size_t terminal_columns = 79;  // What wraps could not be erased any more.
+constexpr std::size_t most_columns = 79;
 
 std::string percent(double fraction) {
   return std::to_string(std::lround(std::clamp(fraction, 0.0, 1.0) * 100.0)) + " %";
@@ -31,6 +34,15 @@ std::string on_one_line(std::string_view message) {
 }
 
 }  // namespace
+
+TerminalSize terminal_size(int descriptor) {
+  winsize found{};
+  TerminalSize size;
+  if (::ioctl(descriptor, TIOCGWINSZ, &found) != 0) return size;
+  if (found.ws_col > 0) size.columns = found.ws_col;
+  if (found.ws_row > 0) size.rows = found.ws_row;
+  return size;
+}
 
 bool is_journal(const char* journal_stream, int descriptor) {
   struct stat found {};
@@ -68,15 +80,27 @@ void ConsoleReporter::block(const std::vector<std::string>& lines) {
   if (options_.journal || (!options_.terminal && now - last_print_ < block_period)) return;
   last_print_ = now;
   erase_bar();
-  for (const std::string& line : lines) {
-    if (options_.terminal) {
-      out_ << on_one_line(line).substr(0, terminal_columns) << '\n';
-    } else {
-      out_ << "rigcal: " << on_one_line(line) << '\n';
-    }
+  if (options_.terminal) {
+    draw_block(lines);
+  } else {
+    for (const std::string& line : lines) out_ << "rigcal: " << on_one_line(line) << '\n';
   }
   out_ << std::flush;
-  if (options_.terminal) block_lines_ = lines.size();
+}
+
+// What wraps or scrolls out at the top could not be erased any more. Nor does a block begin in the first row: what is
+// erased from there on some terminals keep (tmux), as if it had scrolled out.
+void ConsoleReporter::draw_block(const std::vector<std::string>& lines) {
+  const TerminalSize size = options_.size ? options_.size() : TerminalSize{};
+  const std::size_t columns = std::min(most_columns, std::max<std::size_t>(size.columns, 2) - 1);
+  const std::size_t room = std::max<std::size_t>(size.rows, 3) - 2;  // the cursor stands below the last line
+  const bool fits = lines.size() <= room;
+  block_lines_ = fits ? lines.size() : room;
+  const std::size_t shown = fits ? lines.size() : room - 1;
+  for (std::size_t k = 0; k < shown; ++k) out_ << on_one_line(lines[k]).substr(0, columns) << '\n';
+  if (fits) return;
+  const std::string rest = counted(lines.size() - shown, "more line") + ": make the window higher";
+  out_ << rest.substr(0, columns) << '\n';
 }
 
 void ConsoleReporter::say(std::string_view line) {
@@ -99,7 +123,8 @@ void ConsoleReporter::draw_bar(std::string_view stage, double fraction) {
     bar_ = "[" + std::string(done, '#') + std::string(bar_width - done, ' ') + "] " + percent(fraction) + " " +
            std::string(stage);
   }
-  bar_.resize(std::min(bar_.size(), terminal_columns));
+  const std::size_t columns = options_.size ? options_.size().columns : TerminalSize{}.columns;
+  bar_.resize(std::min({bar_.size(), most_columns, std::max<std::size_t>(columns, 2) - 1}));
   out_ << bar_ << std::flush;
 }
 

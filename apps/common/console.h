@@ -16,13 +16,23 @@ namespace rigcal {
 /// What reaches the user besides results; each level shows itself and all that follow.
 enum class LogLevel { debug, info, warning, error };
 
+/// Of a terminal, in characters; one that does not say is taken for the usual one.
+struct TerminalSize {
+  std::size_t columns = 80;
+  std::size_t rows = 24;
+};
+
 /// How a console talks. `terminal`: the stream is one, so that a bar may be drawn over itself.
 struct ConsoleOptions {
   bool terminal = false;
   bool quiet = false;  ///< No progress; warnings and errors still come.
   LogLevel level = LogLevel::info;
   bool journal = false;  ///< The stream is the system's journal: lines begin with their priority, no tables.
+  std::function<TerminalSize()> size = {};  ///< Asked each time that something is drawn: a window may be made smaller.
 };
+
+/// The size of the terminal behind `descriptor`.
+[[nodiscard]] TerminalSize terminal_size(int descriptor);
 
 /// Whether standard error goes to the journal of a service ($JOURNAL_STREAM names its device and inode).
 [[nodiscard]] bool is_journal(const char* journal_stream, int descriptor);
@@ -40,7 +50,8 @@ class ConsoleReporter final : public Reporter {
   void configure(const ConsoleOptions& options);
 
   void progress(std::string_view stage, double fraction) override;
-  /// Progress of several lines: on a terminal drawn over themselves, elsewhere printed at most every five seconds.
+  /// Progress of several lines: on a terminal drawn over themselves, elsewhere printed at most every five seconds. What
+  /// the terminal has no room for is left out from the end, and a last line says so.
   void block(const std::vector<std::string>& lines);
   /// Something that happened, as a line; not on a terminal, where the block shows it.
   void news(std::string_view line);
@@ -59,6 +70,7 @@ class ConsoleReporter final : public Reporter {
 
  private:
   void draw_bar(std::string_view stage, double fraction);
+  void draw_block(const std::vector<std::string>& lines);
   void erase_bar();
   void print_line(LogLevel level, std::string_view message);
 

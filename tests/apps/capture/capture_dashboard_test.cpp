@@ -47,6 +47,15 @@ TEST(CaptureDashboard, ShowsWhatToDoAndHowFarItIs) {
   for (const std::string& line : lines) EXPECT_LE(line.size(), 79U);
 }
 
+// A small window leaves out the end.
+TEST(CaptureDashboard, WhatCalibrationSaysComesBeforeWhatHappenedLast) {
+  const auto lines = dashboard_lines(at_the_third_stop(), {"calibration:", "  turn by 30 degrees"});
+  ASSERT_GE(lines.size(), 6U);
+  EXPECT_EQ(lines[lines.size() - 6], "calibration:");
+  EXPECT_EQ(lines[lines.size() - 5], "  turn by 30 degrees");
+  EXPECT_EQ(lines.back(), "event 5");
+}
+
 TEST(CaptureDashboard, ThreadsThatDoNotMoveAreNamed) {
   CaptureStatus status = at_the_third_stop();
   EXPECT_THAT(dashboard_lines(status), testing::Not(Contains(StartsWith("not moving"))));

@@ -51,6 +51,23 @@ TEST_F(Console, DrawsABlockOverItselfOnATerminal) {
   EXPECT_EQ(out.str(), "\x1b[1A\x1b[Jrigcal: warning: w\n");
 }
 
+// What wraps or scrolls out at the top could not be erased, and would be left there twice a second.
+TEST_F(Console, DrawsOnlyWhatTheTerminalHasRoomFor) {
+  TerminalSize size{20, 5};
+  reporter.configure({.terminal = true, .size = [&] { return size; }});
+  reporter.block({"captured 1 s", std::string(30, 'x'), "avia"});
+  EXPECT_EQ(out.str(), "captured 1 s\n" + std::string(19, 'x') + "\navia\n");
+  out.str("");
+  size = {40, 4};
+  reporter.block({"captured 2 s", "avia", "left", "right"});
+  EXPECT_EQ(out.str(), "\x1b[3A\x1b[Jcaptured 2 s\n3 more lines: make the window higher\n");
+  out.str("");
+  size = {10, 3};
+  pass(100);
+  reporter.progress("reading", 0.5);
+  EXPECT_EQ(out.str(), "\x1b[2A\x1b[J[########");
+}
+
 TEST_F(Console, PrintsABlockSeldomWhereThereIsNoTerminal) {
   for (int i = 1; i <= 11; ++i) {
     pass(1000);
