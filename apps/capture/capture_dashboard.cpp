@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "apps/capture/capture_text.h"
+#include "core/base/text.h"
 #include "core/turntable/coach.h"
 
 namespace rigcal {
@@ -23,9 +24,10 @@ std::string stops_line(const CaptureStatus& status) {
   const CaptureProgress& progress = status.progress;
   const bool is_capturing = progress.state == CaptureState::capturing;
   const double share = is_capturing && progress.dwell_s > 0.0 ? progress.rested_s / progress.dwell_s : 0.0;
-  std::string line = bar(progress.is_full ? 1.0 : share) + " " + std::to_string(progress.stops);
-  if (progress.wanted_stops > 0) line += " of " + std::to_string(progress.wanted_stops);
-  line += " stops";
+  std::string line = bar(progress.is_full ? 1.0 : share) + " ";
+  if (progress.wanted_stops > 0) line += std::to_string(progress.stops) + " of ";
+  line +=
+      counted(static_cast<std::uint64_t>(progress.wanted_stops > 0 ? progress.wanted_stops : progress.stops), "stop");
   if (progress.short_stops > 0) line += ", " + std::to_string(progress.short_stops) + " left early";
   if (status.table_deg) {
     std::array<char, 48> table{};

@@ -8,6 +8,7 @@
 #include "apps/capture/capture_record.h"
 #include "apps/capture/doctor.h"
 #include "apps/common/json_text.h"
+#include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/base/version.h"
 #include "core/turntable/coach.h"
@@ -189,7 +190,7 @@ std::string capture_text(const CaptureSummary& summary) {
   if (progress.state != CaptureState::idle) {
     text += "  " + advice(progress);
     if (progress.short_stops > 0) text += ", " + std::to_string(progress.short_stops) + " more were left too early";
-    text += "; " + std::to_string(summary.status.stops.size()) + " stops found\n";
+    text += "; " + counted(summary.status.stops.size(), "stop") + " found\n";
   }
   for (const CaptureDevice& device : summary.status.devices) {
     text += "  " + device.sensor + ": " + std::to_string(device.report.packets) + " packets, " +

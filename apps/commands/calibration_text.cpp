@@ -6,6 +6,7 @@
 
 #include "apps/calibration/estimate_text.h"
 #include "apps/common/json_text.h"
+#include "core/base/text.h"
 #include "core/report/result_texts.h"
 #include "core/report/summary_text.h"
 
@@ -38,8 +39,8 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
   }
   double seconds = 0.0;
   for (const StageReport& stage : result.stages) seconds += stage.wall_s;
-  text +=
-      fmt::format("{} stops, {:.1f} s; result in {}: open report.html in it\n", result.trajectory.size(), seconds, out);
+  text += fmt::format("{}, {:.1f} s; result in {}: open report.html in it\n", counted(result.trajectory.size(), "stop"),
+                      seconds, out);
   return text;
 }
 

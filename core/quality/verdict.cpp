@@ -249,9 +249,11 @@ std::string why_no_place(const LidarEvidence& e) {
   }
   if (!e.base_has_points) return blind_base_words(e.base_name);
   if (!e.found && !e.has_guess) {
-    return "without initial_extrinsics it could not be laid on what " + e.base_name + " saw " + match +
-           "; give rough ones (10 degrees, 0.2 m), or record more stops in smaller turns, all the way round, so that "
-           "it "
+    const std::string of_one_stop =
+        e.stops == 1 ? " of a single stop take --method planes, before a corner that both see, or" : "";
+    return "without initial_extrinsics it could not be laid on what " + e.base_name + " saw " + match + ";" +
+           of_one_stop +
+           " give rough ones (10 degrees, 0.2 m), or record more stops in smaller turns, all the way round, so that it "
            "sees the same surfaces from neighbouring stops";
   }
   if (!e.found) {

@@ -47,6 +47,14 @@ TEST(CaptureDashboard, ShowsWhatToDoAndHowFarItIs) {
   for (const std::string& line : lines) EXPECT_LE(line.size(), 79U);
 }
 
+TEST(CaptureDashboard, CountsOneStop) {
+  CaptureStatus status = at_the_third_stop();
+  status.progress.wanted_stops = status.progress.short_stops = 0;
+  status.progress.stops = 1;
+  status.table_deg.reset();
+  EXPECT_EQ(dashboard_lines(status)[1], "[############            ] 1 stop");
+}
+
 // A small window leaves out the end.
 TEST(CaptureDashboard, WhatCalibrationSaysComesBeforeWhatHappenedLast) {
   const auto lines = dashboard_lines(at_the_third_stop(), {"calibration:", "  turn by 30 degrees"});

@@ -284,6 +284,15 @@ TEST(JudgeLidar, OfFewOrFarStopsOrOfASectorTheRigFileIsNotBlamedWhereNothingFits
   EXPECT_THAT(reason_of(0, 0.0), HasSubstr("; check initial_extrinsics"));
 }
 
+TEST(JudgeLidar, OfASingleStopWithoutAGuessTheOtherMethodIsNamed) {
+  LidarEvidence e = sound();
+  e.found = e.has_guess = false;
+  e.stops = 1;
+  EXPECT_THAT(judge_lidar(e, {}).reasons.at(0), HasSubstr("; of a single stop take --method planes"));
+  e.stops = 2;
+  EXPECT_THAT(judge_lidar(e, {}).reasons.at(0), testing::Not(HasSubstr("--method")));
+}
+
 TEST(JudgeLidar, FailsWhatHasAllSignsOfAFalseMatch) {
   LidarEvidence e = sound();
   e.from_guess_rad = to_rad(40.0);
