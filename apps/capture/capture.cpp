@@ -1,5 +1,7 @@
 #include "apps/capture/capture.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -12,9 +14,11 @@
 #include "apps/capture/capture_rates.h"
 #include "apps/capture/capture_record.h"
 #include "apps/capture/disk_watch.h"
+#include "apps/capture/doctor.h"
 #include "apps/capture/thread_watch.h"
 #include "apps/recording/recorded_formats.h"
 #include "core/base/seconds.h"
+#include "core/base/text.h"
 #include "core/base/version.h"
 #include "core/io/session_folder.h"
 
@@ -27,6 +31,7 @@ constexpr std::chrono::seconds disk_period{1};
 constexpr std::chrono::seconds secure_period{10};  // Where no stop comes meanwhile.
 constexpr std::chrono::seconds longest_last_sync{20};
 constexpr std::size_t shown_events = 20;
+constexpr double rivals_after_s = 5.0;  // A LiDAR without a host broadcasts every second.
 
 // Of cameras that were left at a format which the rig file does not name, by their number in the rig.
 std::map<int, std::string> misread_formats(const Rig& rig,
@@ -83,6 +88,7 @@ class Capture {
   void look_at_disk(Reporter& reporter);
   void end_unwritten(Reporter& reporter, const std::string& why);
   void watch(Reporter& reporter);
+  void look_for_rivals(Reporter& reporter);
   void take_unread(const Error& error);
   CaptureGuide::Wish guide();
   void secure();
@@ -106,6 +112,7 @@ class Capture {
   DiskWatch disk_;
   bool is_unwritten_ = false;  ///< And so it was told.
   bool is_loss_told_ = false;
+  bool has_looked_for_rivals_ = false;
   ThreadWatch threads_;
   std::int64_t end_ns_ = 0;
   double closing_s_ = 0.0;
@@ -136,6 +143,7 @@ void Capture::run(const RunContext& context, const std::function<void(const Capt
     look_at_recording(context.reporter);
     look_at_disk(context.reporter);
     watch(context.reporter);
+    look_for_rivals(context.reporter);
     const CaptureGuide::Wish wish = guide();
     if (wish.end) return;
     if (wish.secure || SteadyClock::now() - secured_ >= secure_period) secure();
@@ -327,6 +335,24 @@ void Capture::watch(Reporter& reporter) {
   const std::int64_t read_ns = stops.read_until_ns;
   for (const livox::DeviceReport& device : parts_.driver->devices())
     if (read_ns != 0) worst_behind_ns_ = std::max(worst_behind_ns_, device.last_packet_ns - read_ns);
+}
+
+// A LiDAR that another program has says nothing to anybody else.
+void Capture::look_for_rivals(Reporter& reporter) {
+  if (has_looked_for_rivals_ || seconds_since(started_) < rivals_after_s) return;
+  has_looked_for_rivals_ = true;
+  std::vector<std::string> unheard;
+  const std::vector<livox::DeviceReport> devices = parts_.driver->devices();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (devices[i].link.counters.handshakes == 0) unheard.push_back(names_[i]);
+  }
+  if (unheard.empty()) return;
+  const std::uint16_t port = livox::kDiscoveryPort;
+  const std::string rivals = rivals_text(net::port_holders(port), ::getpid(), port);
+  if (rivals.empty()) return;
+  const std::string text = "no broadcast of " + joined(unheard, ", ") + " was heard yet, and " + rivals;
+  log_.add(now_ns(), "discovery", text, false);
+  reporter.warn(text);
 }
 
 void Capture::take_unread(const Error& error) {

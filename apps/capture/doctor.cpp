@@ -175,6 +175,13 @@ Check check_discovery_port(const std::vector<net::PortHolder>& holders) {
           "end it while you record"};
 }
 
+std::string rivals_text(std::vector<net::PortHolder> holders, int own, std::uint16_t port) {
+  std::erase_if(holders, [&](const net::PortHolder& holder) { return holder.pid == own; });
+  if (holders.empty()) return {};
+  return "UDP port " + std::to_string(port) + " is also taken by " + net::holders_text(holders) +
+         ", which may have taken them: end it, they are taken then";
+}
+
 std::vector<Check> check_firewalls(const std::vector<net::Firewall>& firewalls, bool all_is_heard) {
   std::vector<Check> checks;
   for (const net::Firewall& firewall : firewalls) {

@@ -36,6 +36,10 @@ struct Check {
 /// Who waits for the broadcasts of LiDARs, besides this program.
 [[nodiscard]] Check check_discovery_port(const std::vector<net::PortHolder>& holders);
 
+/// What may keep LiDARs from a capture that hears no broadcast of them: programs other than the process `own` that have
+/// the port `port`; empty where there is none.
+[[nodiscard]] std::string rivals_text(std::vector<net::PortHolder> holders, int own, std::uint16_t port);
+
 /// Firewalls that are on; a fault only where a LiDAR is not heard as it should be.
 [[nodiscard]] std::vector<Check> check_firewalls(const std::vector<net::Firewall>& firewalls, bool all_is_heard);
 

@@ -63,6 +63,16 @@ TEST(DoctorNetwork, NamesWhoHoldsTheDiscoveryPort) {
   EXPECT_THAT(taken.what, HasSubstr("livox_viewer (process 77)"));
 }
 
+TEST(DoctorNetwork, NamesOtherProgramsThatMayHaveTheLidars) {
+  const net::PortHolder own{{{0, 0, 0, 0}, 55000}, 1000, 76, "rigcal"};
+  const net::PortHolder other{{{0, 0, 0, 0}, 55000}, 1000, 77, "livox_viewer"};
+  EXPECT_EQ(rivals_text({own}, 76, 55000), "");
+  EXPECT_EQ(
+      rivals_text({own, other}, 76, 55000),
+      "UDP port 55000 is also taken by livox_viewer (process 77) on 0.0.0.0, which may have taken them: end it, they "
+      "are taken then");
+}
+
 TEST(DoctorNetwork, TellsOfFirewallsWhereALidarIsNotHeard) {
   EXPECT_THAT(check_firewalls({}, false), IsEmpty());
   const std::vector<net::Firewall> ufw{{"ufw", "sudo ufw allow"}};

@@ -1,6 +1,7 @@
 // Virtual devices on loopback, the driver, the recorder and the way to points, as one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "apps/capture/live_datagrams.h"
 #include "apps/recording/batch_source.h"
 #include "drivers/livox_codec/sample_packet.h"
+#include "drivers/net/udp_socket.h"
 #include "simdata/live/live_run.h"
 #include "simdata/scene/scene_file.h"
 #include "tests/support/files.h"
@@ -294,6 +296,23 @@ TEST_F(Live, TheProgramServesUntilItIsStopped) {
   EXPECT_EQ(summary["cameras"][0]["address"], "127.0.0.31");
   EXPECT_EQ(summary["cameras"][1]["address"], "127.0.0.32");
   EXPECT_EQ(summary["cameras"][1]["frames"], 0);
+}
+
+TEST_F(Live, ACaptureThatHearsNobodyNamesWhoElseWaitsForTheLidars) {
+  net::UdpOptions waiting;
+  waiting.local = {{0, 0, 0, 0}, livox::kDiscoveryPort};
+  waiting.reuse_address = true;
+  const auto rival = net::UdpSocket::open(waiting);
+  ASSERT_TRUE(rival.has_value()) << rival.error().message();
+  const ProgramRun run =
+      run_program(std::string("'") + RIGCAL_PROGRAM + "' capture --rig '" + RIGCAL_SOURCE_DIR +
+                      "/config/rigs/loopback.yaml' --duration 7 --quiet --out '" + (scratch / "session").string() + "'",
+                  scratch);
+  EXPECT_EQ(run.code, 4) << run.err;
+  EXPECT_THAT(run.err,
+              HasSubstr("no broadcast of avia, mid100_left, mid100_middle, mid100_right was heard yet, and UDP "
+                        "port 55000 is also taken by "));
+  EXPECT_THAT(run.err, HasSubstr("(process " + std::to_string(getpid()) + ")"));
 }
 
 TEST_F(Live, TheProgramRefusesWhatDoesNotFit) {
