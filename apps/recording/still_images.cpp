@@ -56,13 +56,36 @@ class Placing {
   }
 
  private:
-  /// What may be wrong with the stamps where none is right.
+  /// What may be wrong with the stamps where none is right, or with the numbers.
   [[nodiscard]] std::string guess() const {
-    if (!timed_ || !placed_.empty()) return {};
+    if (!timed_) return guess_of_numbers();
+    if (!placed_.empty()) return {};
     std::vector<std::int64_t> stamps;
     for (const ListedImage& image : folder_.images) stamps.push_back(image.number);
     const std::string text = guess_of_stamps(stamps, stops_);
     return text.empty() ? text : "; " + text;
+  }
+  /// Images that are counted from another number than the stops are taken for those of other stops, all but one that
+  /// has none. Empty: counted as the stops are, some would have none, too.
+  [[nodiscard]] std::string guess_of_numbers() const {
+    const auto first = [](const std::vector<std::int64_t>& all) { return *std::min_element(all.begin(), all.end()); };
+    std::vector<std::int64_t> of_images;
+    for (const ListedImage& image : folder_.images) {
+      if (folder_.has_frames && !image.stop) return {};
+      of_images.push_back(folder_.has_frames ? *image.stop : image.number);
+    }
+    std::vector<std::int64_t> of_stops;
+    for (const Stop& stop : stops_) of_stops.push_back(stop.index);
+    if (of_images.empty() || of_stops.empty()) return {};
+    const std::int64_t off = first(of_images) - first(of_stops);
+    const bool all_fit = std::all_of(of_images.begin(), of_images.end(), [&](std::int64_t number) {
+      return stop_of_index(stops_, number - off).has_value();
+    });
+    if (off == 0 || !all_fit) return {};
+    return "; images are numbered from " + std::to_string(first(of_images)) + ", stops from " +
+           std::to_string(first(of_stops)) +
+           ": if the first image belongs to the first stop, number them as the stops are, or each is taken for that of "
+           "another stop";
   }
   void place(const ListedImage& image) {
     const std::optional<std::size_t> stop = timed_ ? by_time(image) : by_number(image);

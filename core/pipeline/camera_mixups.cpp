@@ -82,6 +82,12 @@ void tell_same(SensorResult& camera, const SensorResult& other, const Alike& ali
                          " stops): one of the two reads the other's folder, topic or device; give each its own");
 }
 
+void tell_repeated(SensorResult& camera, std::size_t same, std::size_t all) {
+  tell_first(camera,
+             "it has the same image at " + std::to_string(same) + " of " + std::to_string(all) +
+                 " stops: the camera or its driver hung, or one file was copied to all; record its images anew");
+}
+
 void tell_swapped(SensorResult& camera, const SensorResult& other) {
   const SE3& found = *camera.T_base_sensor;
   const SE3& guess = *camera.guess_T_base_sensor;
@@ -101,6 +107,20 @@ ImageMarks image_marks(const std::vector<CameraView>& views) {
   return marks;
 }
 
+std::vector<std::size_t> repeated_images(const ImageMarks& marks) {
+  std::map<std::uint64_t, std::vector<std::size_t>> groups;
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    std::vector<std::size_t>& group = groups[marks[k].second];
+    if (group.empty() || marks[group.back()].first != marks[k].first) group.push_back(k);
+  }
+  std::vector<std::size_t> largest;
+  for (const auto& [mark, group] : groups) {
+    const bool is_earlier = group.size() == largest.size() && group.front() < largest.front();
+    if (group.size() > 1 && (group.size() > largest.size() || is_earlier)) largest = group;
+  }
+  return largest;
+}
+
 void tell_mixed_up(std::span<const ImageMarks> marks, const CameraCalibrationOptions& options,
                    std::vector<SensorResult>& cameras) {
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -114,6 +134,10 @@ void tell_mixed_up(std::span<const ImageMarks> marks, const CameraCalibrationOpt
         tell_swapped(cameras[k], cameras[i]);
       }
     }
+  }
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const std::size_t same = repeated_images(marks[i]).size();
+    if (2 * same > marks[i].size()) tell_repeated(cameras[i], same, marks[i].size());
   }
 }
 

@@ -129,6 +129,7 @@ class CameraStage {
                                                         "and exposure");
     }
     marks = image_marks(task.views);
+    warn_of_repeated(task, marks);
     if (scene_.T_G_base.empty()) make_scene();
     StageReport& stage = clock_.begin(sensor.name);
     stage.counts.emplace_back("images", static_cast<double>(task.views.size()));
@@ -176,6 +177,17 @@ class CameraStage {
           "all of its images were taken at stops that were left out, since their poses are not known; mend what "
           "the warnings say of these stops";
     }
+  }
+
+  // A late image, or a camera that hung for a while: which of them is of its stop nobody knows here.
+  void warn_of_repeated(const CameraTask& task, const ImageMarks& marks) const {
+    const std::vector<std::size_t> same = repeated_images(marks);
+    if (same.empty()) return;
+    context_.reporter.warn(task.views[same[1]].file + ": the image is the same as " + task.views[same[0]].file +
+                           (same.size() > 2 ? " (at " + std::to_string(same.size()) + " stops in all)" : "") + ": " +
+                           task.name +
+                           " hung, or its images came late, so that others may be of the stop before, too; leave out "
+                           "what was not taken at its stop, or record anew");
   }
 
   // With the pose and the intrinsics that were just found.

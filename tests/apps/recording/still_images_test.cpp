@@ -194,6 +194,22 @@ TEST_F(StillImagesTest, WithoutTimesTheNumberOrTheRemarkTellsTheStop) {
   EXPECT_THAT(reporter_.warnings, testing::Contains(HasSubstr("frames.csv does not list them, the first: 7.png")));
 }
 
+TEST_F(StillImagesTest, TellThatTheyAreCountedFromAnotherNumberThanTheStops) {
+  stops_ = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  for (const char* name : {"1.png", "2.png", "3.png"}) image(name, plain(4, 3, 10));
+  EXPECT_EQ(read().images.size(), 2U);
+  EXPECT_THAT(reporter_.warnings,
+              ElementsAre(HasSubstr("3.png (the recording has no such stop); images are numbered "
+                                    "from 1, stops from 0: if the first image belongs to the first")));
+  // One more than there are stops, and numbers that run on: nothing is known.
+  for (const char* name : {"0.png", "7.png"}) {
+    image(name, plain(4, 3, 10));
+    reporter_.warnings.clear();
+    (void)read();
+    EXPECT_THAT(reporter_.warnings, ElementsAre(testing::Not(HasSubstr("numbered from")))) << name;
+  }
+}
+
 TEST_F(StillImagesTest, OfOneStopBecomeTheirMean) {
   image("1100000.png", plain(4, 3, 10));
   image("1200000.png", plain(4, 3, 13));

@@ -67,6 +67,23 @@ TEST(CameraMixups, LetAFewEqualImagesBe) {
   for (const SensorResult& sensor : cameras) EXPECT_THAT(sensor.reasons, IsEmpty()) << sensor.name;
 }
 
+TEST(CameraMixups, TellOfACameraThatHasOneImageInMostStops) {
+  const std::vector<ImageMarks> marks{
+      image_marks({view(0, 1.0F), view(1, 2.0F), view(2, 2.0F), view(3, 2.0F), view(4, 3.0F)}),
+      image_marks({view(0, 4.0F), view(1, 4.0F), view(2, 5.0F), view(3, 5.0F), view(4, 6.0F)}),
+      image_marks({view(0, 7.0F), view(1, 8.0F), view(2, 9.0F)}),
+  };
+  EXPECT_THAT(repeated_images(marks[0]), ElementsAre(1, 2, 3));
+  EXPECT_THAT(repeated_images(marks[1]), ElementsAre(0, 1));
+  EXPECT_THAT(repeated_images(marks[2]), IsEmpty());
+  std::vector<SensorResult> cameras{camera("left", at(0.1)), camera("middle", at(0.0)), camera("right", at(-0.1))};
+  tell_mixed_up(marks, {}, cameras);
+  EXPECT_EQ(cameras[0].status, Status::weak);
+  EXPECT_THAT(cameras[0].reasons, ElementsAre(HasSubstr("it has the same image at 3 of 5 stops")));
+  EXPECT_EQ(cameras[1].status, Status::good);
+  EXPECT_EQ(cameras[2].status, Status::good);
+}
+
 TEST(CameraMixups, TellOfCamerasThatStandWhereTheOtherShould) {
   std::vector<SensorResult> cameras{camera("left", at(0.06)), camera("other", at(0.3)), camera("right", at(-0.06))};
   swap_places(cameras[0], cameras[2]);
