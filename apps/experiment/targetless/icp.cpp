@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nanoflann.hpp>
-#include <numeric>
 
 #include "core/base/median.h"
 #include "core/base/parallel.h"
@@ -56,8 +56,6 @@ class Cloud {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!normals[i].isZero()) surface_.push_back(static_cast<std::uint32_t>(i));
     }
-    stride_ = static_cast<std::size_t>(golden * static_cast<double>(surface_.size()));
-    while (std::gcd(stride_, surface_.size()) != 1) ++stride_;
   }
   Cloud(const Cloud&) = delete;
   Cloud& operator=(const Cloud&) = delete;
@@ -79,10 +77,10 @@ class Cloud {
   }
 
   [[nodiscard]] std::size_t queries(std::size_t most) const { return std::min(most, surface_.size()); }
-  // The k-th query of so many.
-  [[nodiscard]] std::uint32_t query(std::size_t k, std::size_t of) const {
-    // In the order of a golden section, so that the first few are spread over all; each once where all are asked.
-    if (of == surface_.size()) return surface_[k * stride_ % of];
+  // The k-th of all that ask, in the order of memory.
+  [[nodiscard]] std::uint32_t query(std::size_t k) const { return surface_[k]; }
+  // The k-th of a few, in the order of a golden section: the first of them are spread over all.
+  [[nodiscard]] std::uint32_t spread_query(std::size_t k) const {
     const double place = std::fmod(static_cast<double>(k) * golden, 1.0);
     return surface_[static_cast<std::size_t>(place * static_cast<double>(surface_.size()))];
   }
@@ -111,7 +109,6 @@ class Cloud {
   Places places_{points};
   std::optional<Tree> tree_;
   std::vector<std::uint32_t> surface_;
-  std::size_t stride_ = 1;  // From one query to the next where all are asked: meets each once.
 };
 
 struct Partners {
@@ -129,15 +126,21 @@ struct PairwiseIcp::Content {
   void match(const Cloud& a, const Cloud& b, const RigState& state, double reach_m, const IcpOptions& options,
              std::vector<Partners>& out) const {
     const SE3 T_b_a = state.T_G_sensor(b.stop, b.lidar).inverse() * state.T_G_sensor(a.stop, a.lidar);
-    const std::size_t before = out.size();
-    const std::size_t queries = a.queries(options.queries);
-    for (std::size_t k = 0; k < queries; ++k) {
-      if (k == probes && out.size() < before + least_of_probes) break;
-      const std::uint32_t i = a.query(k, queries);
+    const auto ask = [&](std::uint32_t i) {
       const auto found = b.find(T_b_a * a.points[i], T_b_a.R * a.normals[i], reach_m, options.min_cosine);
       if (found)
         out.push_back({{a.stop, a.lidar, a.points[i]}, {b.stop, b.lidar, b.points[*found]}, b.normals[*found]});
+    };
+    const std::size_t before = out.size();
+    const std::size_t queries = a.queries(options.queries);
+    for (std::size_t k = 0; k < std::min(queries, probes); ++k) ask(a.spread_query(k));
+    if (queries >= probes && out.size() < before + least_of_probes) return;
+    if (queries < a.queries(std::numeric_limits<std::size_t>::max())) {
+      for (std::size_t k = probes; k < queries; ++k) ask(a.spread_query(k));
+      return;
     }
+    out.resize(before);
+    for (std::size_t k = 0; k < queries; ++k) ask(a.query(k));
   }
 };
 
