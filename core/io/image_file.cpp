@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/io/jpeg_file.h"
+#include "core/io/jpeg_turn.h"
 #include "core/io/png_file.h"
 #include "core/rig/text_file.h"
 
@@ -119,6 +120,7 @@ Expected<Image> decode_image(ByteView file, const std::string& name) {
   std::optional<Image> image = is_png ? decode_png(file) : decode_jpeg(file);
   const auto side = [](int pixels) { return static_cast<std::uint64_t>(pixels); };
   if (!image || side(image->width) != size->width || side(image->height) != size->height) return damaged(name);
+  if (!is_png) return turned_upright(std::move(*image), jpeg_orientation(file));
   return std::move(*image);
 }
 

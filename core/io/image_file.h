@@ -9,8 +9,9 @@
 namespace rigcal {
 
 /// Reads a PNG or JPEG file (told by its first bytes, not its name): grey or colour, 8 or 16 bits as they are;
-/// opacity is left out. `pixel_format` stays empty. Errors (kind input): missing, another kind of file, colours of
-/// ink, damaged or cut short, more than 65535 pixels along a side or 100 million in all.
+/// opacity is left out. A JPEG is turned as its EXIF data say, as viewers and OpenCV do. `pixel_format` stays empty.
+/// Errors (kind input): missing, another kind of file, colours of ink, damaged or cut short, more than 65535 pixels
+/// along a side or 100 million in all.
 [[nodiscard]] Expected<Image> read_image(const std::string& path);
 /// The same from a file's bytes; `name` stands for the file in errors.
 [[nodiscard]] Expected<Image> decode_image(ByteView file, const std::string& name);

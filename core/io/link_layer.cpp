@@ -5,7 +5,6 @@ namespace {
 
 constexpr std::uint16_t ethertype_ipv4 = 0x0800;
 constexpr std::uint16_t ethertype_ipv6 = 0x86DD;
-constexpr std::size_t udp_header_bytes = 8;
 
 /// What follows the header of the link layer.
 struct Payload {

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
 #include "core/records/records.h"
 
 namespace rigcal {
+
+/// RFC 768.
+inline constexpr std::size_t udp_header_bytes = 8;
 
 /// What stands before the IP header in the frames of a dump.
 enum class LinkLayer { ethernet, raw_ip, cooked_v1, cooked_v2, null };

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstring>
 
+#include "core/io/link_layer.h"
+
 namespace rigcal {
 namespace {
 
@@ -14,7 +16,6 @@ constexpr std::uint16_t linktype_raw = 101;
 
 constexpr std::size_t packet_block_head = 28;
 constexpr std::size_t ip_header_bytes = 20;
-constexpr std::size_t udp_header_bytes = 8;
 constexpr std::size_t max_payload_bytes = 65535 - ip_header_bytes - udp_header_bytes;
 
 /// Fills reserved room from front to back.
