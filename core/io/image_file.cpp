@@ -74,26 +74,21 @@ std::optional<ImageSize> png_size(ByteView file) {
   return std::nullopt;
 }
 
-// From the frame header (SOF0 .. SOF15, ITU T.81), found over the segments before it; the end marker must be there, and
-// a bit at least for each block of 64 pixels.
+// From the frame header (SOF0 .. SOF15, ITU T.81); the end marker must be there behind it, and a bit at least for each
+// block of 64 pixels.
 std::optional<ImageSize> jpeg_size(ByteView file) {
   constexpr std::array<std::uint8_t, 2> end{0xFF, 0xD9};
-  std::size_t at = 2;
-  while (at + 9 <= file.size() && file[at] == 0xFF) {
-    const unsigned marker = file[at + 1];
-    if (marker == 0xFF) {  // fill
-      ++at;
-      continue;
-    }
+  JpegSegments segments(file);
+  while (const auto segment = segments.next()) {
+    const unsigned marker = segment->marker;
     const bool is_frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-    if (is_frame) {
-      if (std::search(file.begin() + static_cast<std::ptrdiff_t>(at), file.end(), end.begin(), end.end()) == file.end())
-        return std::nullopt;
-      const ImageSize size{big_endian(file.subspan(at + 7, 2)), big_endian(file.subspan(at + 5, 2)),
-                           at + 9 < file.size() && file[at + 9] == 4};
-      return size.width * size.height / 512 > file.size() ? std::nullopt : std::optional(size);
-    }
-    at += 2 + big_endian(file.subspan(at + 2, 2));
+    if (!is_frame) continue;
+    const ByteView head = segment->data;
+    if (head.size() < 6) return std::nullopt;
+    const ByteView rest = file.subspan(static_cast<std::size_t>(head.data() - file.data()));
+    if (std::search(rest.begin(), rest.end(), end.begin(), end.end()) == rest.end()) return std::nullopt;
+    const ImageSize size{big_endian(head.subspan(3, 2)), big_endian(head.subspan(1, 2)), head[5] == 4};
+    return size.width * size.height / 512 > file.size() ? std::nullopt : std::optional(size);
   }
   return std::nullopt;
 }

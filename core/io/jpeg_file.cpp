@@ -110,6 +110,18 @@ struct Encoder {
 
 }  // namespace
 
+std::optional<JpegSegment> JpegSegments::next() {
+  constexpr unsigned fill = 0xFF;
+  constexpr unsigned start_of_scan = 0xDA;
+  while (at_ + 1 < file_.size() && file_[at_] == 0xFF && file_[at_ + 1] == fill) ++at_;
+  if (at_ + 4 > file_.size() || file_[at_] != 0xFF || file_[at_ + 1] == start_of_scan) return std::nullopt;
+  const std::size_t length = static_cast<std::size_t>(file_[at_ + 2]) << 8U | file_[at_ + 3];
+  if (length < 2 || length > file_.size() - at_ - 2) return std::nullopt;
+  const JpegSegment segment{file_[at_ + 1], file_.subspan(at_ + 4, length - 2)};
+  at_ += 2 + length;
+  return segment;
+}
+
 std::optional<Image> decode_jpeg(ByteView file) {
   Decoder decoder;
   Image image;

@@ -5,11 +5,12 @@
 #include <optional>
 #include <utility>
 
+#include "core/io/jpeg_file.h"
+
 namespace rigcal {
 namespace {
 
 constexpr unsigned app1 = 0xE1;
-constexpr unsigned start_of_scan = 0xDA;
 constexpr std::array<std::uint8_t, 6> exif_signature{'E', 'x', 'i', 'f', 0, 0};
 constexpr std::size_t orientation_tag = 0x0112;
 constexpr std::size_t type_short = 3;
@@ -48,21 +49,12 @@ int orientation_of(const Tiff& tiff) {
 }  // namespace
 
 int jpeg_orientation(ByteView file) {
-  std::size_t at = 2;  // behind the start of the image
-  while (at + 4 <= file.size() && file[at] == 0xFF) {
-    const unsigned marker = file[at + 1];
-    if (marker == 0xFF) {  // fill
-      ++at;
-      continue;
-    }
-    if (marker == start_of_scan) break;
-    const std::size_t length = static_cast<std::size_t>(file[at + 2]) << 8U | file[at + 3];
-    if (length < 2 || length > file.size() - at - 2) break;
-    const ByteView data = file.subspan(at + 4, length - 2);
-    const bool is_exif = marker == app1 && data.size() >= exif_signature.size() &&
+  JpegSegments segments(file);
+  while (const auto segment = segments.next()) {
+    const ByteView data = segment->data;
+    const bool is_exif = segment->marker == app1 && data.size() >= exif_signature.size() &&
                          std::equal(exif_signature.begin(), exif_signature.end(), data.begin());
     if (is_exif) return orientation_of(Tiff(data.subspan(exif_signature.size())));
-    at += 2 + length;
   }
   return 1;
 }

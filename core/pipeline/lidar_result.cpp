@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <set>
 
-#include "core/base/median.h"
 #include "core/pipeline/place_findings.h"
 #include "core/pipeline/surface_trust.h"
 #include "core/pipeline/used_shares.h"
 #include "core/quality/open_directions.h"
 #include "core/quality/verdict.h"
+#include "core/start/stop_poses.h"
 
 namespace rigcal {
 namespace {
@@ -25,24 +25,6 @@ std::size_t stops_of(int lidar, const LidarRecording& recording, const LidarSolu
     if (s.use[k] && recording.patches[k].lidar == lidar) stops.insert(recording.patches[k].stop);
   }
   return stops.size();
-}
-
-// Between stops whose poses are known; 0 where there are none.
-ExtrinsicMove usual_step(const LidarSolution& s) {
-  std::vector<double> turns;
-  std::vector<double> moves;
-  const SE3* before = nullptr;
-  for (std::size_t j = 0; j < s.state.T_G_base.size(); ++j) {
-    if (!s.start.stop_known[j]) continue;
-    const SE3* const here = &s.state.T_G_base[j];
-    if (before != nullptr) {
-      turns.push_back(rotation_distance(before->R, here->R));
-      moves.push_back((here->t - before->t).norm());
-    }
-    before = here;
-  }
-  if (turns.empty()) return {};
-  return {median(std::move(turns)), median(std::move(moves))};
 }
 
 struct Findings {
@@ -114,9 +96,9 @@ SensorResult judge_one(const Sensor& sensor, const Rig& rig, int lidar, int base
   e.took_part = places > 0;
   e.stops = static_cast<int>(
       std::count_if(s.start.stop_known.begin(), s.start.stop_known.end(), [](char known) { return known != 0; }));
-  const ExtrinsicMove step = usual_step(s);
-  e.step_rad = step.rotation_rad;
-  e.step_m = step.translation_m;
+  const StopStep step = usual_step(s.state.T_G_base, s.start.stop_known);
+  e.step_rad = step.turn_rad;
+  e.step_m = step.move_m;
   e.base_has_points = recording.trajectory_is_prior || stops_of(base, recording, s) > 0;
   set_shifted_stops(lidar, base, recording, e);
   e.has_guess = guess.has_value();

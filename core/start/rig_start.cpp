@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 
-#include "core/base/median.h"
 #include "core/start/align_all.h"
 #include "core/start/axis_search.h"
 #include "core/start/hand_eye.h"
@@ -307,13 +306,8 @@ void try_other_steps(const StartInput& input, const std::vector<PatchSurfels>& p
 
 // What was seen from one place lies on itself, too, and says nothing of LiDARs that look apart.
 bool turned_as_assumed(const Start& start) {
-  const auto stops = static_cast<double>(start.stop_known.size());
-  std::vector<double> steps;
-  for (std::size_t j = 1; j < start.stop_known.size(); ++j) {
-    if (!start.stop_known[j - 1] || !start.stop_known[j]) continue;
-    steps.push_back(rotation_distance(start.state.T_G_base[j - 1].R, start.state.T_G_base[j].R));
-  }
-  return !steps.empty() && median(std::move(steps)) >= least_of_assumed * 2.0 * pi / stops;
+  const double assumed_rad = 2.0 * pi / static_cast<double>(start.stop_known.size());
+  return usual_step(start.state.T_G_base, start.stop_known).turn_rad >= least_of_assumed * assumed_rad;
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/base/median.h"
 #include "core/start/axis_search.h"
 #include "core/start/drive.h"
 #include "core/start/multiview.h"
@@ -138,6 +140,22 @@ void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfel
   start.state.T_G_base = poses_from_rotations(base_patches, R);
   start.stop_known.assign(static_cast<std::size_t>(input.stops), 0);
   for (const PatchSurfels& p : base_patches) start.stop_known[static_cast<std::size_t>(p.stop)] = 1;
+}
+
+StopStep usual_step(const std::vector<SE3>& T_G_base, const std::vector<char>& known) {
+  std::vector<double> turns;
+  std::vector<double> moves;
+  const SE3* before = nullptr;
+  for (std::size_t j = 0; j < T_G_base.size(); ++j) {
+    if (!known[j]) continue;
+    if (before != nullptr) {
+      turns.push_back(rotation_distance(before->R, T_G_base[j].R));
+      moves.push_back((T_G_base[j].t - before->t).norm());
+    }
+    before = &T_G_base[j];
+  }
+  if (turns.empty()) return {};
+  return {median(std::move(turns)), median(std::move(moves))};
 }
 
 void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& patches, const StopHold& hold,

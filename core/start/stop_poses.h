@@ -41,6 +41,16 @@ void place_by_evidence(const StartInput& input, const std::vector<PatchSurfels>&
 void place_in_equal_steps(const StartInput& input, const std::vector<PatchSurfels>& base_patches, double way,
                           Start& start);
 
+/// From one stop to the next.
+struct StopStep {
+  double turn_rad = 0.0;
+  double move_m = 0.0;
+};
+
+/// How far the base usually turned and moved from one stop that is known to the next: medians; 0 where fewer than two
+/// are. `known`: one for each pose.
+[[nodiscard]] StopStep usual_step(const std::vector<SE3>& T_G_base, const std::vector<char>& known);
+
 /// Lays the surfels of `patches`, all seen by the base, on each other; the poses so far hold what the scene leaves
 /// open.
 void refine_stops(const StartInput& input, const std::vector<PatchSurfels>& patches, const StopHold& hold,

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nanoflann.hpp>
 
 #include "core/base/median.h"
@@ -77,6 +76,7 @@ class Cloud {
   }
 
   [[nodiscard]] std::size_t queries(std::size_t most) const { return std::min(most, surface_.size()); }
+  [[nodiscard]] bool asks_all(std::size_t queries) const { return queries == surface_.size(); }
   // The k-th of all that ask, in the order of memory.
   [[nodiscard]] std::uint32_t query(std::size_t k) const { return surface_[k]; }
   // The k-th of a few, in the order of a golden section: the first of them are spread over all.
@@ -135,11 +135,11 @@ struct PairwiseIcp::Content {
     const std::size_t queries = a.queries(options.queries);
     for (std::size_t k = 0; k < std::min(queries, probes); ++k) ask(a.spread_query(k));
     if (queries >= probes && out.size() < before + least_of_probes) return;
-    if (queries < a.queries(std::numeric_limits<std::size_t>::max())) {
+    if (!a.asks_all(queries)) {
       for (std::size_t k = probes; k < queries; ++k) ask(a.spread_query(k));
       return;
     }
-    out.resize(before);
+    out.resize(before);  // each is asked once, in an order that caches like
     for (std::size_t k = 0; k < queries; ++k) ask(a.query(k));
   }
 };
