@@ -136,14 +136,14 @@ AdjustSummary adjust(const std::vector<PlaneFeature>& features, const ParameterL
       }
       sum = build(features, state, layout, options, options.form);
     } else {
+      summary.costs.push_back(summary.costs.back());  // sum.cost is the same but for rounding
+      lambda = std::max(1e-6, 10.0 * lambda);
       // A refused step below the tolerance is rounding: there is nothing left to gain.
-      if (tiny) {
-        summary.converged = true;
+      if (tiny || lambda > 1e8) {
+        summary.converged = tiny;
+        ++summary.iterations;
         break;
       }
-      lambda = std::max(1e-6, 10.0 * lambda);
-      if (lambda > 1e8) break;
-      summary.costs.push_back(sum.cost);
     }
   }
   summary.cost_after = sum.cost;

@@ -66,6 +66,20 @@ TEST(Adjust, ErrorsScatterAsTheInverseHessianSays) {
   EXPECT_NEAR(nees / draws, 12.0, 4.0 * 0.63);
 }
 
+// The last step, which rounding refuses or does not, takes nothing off: else it would seem to be stopped too early.
+TEST(Adjust, TellsOfTheStepThatIsItsLast) {
+  for (std::uint64_t seed = 100; seed < 120; ++seed) {
+    const Problem p = make_problem(seed, 0.02);
+    RigState state = p.truth;
+    (void)adjust(p.features, p.layout, AdjustOptions{}, state);
+    const AdjustSummary again = adjust(p.features, p.layout, AdjustOptions{}, state);
+    EXPECT_TRUE(again.converged);
+    EXPECT_EQ(again.iterations, 1) << seed;
+    ASSERT_EQ(again.costs.size(), 2U) << seed;
+    EXPECT_NEAR(again.costs[0], again.costs[1], 1e-6);
+  }
+}
+
 TEST(Adjust, LeavesFixedBlocksUntouchedAndStaysNearThePriorWhereNothingIsSeen) {
   Problem p = make_problem(3, 0.02);
   for (PlaneFeature& f : p.features)
