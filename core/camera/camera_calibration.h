@@ -65,9 +65,14 @@ struct StopAgreement {
   double segments = 0.0;   ///< That its images should show; all images of a stop together count once.
   double explained = 0.0;  ///< Of these, by image edges,
   double by_chance = 0.0;  ///< and on average from poses beside this one.
+  /// What they would explain by more than chance if they showed of each line as much as the other stops do that see it,
+  /// and of a line that no other stop sees as much as all do of all: lines that no image shows (bare walls in one grey)
+  /// are expected of none.
+  double expected = 0.0;
 
+  [[nodiscard]] double more_than_chance() const { return explained - by_chance; }
   /// Of `segments`, by more than chance: about 0 where the images are of another place, or the camera is.
-  [[nodiscard]] double share() const { return segments > 0.0 ? (explained - by_chance) / segments : 0.0; }
+  [[nodiscard]] double share() const { return segments > 0.0 ? more_than_chance() / segments : 0.0; }
 };
 
 /// Poses from the first and from the last stops with images, a third of all each, three at least.
@@ -99,9 +104,9 @@ struct CameraEstimate {
   double hold_out = 0.0;
   double hold_out_px = 0.0;
   double hold_out_start_px = 0.0;
-  /// Of the map's edges, what the images of the held-out stops show by more than chance, over what those of the others
-  /// do (1: as much), with the pose from the others; and what those of each stop do there, in the order of the stops.
-  /// None where nothing could be held out.
+  /// What the images of the held-out stops show of the map's edges by more than chance, over what is expected of them
+  /// (1: as much), with the pose from the others; and what those of each stop do there, in the order of the stops. None
+  /// where nothing could be held out.
   std::optional<double> hold_out_share;
   std::vector<StopAgreement> stops;
   FirstAndLast first_and_last;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/base/parallel.h"
 
@@ -28,12 +29,115 @@ std::vector<CameraState> beside(const CameraIntrinsics& intrinsics, const Camera
   return others;
 }
 
-double explained(const CameraScene& scene, const EdgeView& view, const CameraAtStop& camera,
-                 const MatchOptions& options) {
-  double sum = 0.0;
-  for (const SegmentFit& fit : match_view(scene, view, camera, options)) sum += fit.explained();
-  return sum;
+// Of one line.
+struct Shown {
+  double segments = 0.0;
+  double explained = 0.0;
+  double by_chance = 0.0;
+
+  [[nodiscard]] double more_than_chance() const { return explained - by_chance; }
+  Shown& operator+=(const Shown& other) {
+    segments += other.segments;
+    explained += other.explained;
+    by_chance += other.by_chance;
+    return *this;
+  }
+  Shown& operator-=(const Shown& other) {
+    segments -= other.segments;
+    explained -= other.explained;
+    by_chance -= other.by_chance;
+    return *this;
+  }
+};
+
+// What a view's images show of each line.
+using ShownLines = std::map<int, Shown>;
+
+ShownLines shown_by(const CameraScene& scene, const EdgeView& view, const CameraModel& model, const CameraState& state,
+                    std::span<const CameraState> others, const MatchOptions& options) {
+  const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(view.stop)];
+  ShownLines lines;
+  for (const EdgeSegment& segment : view.segments) lines[segment.line].segments += view.weight;
+  for (const SegmentFit& fit : match_view(scene, view, camera_at(model, state, T_G_base), options)) {
+    lines[fit.line].explained += view.weight * fit.explained();
+  }
+  const double share = view.weight / static_cast<double>(others.size());
+  for (const CameraState& other : others) {
+    for (const SegmentFit& fit : match_view(scene, view, camera_at(model, other, T_G_base), options)) {
+      lines[fit.line].by_chance += share * fit.explained();
+    }
+  }
+  return lines;
 }
+
+void add(const ShownLines& from, ShownLines& to) {
+  for (const auto& [line, shown] : from) to[line] += shown;
+}
+
+// Less than this is left of a sum of weights when all of them are taken out again.
+constexpr double no_segments = 1e-6;
+
+// Stops that show less than so much of what is expected of them, where that is so many segments, are no witnesses of
+// others: where images of a quarter of all stops are of a camera that was turned, little is expected of each of them
+// else.
+constexpr double least_of_witness = 0.6;
+constexpr double least_expected_of_witness = 1.0;
+
+// What all witnesses show.
+class Witnesses {
+ public:
+  explicit Witnesses(const std::map<int, ShownLines>& stops) : stops_(stops) {
+    for (const auto& [stop, lines] : stops) call(stop);
+  }
+
+  // A stop is no witness of itself.
+  [[nodiscard]] double expected_of(int stop) const {
+    const bool is_witness = called_.contains(stop);
+    const double usual_share = all_.segments > no_segments ? all_.more_than_chance() / all_.segments : 0.0;
+    double expected = 0.0;
+    for (const auto& [line, shown] : stops_.at(stop)) {
+      Shown elsewhere = lines_.contains(line) ? lines_.at(line) : Shown{};
+      if (is_witness) elsewhere -= shown;
+      const bool is_seen = elsewhere.segments > no_segments;
+      const double share = is_seen ? elsewhere.more_than_chance() / elsewhere.segments : usual_share;
+      expected += shown.segments * std::max(share, 0.0);
+    }
+    return expected;
+  }
+
+  // Dismisses those that show too little; false: there were none.
+  bool dismiss() {
+    std::vector<int> doubtful;
+    for (const int stop : called_) {
+      const double expected = expected_of(stop);
+      double shown = 0.0;
+      for (const auto& [line, here] : stops_.at(stop)) shown += here.more_than_chance();
+      if (expected >= least_expected_of_witness && shown < least_of_witness * expected) doubtful.push_back(stop);
+    }
+    for (const int stop : doubtful) {
+      called_.erase(stop);
+      for (const auto& [line, shown] : stops_.at(stop)) {
+        lines_.at(line) -= shown;
+        all_ -= shown;
+      }
+    }
+    return !doubtful.empty();
+  }
+
+ private:
+  void call(int stop) {
+    called_.insert(stop);
+    for (const auto& [line, shown] : stops_.at(stop)) {
+      lines_[line] += shown;
+      all_ += shown;
+    }
+  }
+
+  const std::map<int, ShownLines>& stops_;
+  std::set<int> called_;
+  ShownLines lines_;
+  Shown all_;
+};
 
 }  // namespace
 
@@ -42,40 +146,27 @@ std::vector<StopAgreement> agreement_of_stops(const CameraScene& scene, const Ca
                                               std::span<const EdgeView> views) {
   const CameraModel model(changed(intrinsics, state));
   const std::vector<CameraState> others = beside(intrinsics, state);
-  std::vector<StopAgreement> of_view(views.size());
+  std::vector<ShownLines> of_view(views.size());
   parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const EdgeView& view = views[k];
-      const SE3& T_G_base = scene.T_G_base[static_cast<std::size_t>(view.stop)];
-      of_view[k].segments = static_cast<double>(view.segments.size());
-      of_view[k].explained = explained(scene, view, camera_at(model, state, T_G_base), options);
-      for (const CameraState& other : others) {
-        of_view[k].by_chance += explained(scene, view, camera_at(model, other, T_G_base), options);
-      }
-      of_view[k].by_chance /= static_cast<double>(others.size());
-    }
+    for (std::size_t k = begin; k < end; ++k) of_view[k] = shown_by(scene, views[k], model, state, others, options);
   });
-  std::map<int, StopAgreement> stops;
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    StopAgreement& stop = stops[views[k].stop];
-    stop.stop = views[k].stop;
-    stop.segments += views[k].weight * of_view[k].segments;
-    stop.explained += views[k].weight * of_view[k].explained;
-    stop.by_chance += views[k].weight * of_view[k].by_chance;
+  std::map<int, ShownLines> stops;
+  for (std::size_t k = 0; k < views.size(); ++k) add(of_view[k], stops[views[k].stop]);
+  Witnesses witnesses(stops);
+  while (witnesses.dismiss()) {
   }
   std::vector<StopAgreement> sorted;
-  for (const auto& [number, stop] : stops) sorted.push_back(stop);
-  return sorted;
-}
-
-double share_of(std::span<const StopAgreement> stops) {
-  StopAgreement sum;
-  for (const StopAgreement& stop : stops) {
-    sum.segments += stop.segments;
-    sum.explained += stop.explained;
-    sum.by_chance += stop.by_chance;
+  for (const auto& [stop, lines] : stops) {
+    StopAgreement& out = sorted.emplace_back();
+    out.stop = stop;
+    for (const auto& [line, shown] : lines) {
+      out.segments += shown.segments;
+      out.explained += shown.explained;
+      out.by_chance += shown.by_chance;
+    }
+    out.expected = witnesses.expected_of(stop);
   }
-  return sum.share();
+  return sorted;
 }
 
 }  // namespace rigcal

@@ -13,7 +13,4 @@ namespace rigcal {
                                                             const CameraState& state, const MatchOptions& options,
                                                             std::span<const EdgeView> views);
 
-/// Of all of them as if they were one.
-[[nodiscard]] double share_of(std::span<const StopAgreement> stops);
-
 }  // namespace rigcal

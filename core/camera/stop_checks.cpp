@@ -62,16 +62,16 @@ void hold_out(const SolvedCamera& solved, const EdgeSolution& end, const RunCont
   const EdgeFitQuality unseen = fit_quality(solved.scene, intrinsics, state, solved.level.match, parts.some);
   estimate.hold_out = unseen.normalised;
   estimate.hold_out_px = unseen.residual_px;
-  const auto agreement = [&](const std::vector<EdgeView>& views) {
-    return agreement_of_stops(solved.scene, intrinsics, state, solved.level.match, views);
-  };
-  estimate.stops = agreement(parts.others);
-  const double share_of_others = share_of(estimate.stops);
-  const std::vector<StopAgreement> held_out = agreement(parts.some);
-  if (share_of_others > 0.0) estimate.hold_out_share = share_of(held_out) / share_of_others;
-  estimate.stops.insert(estimate.stops.end(), held_out.begin(), held_out.end());
-  std::sort(estimate.stops.begin(), estimate.stops.end(),
-            [](const StopAgreement& one, const StopAgreement& other) { return one.stop < other.stop; });
+  estimate.stops = agreement_of_stops(solved.scene, intrinsics, state, solved.level.match, solved.views);
+  double shown = 0.0;
+  double expected = 0.0;
+  for (const StopAgreement& stop : estimate.stops) {
+    const auto is_of_it = [&](const EdgeView& view) { return view.stop == stop.stop; };
+    if (std::none_of(parts.some.begin(), parts.some.end(), is_of_it)) continue;
+    shown += stop.more_than_chance();
+    expected += stop.expected;
+  }
+  if (expected > 0.0) estimate.hold_out_share = shown / expected;
   for (StopAgreement& stop : estimate.stops) {
     const auto is_of_it = [&](const CameraView& view) { return view.stop == stop.stop; };
     stop.file = std::find_if(solved.camera.views.begin(), solved.camera.views.end(), is_of_it)->file;

@@ -140,6 +140,7 @@ class CameraStage {
       const Expected<void> tried = try_without_guess(task, *estimate, verdict);
       if (!tried) return tried.error();
     }
+    if (verdict.status == Status::good) warn_of_unlike(*estimate);
     tell(*estimate, stage);
     for (Overlay& overlay : draw_overlays(scene_, task, *estimate)) result_.overlays.push_back(std::move(overlay));
     SensorResult found = conclude(task, in_full(task, std::move(*estimate)), verdict);
@@ -188,6 +189,16 @@ class CameraStage {
                            task.name +
                            " hung, or its images came late, so that others may be of the stop before, too; leave out "
                            "what was not taken at its stop, or record anew");
+  }
+
+  // Too few to say anything against the camera.
+  void warn_of_unlike(const CameraEstimate& estimate) const {
+    for (const std::string& file : unlike_images(estimate)) {
+      context_.reporter.warn(file +
+                             ": the image shows next to none of the edges that those of other stops show of the "
+                             "same place; something stood before the camera, or it was taken elsewhere or is too "
+                             "dark or blurred; look at it, and leave it out if it is not of its stop");
+    }
   }
 
   // With the pose and the intrinsics that were just found.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/median.h"
 #include "core/base/text.h"
 #include "core/camera/end_solve.h"
 #include "core/quality/verdict_text.h"
@@ -173,19 +172,10 @@ std::string times_words(const CameraEstimate& e) {
          deg(e.first_and_last.apart_rad) + " apart, each where its own images fit better";
 }
 
-// Files of images that show next to none of the edges that those of most stops do.
-std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThresholds& limits) {
-  std::vector<double> shares;
-  for (const StopAgreement& stop : e.stops) shares.push_back(stop.share());
-  const double usual = shares.empty() ? 0.0 : median(std::move(shares));
-  std::vector<std::string> files;
-  for (const StopAgreement& stop : e.stops) {
-    if (stop.segments > 0.0 && stop.share() < limits.unlike_share * usual) files.push_back(stop.file);
-  }
-  const double least =
-      std::max(static_cast<double>(limits.least_unlike), limits.unlike_stops * static_cast<double>(e.stops.size()));
-  if (static_cast<double>(files.size()) < least) files.clear();
-  return files;
+bool are_many(const std::vector<std::string>& files, const CameraEstimate& e, const CameraThresholds& limits) {
+  const auto least = static_cast<double>(limits.least_unlike);
+  return static_cast<double>(files.size()) >=
+         std::max(least, limits.unlike_stops * static_cast<double>(e.stops.size()));
 }
 
 // What the offsets of partners do not show: where there is nothing, none are found.
@@ -203,15 +193,14 @@ void judge_stops(const CameraEstimate& e, const Requirement& require, const Came
   }
   const std::string mend =
       ": the camera or the rig was moved there, they were taken elsewhere, or are too dark or blurred; look at them, "
-      "and "
-      "leave them out or record anew";
-  if (const std::vector<std::string> files = unlike_images(e, limits); !files.empty()) {
+      "and leave them out or record anew";
+  if (const std::vector<std::string> files = unlike_images(e, limits); are_many(files, e, limits)) {
     weaken(verdict, "its images " + joined_some(files, most_files) +
-                        " show next to none of the edges that the others do" + mend);
+                        " show next to none of the edges that those of other stops show of the same place" + mend);
   } else if (e.hold_out_share && *e.hold_out_share < limits.hold_out_share) {
     weaken(verdict, "the images of the stops that were held out show " +
-                        number(100.0 * std::max(0.0, *e.hold_out_share), 0) + " % of the edges that the others do" +
-                        mend);
+                        number(100.0 * std::max(0.0, *e.hold_out_share), 0) +
+                        " % of the edges that those of other stops show of the same places" + mend);
   }
 }
 
@@ -274,6 +263,15 @@ std::string other_lens_words(DistortionModel given) {
 }
 
 }  // namespace
+
+std::vector<std::string> unlike_images(const CameraEstimate& e, const CameraThresholds& limits) {
+  std::vector<std::string> files;
+  for (const StopAgreement& stop : e.stops) {
+    const bool says_something = stop.expected >= limits.least_expected;
+    if (says_something && stop.more_than_chance() < limits.unlike_share * stop.expected) files.push_back(stop.file);
+  }
+  return files;
+}
 
 Verdict judge_camera(const CameraEstimate& e, const std::string& name, const Requirement& require, bool refined,
                      const CameraThresholds& limits) {

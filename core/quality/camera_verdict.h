@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/camera/camera_calibration.h"
 #include "core/quality/verdict.h"
@@ -10,17 +11,18 @@ namespace rigcal {
 /// From where on what the images tell makes a camera `weak`. Chosen by statistics over simulated rigs with and without
 /// wrong minima and wrong intrinsics.
 struct CameraThresholds {
-  double hold_out = 2.0;                      ///< Offsets of held-out stops over their expected sigma.
-  double worse_ratio = 1.5;                   ///< They are worse than at the start where they are so many times larger
-  double worse_px = 0.1;                      ///< and so much more: a start may be a result.
-  double hold_out_share = 0.3;                ///< What they show by more than chance, over what the others do.
-  double unlike_share = 0.25;                 ///< Stops that show less than so much of what most do are unlike them;
-  std::size_t least_unlike = 2;               ///< one may be of a place where little is seen, so many,
-  double unlike_stops = 0.1;                  ///< and such a share of all, are not.
-  double moved_gain = 1.3;                    ///< The first or the last stops explain so many times more at their own
-                                              ///< pose than at that of all.
-  std::size_t enough_stops_of_third = 5;      ///< Where these are fewer stops, and halves agree, they count
-  double short_times_share = 2.0;             ///< from so far apart on, over the same as `halves_share`.
+  double hold_out = 2.0;                  ///< Offsets of held-out stops over their expected sigma.
+  double worse_ratio = 1.5;               ///< They are worse than at the start where they are so many times larger
+  double worse_px = 0.1;                  ///< and so much more: a start may be a result.
+  double hold_out_share = 0.3;            ///< What they show by more than chance, over what is expected.
+  double unlike_share = 0.35;             ///< Stops that show less than so much of what others do of the same lines,
+  double least_expected = 1.0;            ///< where these are so many segments, are unlike them;
+  std::size_t least_unlike = 2;           ///< one may have somebody before the camera, so many,
+  double unlike_stops = 0.1;              ///< and such a share of all, are no accident.
+  double moved_gain = 1.3;                ///< The first or the last stops explain so many times more at their own
+                                          ///< pose than at that of all.
+  std::size_t enough_stops_of_third = 5;  ///< Where these are fewer stops, and halves agree, they count
+  double short_times_share = 2.0;         ///< from so far apart on, over the same as `halves_share`.
   double disagreement_chi2 = differing_chi2;  ///< Edges against information.
   double radial_trend_sigmas = 4.0;           ///< The trend of the residuals along the radius,
   double radial_trend_px = 0.3;               ///< if it is as large as this at the corner.
@@ -35,6 +37,11 @@ struct CameraThresholds {
   double doubtful_runner_up_ratio = 0.75;  ///< Where information leads elsewhere, sure of it or not,
                                            ///< or nothing was held out and none confirms.
 };
+
+/// Files of images that show next to none of the edges that other stops show of the same lines; a few of them do not
+/// make a camera weak.
+[[nodiscard]] std::vector<std::string> unlike_images(const CameraEstimate& estimate,
+                                                     const CameraThresholds& thresholds = {});
 
 /// What the status of a camera means (docs/judging.md): good needs the 95 % bounds inside the requirement, a hold-out
 /// within twice the expected noise and not worse than the start, stops that show what the others do, first and last

@@ -158,8 +158,10 @@ void tell(const std::string& session, int number, const Trial& trial, const Came
       e.hold_out_share.value_or(0.0), 1e3 * e.first_and_last.apart_m, to_deg(e.first_and_last.apart_rad),
       e.first_and_last.chi2, e.first_and_last.gain);
   if (reasons && !e.stops.empty()) {
-    std::printf("    of their edges stops show, more than chance:");
-    for (const StopAgreement& stop : e.stops) std::printf(" %d: %.2f", stop.stop, stop.share());
+    std::printf("    what stops show by more than chance, of what is expected:");
+    for (const StopAgreement& stop : e.stops) {
+      std::printf(" %d: %.1f of %.1f", stop.stop, stop.more_than_chance(), stop.expected);
+    }
     std::printf("\n");
   }
   if (e.information && trial.error.compared) {

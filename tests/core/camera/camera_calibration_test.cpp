@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "core/camera/camera_minima.h"
 #include "tests/core/camera/box_room.h"
@@ -37,6 +38,8 @@ CameraEstimate calibrate(const CameraTask& task, const CameraCalibrationOptions&
 
 double offset_m(const SE3& T) { return (T.t - BoxRoom::truth().t).norm(); }
 double offset_rad(const SE3& T) { return rotation_distance(T.R, BoxRoom::truth().R); }
+
+double shown_of_expected(const StopAgreement& stop) { return stop.more_than_chance() / stop.expected; }
 
 TEST(CameraCalibration, ComesBackFromFiveDegreesAndTenCentimetres) {
   double nees = 0.0;
@@ -120,6 +123,51 @@ TEST(CameraCalibration, SeesThatHeldOutStopsShowAnotherPlace) {
   EXPECT_EQ(estimate.stops[3].file, "3.png");
   for (const StopAgreement& stop : estimate.stops) {
     EXPECT_EQ(stop.share() < 0.1, stop.stop == 3 || stop.stop == 7) << stop.file << ": " << stop.share();
+    EXPECT_EQ(shown_of_expected(stop) < 0.3, stop.stop == 3 || stop.stop == 7) << stop.file;
+  }
+}
+
+// A wall that has more lines than images show, as one of bricks in one grey.
+TEST(CameraCalibration, ExpectsNoLinesThatNoImageShows) {
+  CameraScene scene = room().scene;
+  const int lines = std::max_element(scene.edges.begin(), scene.edges.end(), [](const auto& a, const auto& b) {
+                      return a.line < b.line;
+                    })->line;
+  const std::vector<LidarEdge> seen = scene.edges;
+  for (LidarEdge edge : seen) {
+    if (std::hypot(edge.p_G.x() - 3.4, edge.p_G.y() - 2.4) > 0.01) continue;
+    for (int k = 1; k <= 15; ++k) {
+      edge.p_G.y() -= 0.25;
+      edge.line = lines + k;
+      scene.edges.push_back(edge);
+    }
+  }
+  ASSERT_GT(scene.edges.size(), seen.size()) << "the corner is where it is looked for";
+  const CameraEstimate estimate = calibrate_in(scene, task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 4)));
+  ASSERT_TRUE(estimate.found) << estimate.why_not;
+  double least = 1.0;
+  double most = 0.0;
+  for (const StopAgreement& stop : estimate.stops) {
+    least = std::min(least, stop.share());
+    most = std::max(most, stop.share());
+    EXPECT_GT(shown_of_expected(stop), 0.6) << stop.file;
+  }
+  EXPECT_LT(least, 0.5 * most) << "whose share tells of the wall, not of the image";
+}
+
+// The last quarter: each of its stops has others beside it that show as little.
+TEST(CameraCalibration, AsksNoStopsThatAreThemselvesInDoubt) {
+  const BoxRoom room(12);
+  const SE3 guess = BoxRoom::spoiled(to_rad(2.0), 0.03, 4);
+  Vector6d turn = Vector6d::Zero();
+  turn[0] = turn[1] = to_rad(2.0);
+  const CameraEstimate sound = calibrate_in(room.scene, room.task(guess));
+  const CameraEstimate turned = calibrate_in(room.scene, room.task(guess, 1, SE3::exp(turn), 9));
+  ASSERT_TRUE(turned.found) << turned.why_not;
+  ASSERT_EQ(turned.stops.size(), sound.stops.size());
+  for (std::size_t k = 0; k < turned.stops.size(); ++k) {
+    EXPECT_EQ(shown_of_expected(turned.stops[k]) < 0.3, k >= 9) << k;
+    EXPECT_NEAR(turned.stops[k].expected, sound.stops[k].expected, 0.3 * sound.stops[k].expected) << k;
   }
 }
 

@@ -31,7 +31,7 @@ CameraEstimate sound() {
   e.runner_up = SE3{Matrix3d::Identity(), Vector3d(0.1, 0.0, 0.0)};
   e.runner_up_ratio = 0.6;
   e.hold_out_share = 0.9;
-  for (int stop = 0; stop < 12; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  for (int stop = 0; stop < 12; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0, 10.0});
   e.first_and_last = {0.003, to_rad(0.02), 6.0, 1.02};
   return e;
 }
@@ -115,7 +115,7 @@ TEST(CameraVerdict, WeakensAHoldOutBeyondNoiseAndNone) {
   expect_weak(e, "(1 image)");
 }
 
-TEST(CameraVerdict, WeakensHeldOutStopsThatShowLittleOfWhatTheOthersDo) {
+TEST(CameraVerdict, WeakensHeldOutStopsThatShowLittleOfWhatIsExpected) {
   CameraEstimate e = sound();
   e.hold_out_share = 0.12;
   expect_weak(e, "held out show 12 % of the edges");
@@ -129,16 +129,29 @@ TEST(CameraVerdict, WeakensHeldOutStopsThatShowLittleOfWhatTheOthersDo) {
 TEST(CameraVerdict, WeakensStopsThatAreUnlikeTheOthers) {
   CameraEstimate e = sound();
   e.stops[8].explained = 2.5;
-  EXPECT_EQ(judge(e).status, Status::good) << "one may be where little is seen";
-  e.stops[9].explained = 4.4;
+  EXPECT_EQ(judge(e).status, Status::good) << "one may have somebody before the camera";
+  EXPECT_THAT(unlike_images(e), ElementsAre("8.png"));
+  e.stops[9].explained = 5.4;
   expect_weak(e, "its images 8.png, 9.png show");
-  e.stops[9].explained = 5.0;
-  EXPECT_EQ(judge(e).status, Status::good) << "a third of what the others show";
-  for (int stop = 12; stop < 40; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  e.stops[9].explained = 5.6;
+  EXPECT_EQ(judge(e).status, Status::good) << "more than a third of what is expected";
+  for (int stop = 12; stop < 40; ++stop) {
+    e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0, 10.0});
+  }
   e.stops[9].explained = 2.0;
   EXPECT_EQ(judge(e).status, Status::good) << "two of forty";
   for (std::size_t k = 10; k < 18; ++k) e.stops[k].explained = 2.0;
   expect_weak(e, "8.png, 9.png, 10.png, 11.png, 12.png, 13.png and 4 more show");
+}
+
+TEST(CameraVerdict, ExpectsNothingOfAPlaceThatNoImageShows) {
+  CameraEstimate e = sound();
+  for (const std::size_t k : {4U, 5U, 6U}) {
+    e.stops[k].explained = 2.1;
+    e.stops[k].expected = 0.9;
+  }
+  EXPECT_EQ(judge(e).status, Status::good);
+  EXPECT_THAT(unlike_images(e), IsEmpty());
 }
 
 TEST(CameraVerdict, WeakensACameraThatWasMovedOnTheWay) {
@@ -178,7 +191,9 @@ TEST(CameraVerdict, AsksMoreOfFirstAndLastStopsThatAreFew) {
   e.first_and_last.apart_m = 0.021;
   expect_weak(e, "give poses 21.0 mm");
   e.first_and_last.apart_m = 0.016;
-  for (int stop = 12; stop < 15; ++stop) e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0});
+  for (int stop = 12; stop < 15; ++stop) {
+    e.stops.push_back({stop, std::to_string(stop) + ".png", 40.0, 12.0, 2.0, 10.0});
+  }
   expect_weak(e, "give poses 16.0 mm");
 }
 
