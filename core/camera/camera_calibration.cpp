@@ -1,5 +1,6 @@
 #include "core/camera/camera_calibration.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -46,6 +47,10 @@ constexpr double end_share = 1.5;
 constexpr double less_firm = 2.0;
 constexpr double less_firm_m = 0.01;
 
+// Sigma of what all edges of all images are off by together, along rows and columns. It stands in no residual, and
+// weighs the more the fewer pixels an image has.
+constexpr double images_shift_px = 0.1;
+
 // Halves of the stops that are so far apart may be of a lens that is another one.
 constexpr double unlike_halves_m = 0.01;
 constexpr double unlike_halves_rad = to_rad(0.1);
@@ -83,6 +88,7 @@ class CameraCalibration {
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
     find_end();
+    if (estimate_.found) widen_by_shift_of_images();
     if (!context_.cancelled() && is_of_another_lens_perhaps()) ask_other_lens();
   }
 
@@ -106,6 +112,16 @@ class CameraCalibration {
     set_fit(fit_quality(scene_, camera_.intrinsics, best_.state, match, views_));
     check_by_stops({scene_, camera_, end.priors, levels_.back(), views_}, best_, context_, estimate_);
     ask_second_opinion(scene_, camera_, best_.state, context_, estimate_);
+  }
+
+  // Where all images show edges a little to one side, as shadows of one light do, pose, focal length and k1 take it in.
+  void widen_by_shift_of_images() {
+    constexpr int estimated = camera_parameters - 2;  // all but the principal point
+    const CameraMatrix& information = best_.information;
+    const Eigen::Matrix<double, estimated, 2> moved_by_px =
+        information.topLeftCorner<estimated, estimated>().ldlt().solve(information.topRightCorner<estimated, 2>());
+    const Eigen::Matrix<double, pose_parameters, 2> shift = images_shift_px * moved_by_px.topRows<pose_parameters>();
+    estimate_.pose.covariance += shift * shift.transpose();
   }
 
   // What a wrong minimum shows.

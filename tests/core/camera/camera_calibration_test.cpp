@@ -184,6 +184,21 @@ TEST(CameraCalibration, SeesThatTheCameraWasTurnedOnTheWay) {
   EXPECT_GT(turned.first_and_last.gain, 1.3);
 }
 
+// Too little to be told from chance; it goes into the pose, and so its sigma must hold it.
+TEST(CameraCalibration, SigmaHoldsAShiftOfAllImages) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 4));
+  const CameraEstimate sound = calibrate(task);
+  constexpr double shift_px = 0.4;
+  task.intrinsics.cx += shift_px;
+  task.intrinsics.cy += shift_px;
+  const CameraEstimate shifted = calibrate(task);
+  ASSERT_TRUE(sound.found && shifted.found);
+  const Vector6d apart = (sound.pose.T_base_camera.inverse() * shifted.pose.T_base_camera).log();
+  EXPECT_GT(apart.head<3>().norm(), 0.5 * shift_px / task.intrinsics.fx);
+  // Four sigmas along either axis of the image, were nothing else uncertain.
+  EXPECT_LT(apart.dot(sound.pose.covariance.inverse() * apart), 2.0 * std::pow(shift_px / 0.1, 2));
+}
+
 TEST(CameraCalibration, SeesWrongIntrinsicsAndMendsThemIfAsked) {
   CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.05, 5));
   task.intrinsics.fx *= 1.01;
