@@ -74,13 +74,19 @@ void add(const ShownLines& from, ShownLines& to) {
   for (const auto& [line, shown] : from) to[line] += shown;
 }
 
+Shown sum_of(const ShownLines& lines) {
+  Shown sum;
+  for (const auto& [line, shown] : lines) sum += shown;
+  return sum;
+}
+
 // Less than this is left of a sum of weights when all of them are taken out again.
 constexpr double no_segments = 1e-6;
 
 // Stops that show less than so much of what is expected of them, where that is so many segments, are no witnesses of
 // others: where images of a quarter of all stops are of a camera that was turned, little is expected of each of them
 // else.
-constexpr double least_of_witness = 0.6;
+constexpr double least_of_witness = 0.4;
 constexpr double least_expected_of_witness = 1.0;
 
 // What all witnesses show.
@@ -110,8 +116,7 @@ class Witnesses {
     std::vector<int> doubtful;
     for (const int stop : called_) {
       const double expected = expected_of(stop);
-      double shown = 0.0;
-      for (const auto& [line, here] : stops_.at(stop)) shown += here.more_than_chance();
+      const double shown = sum_of(stops_.at(stop)).more_than_chance();
       if (expected >= least_expected_of_witness && shown < least_of_witness * expected) doubtful.push_back(stop);
     }
     for (const int stop : doubtful) {
@@ -157,14 +162,8 @@ std::vector<StopAgreement> agreement_of_stops(const CameraScene& scene, const Ca
   }
   std::vector<StopAgreement> sorted;
   for (const auto& [stop, lines] : stops) {
-    StopAgreement& out = sorted.emplace_back();
-    out.stop = stop;
-    for (const auto& [line, shown] : lines) {
-      out.segments += shown.segments;
-      out.explained += shown.explained;
-      out.by_chance += shown.by_chance;
-    }
-    out.expected = witnesses.expected_of(stop);
+    const Shown sum = sum_of(lines);
+    sorted.push_back({stop, {}, sum.segments, sum.explained, sum.by_chance, witnesses.expected_of(stop)});
   }
   return sorted;
 }
