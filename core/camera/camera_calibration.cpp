@@ -88,7 +88,7 @@ class CameraCalibration {
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
     find_end();
-    if (estimate_.found) widen_by_shift_of_images();
+    if (estimate_.found && !found_centre_) widen_by_shift_of_images();
     if (!context_.cancelled() && is_of_another_lens_perhaps()) ask_other_lens();
   }
 
@@ -114,7 +114,8 @@ class CameraCalibration {
     ask_second_opinion(scene_, camera_, best_.state, context_, estimate_);
   }
 
-  // Where all images show edges a little to one side, as shadows of one light do, pose, focal length and k1 take it in.
+  // Where all images show edges a little to one side, as shadows of one light do, pose, focal length and k1 take it in;
+  // a principal point that is estimated would, and its sigma is in the pose's already.
   void widen_by_shift_of_images() {
     constexpr int estimated = camera_parameters - 2;  // all but the principal point
     const CameraMatrix& information = best_.information;
@@ -331,6 +332,7 @@ class CameraCalibration {
 
   void take_end(const CameraEnd& end) {
     best_ = end.solution;
+    found_centre_ = end.priors.principal_px > 0.0;
     estimate_.iterations += end.iterations;
     estimate_.focal_scale = end.focal_scale;
     estimate_.k1_change = end.k1_change;
@@ -359,6 +361,7 @@ class CameraCalibration {
   EdgePriors priors_;  // with the intrinsics as the rig file has them
   std::vector<EdgeView> views_;
   EdgeSolution best_;
+  bool found_centre_ = false;  // the principal point was estimated there
   CameraEstimate estimate_;
 };
 

@@ -70,9 +70,8 @@ struct StopAgreement {
   /// are expected of none.
   double expected = 0.0;
 
+  /// About 0 where the images are of another place, or the camera is.
   [[nodiscard]] double more_than_chance() const { return explained - by_chance; }
-  /// Of `segments`, by more than chance: about 0 where the images are of another place, or the camera is.
-  [[nodiscard]] double share() const { return segments > 0.0 ? more_than_chance() / segments : 0.0; }
 };
 
 /// Poses from the first and from the last stops with images, a third of all each, three at least.

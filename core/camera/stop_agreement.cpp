@@ -93,7 +93,11 @@ constexpr double least_expected_of_witness = 1.0;
 class Witnesses {
  public:
   explicit Witnesses(const std::map<int, ShownLines>& stops) : stops_(stops) {
-    for (const auto& [stop, lines] : stops) call(stop);
+    for (const auto& [stop, lines] : stops) {
+      called_.insert(stop);
+      add(lines, lines_);
+    }
+    all_ = sum_of(lines_);
   }
 
   // A stop is no witness of itself.
@@ -130,14 +134,6 @@ class Witnesses {
   }
 
  private:
-  void call(int stop) {
-    called_.insert(stop);
-    for (const auto& [line, shown] : stops_.at(stop)) {
-      lines_[line] += shown;
-      all_ += shown;
-    }
-  }
-
   const std::map<int, ShownLines>& stops_;
   std::set<int> called_;
   ShownLines lines_;
