@@ -175,7 +175,7 @@ void warn_of_useless_options(const CalibrateOptions& options, const Recording& r
     reporter.warn("--pose-prior is of no use: the recording has no trajectory");
 }
 
-Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
+Expected<ExitCode> calibrate_and_write(const CalibrateOptions& options, CommandContext& context) {
   keep_freed_memory();
   if (const auto target = check_result_target(options.out); !target) return target.error();
   const Expected<Tolerance> require = parse_tolerance(options.require);
@@ -212,9 +212,7 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
   Expected<CalibrationResult> result = calibrate(*recording, *initial, options, *require, context, estimates);
   if (!result) return result.error();
   CalibrationRun run{std::move(stages), context.reporter.warnings(), settings_of(options), digester.take()};
-  if (context.stop.stop_requested()) {
-    return cancelled_error("stopped before the end, nothing was written");
-  }
+  if (context.stop.stop_requested()) return cancelled_error();
   if (const auto written = write_calibration(*recording, std::move(run), options.out, *result); !written) {
     return written.error();
   }
@@ -224,6 +222,13 @@ Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext
     CommandContext::print(calibration_text(*result, options.out));
   }
   return exit_code_of(result->status);
+}
+
+Expected<ExitCode> run_calibrate(const CalibrateOptions& options, CommandContext& context) {
+  Expected<ExitCode> code = calibrate_and_write(options, context);
+  if (!code && code.error().kind == ErrorKind::cancelled)
+    return cancelled_error("stopped before the end, nothing was written");
+  return code;
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "apps/commands/result_export.h"
 #include "apps/common/json_text.h"
 #include "apps/exchange/patch_export.h"
+#include "core/base/text.h"
 #include "core/base/version.h"
 
 namespace rigcal {
@@ -24,10 +24,10 @@ struct ExportOptions {
 };
 
 std::string summary_text(const ExportOptions& options, const PatchExport& done) {
-  char text[120];
-  std::snprintf(text, sizeof text, ": %zu stops, %.1f million points in %llu files", done.reading.stops.size(),
-                1e-6 * static_cast<double>(done.reading.points.in_stops), static_cast<unsigned long long>(done.files));
-  return options.out + text + (done.images > 0 ? ", " + std::to_string(done.images) + " images" : "") + "\n";
+  const std::string points =
+      fixed_text(1e-6 * static_cast<double>(done.reading.points.in_stops), 1) + " million points";
+  return options.out + ": " + counted(done.reading.stops.size(), "stop") + ", " + points + " in " +
+         counted(done.files, "file") + (done.images > 0 ? ", " + counted(done.images, "image") : "") + "\n";
 }
 
 std::string summary_json(const ExportOptions& options, const PatchExport& done) {

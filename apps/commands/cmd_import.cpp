@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -26,11 +25,8 @@ std::string summary_text(const ImportOptions& options, const ImportSummary& done
     const std::string images = done.images > 0 ? ", " + counted(done.images, "image") : "";
     return options.out + ": " + std::to_string(done.datagrams) + " datagrams" + images + "\n";
   }
-  char text[160];
-  std::snprintf(text, sizeof text, ": %llu stops, %.1f million points, %llu images\n",
-                static_cast<unsigned long long>(done.stops), 1e-6 * static_cast<double>(done.points),
-                static_cast<unsigned long long>(done.images));
-  return options.out + text;
+  const std::string points = fixed_text(1e-6 * static_cast<double>(done.points), 1) + " million points";
+  return options.out + ": " + counted(done.stops, "stop") + ", " + points + ", " + counted(done.images, "image") + "\n";
 }
 
 std::string summary_json(const ImportOptions& options, const ImportSummary& done) {

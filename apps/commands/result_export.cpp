@@ -89,6 +89,10 @@ Expected<ResultExport> export_result_file(const std::string& path, const std::st
   }
   Expected<ExportedResult> exported = export_result(result, rig ? &*rig : nullptr, format);
   if (!exported) return Error{exported.error().kind, exported.error().what, path, exported.error().mend};
+  if (const fs::path above = fs::path(out).parent_path(); !above.empty()) {
+    fs::create_directories(above, error);
+    if (error) return cannot_write(above.string(), error.value());
+  }
   if (const Expected<void> written = replace_file(out, exported->text); !written) return written.error();
   ResultExport done;
   done.sensors = std::move(exported->sensors);

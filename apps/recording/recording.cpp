@@ -218,7 +218,7 @@ Expected<Recording> read_patches(Rig rig, const std::string& path, const std::st
       outcomes[k] = read_patch(jobs[k], options, keep_within_m, *builder);
     builders.give_back(std::move(builder));
   });
-  if (context.cancelled()) return cancelled_error("stopped while reading, nothing was written");
+  if (context.cancelled()) return cancelled_error();
   for (const PatchOutcome& o : outcomes) {
     if (o.error) return *o.error;
   }

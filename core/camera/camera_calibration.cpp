@@ -68,7 +68,7 @@ class CameraCalibration {
     const auto start = SteadyClock::now();
     estimate_.intrinsics = camera_.intrinsics;
     find();
-    if (context_.cancelled()) return cancelled_error("stopped before the end, nothing was written");
+    if (context_.cancelled()) return cancelled_error();
     estimate_.wall_s = seconds_since(start);
     return std::move(estimate_);
   }

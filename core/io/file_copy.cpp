@@ -1,5 +1,7 @@
 #include "core/io/file_copy.h"
 
+#include <filesystem>
+
 #include "core/io/input_file.h"
 #include "core/io/output_file.h"
 #include "core/rig/text_file.h"
@@ -8,6 +10,9 @@ namespace rigcal {
 
 // The library's own copying says no more of a full disk than that there was an error.
 Expected<void> copy_file(const std::string& from, const std::string& to) {
+  std::error_code error;
+  if (std::filesystem::exists(from, error) && !std::filesystem::is_regular_file(from, error))  // a pipe waits for ever
+    return input_error("is no regular file", from, "copy it to a file first");
   Expected<InputFile> in = InputFile::open(from);
   if (!in) return in.error();
   Expected<OutputFile> out = OutputFile::create(to);

@@ -20,8 +20,6 @@ namespace {
 constexpr double wrong_scale = 0.02;
 constexpr std::size_t least_for_hold_out = 8;  // boards, of which every fourth is held out
 
-Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }
-
 /// How a sensor came to its place.
 struct Placed {
   bool known = false;
@@ -44,21 +42,21 @@ class BoardCalibration {
 
   Expected<CalibrationResult> run() {
     find_boards();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     clock_.begin("placement");
     place_all();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     if (options_.refine_intrinsics) place_by_better_intrinsics();
     check_scale();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     adjust();
     hold_out();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     try_focal_lengths();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     clock_.begin("halves");
     halves_ = compare_board_halves(found_, board_, adjust_options_);
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     return conclude();
   }
 

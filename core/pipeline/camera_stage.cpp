@@ -13,6 +13,7 @@
 #include "core/edges/outlines.h"
 #include "core/pipeline/camera_mixups.h"
 #include "core/pipeline/camera_trust.h"
+#include "core/pipeline/late_images.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/quality/camera_verdict.h"
 #include "core/quality/verdict_text.h"
@@ -22,8 +23,8 @@
 namespace rigcal {
 namespace {
 
-// From fewer images nothing is held out, and a camera is not good.
-constexpr int least_views_without_guess = 4;
+// From fewer images nothing is held out, and a camera is not good: other guesses and other stops are not tried.
+constexpr int least_views = 4;
 // Guesses are off by more than this only where they are wrong.
 constexpr double farthest_sigmas = 2.0;
 
@@ -122,7 +123,7 @@ class CameraStage {
     StillImages still = camera.read_images(context_);
     leave_out_lost_stops(still);
     task.views = camera_views(still.images, halvings, sensor.name, context_);
-    if (context_.cancelled()) return cancelled_error("stopped before the end, nothing was written");
+    if (context_.cancelled()) return cancelled_error();
     if (task.views.empty()) {
       return failed(sensor.name, still.images.empty() ? still.why_none
                                                       : "none of its images shows anything; check lens cap, aperture "
@@ -136,8 +137,10 @@ class CameraStage {
     Expected<CameraEstimate> estimate = estimate_of(task);
     if (!estimate) return estimate.error();
     Verdict verdict = judge(task, *estimate);
-    if (verdict.status == Status::failed) {
-      const Expected<void> tried = try_without_guess(task, *estimate, verdict);
+    if (verdict.status == Status::failed && estimate->views >= least_views) {
+      const Expected<bool> told = try_other_stops(task, verdict);
+      if (!told) return told.error();
+      const Expected<void> tried = *told ? Expected<void>{} : try_without_guess(task, *estimate, verdict);
       if (!tried) return tried.error();
     }
     if (verdict.status == Status::good) warn_of_unlike(*estimate);
@@ -252,10 +255,25 @@ class CameraStage {
     return judge_camera(in_full(task, estimate), task.name, require_, options_.refine_intrinsics, limits);
   }
 
+  // Whether images are counted a stop late or early is told by where they are good then. That pose is not taken: where
+  // one number is wrong, others may be.
+  [[nodiscard]] Expected<bool> try_other_stops(const CameraTask& task, Verdict& verdict) const {
+    for (const int by : {-1, 1}) {
+      CameraTask moved{task.sensor, task.name, task.intrinsics, task.guess_T_base_camera,
+                       views_moved(task.views, by, solution_.start.stop_known)};
+      const Expected<CameraEstimate> estimate = estimate_of(moved);
+      if (!estimate) return estimate.error();
+      if (judge(moved, *estimate).status != Status::good) continue;
+      verdict.reasons = {wrong_stops_words(by)};
+      return true;
+    }
+    return false;
+  }
+
   // Where a guess leads to no end, or to a false one, it may be wrong itself (a camera that is mounted upside down),
   // and images that go without it tell. What they find is taken where it is good by its own evidence.
   Expected<void> try_without_guess(CameraTask& task, CameraEstimate& estimate, Verdict& verdict) const {
-    if (!task.guess_T_base_camera || estimate.views < least_views_without_guess) return {};
+    if (!task.guess_T_base_camera) return {};
     const std::optional<SE3> guess = std::exchange(task.guess_T_base_camera, std::nullopt);
     Expected<CameraEstimate> free = estimate_of(task);
     task.guess_T_base_camera = guess;

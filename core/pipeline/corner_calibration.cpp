@@ -21,8 +21,6 @@ constexpr std::size_t most_stops = 8;
 constexpr double least_overlap = 0.35;  // of what the poorer LiDAR saw, below which a match may be chance
 constexpr double most_misfit = 3.0;
 
-Error stopped() { return cancelled_error("stopped before the end, nothing was written"); }
-
 // Stops in which two LiDARs saw anything, at most so many, evenly.
 std::vector<int> choose_stops(const LidarRecording& recording, std::size_t most) {
   std::vector<int> seen_by(recording.stops.size(), 0);
@@ -58,7 +56,7 @@ class CornerCalibration {
     }
     stops_ = choose_stops(recording_, most_stops);
     find_all_planes();
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     StageReport& stage = clock_.begin("placement");
     context_.reporter.progress("placement", -1.0);
     const RigPlacement placed = place_rig(views_, guess_);
@@ -66,7 +64,7 @@ class CornerCalibration {
     stage.cost_before = placed.adjusted.cost_before;
     stage.cost_after = placed.adjusted.cost_after;
     stage.counts = {{"common_planes", static_cast<double>(placed.features.size())}, {"misfit", placed.misfit}};
-    if (context_.cancelled()) return stopped();
+    if (context_.cancelled()) return cancelled_error();
     return conclude(placed);
   }
 

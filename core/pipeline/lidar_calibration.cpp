@@ -37,8 +37,6 @@ constexpr int last_iterations = 2;
 // Each takes out most of what the one before left.
 constexpr int most_range_rounds = 3;
 
-Error cancelled() { return cancelled_error("stopped before the end, nothing was written"); }
-
 // What carries through the stages.
 class Calibration {
  public:
@@ -262,7 +260,7 @@ class Calibration {
       if (!loose && solution_.refined.converged) break;
     }
     const RefineSummary& last = solution_.refined;
-    if (context_.cancelled()) return cancelled();
+    if (context_.cancelled()) return cancelled_error();
     stage.cost_before = last.cost_before;
     stage.cost_after = last.cost_after;
     std::size_t observations = 0;

@@ -260,5 +260,16 @@ TEST_F(CalibrateCameras, AreFoundUpsideDownByTheirImagesAlone) {
   EXPECT_NEAR(to_deg(log_so3(off.R).norm()), 180.0, 1.0);
 }
 
+TEST_F(CalibrateCameras, AreToldThatTheirImagesAreCountedAStopLate) {
+  session_without_images("late");
+  fs::create_directories(scratch / "late/patches/image/left");
+  for (int stop = 0; stop < 7; ++stop)
+    fs::copy_file(image("left", stop), scratch / "late/patches/image/left" / image("left", stop + 1).filename());
+  const ProgramRun run = rigcal("calibrate late --out late_result --require 50mm,0.4deg");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_EQ(extrinsics("late_result").status.at("left"), "failed") << run.out;
+  EXPECT_THAT(run.out, HasSubstr("fit well where each is taken as of the stop before its own"));
+}
+
 }  // namespace
 }  // namespace rigcal

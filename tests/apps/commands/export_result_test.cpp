@@ -67,6 +67,14 @@ TEST_F(ExportResult, TakesASensorWhoseIntrinsicsWereFoundForACamera) {
   EXPECT_EQ(cameras[0]["camera_params"][1], 501.0);
 }
 
+TEST_F(ExportResult, MakesTheFoldersThatItsFileIsToLieIn) {
+  EXPECT_EQ(rigcal("export refined.yaml --format opencv --out of/a/robot/rig.yml").code, 3)
+      << "there is no such result";
+  EXPECT_FALSE(fs::exists(scratch / "of"));
+  EXPECT_EQ(rigcal("export partly/extrinsics.yaml --format urdf --out of/a/robot/rig.urdf").code, 1);
+  EXPECT_TRUE(fs::is_regular_file(scratch / "of/a/robot/rig.urdf"));
+}
+
 TEST_F(ExportResult, LeavesAFailedSensorOutAndSaysSo) {
   const ProgramRun run = rigcal("export partly/extrinsics.yaml --format ros2-tf --out rig.launch.xml --json");
   EXPECT_EQ(run.code, 1);

@@ -1,6 +1,7 @@
 // A disk that does not give what a file holds: an error, and never the file's end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 
@@ -159,6 +160,14 @@ TEST(ReadFailure, OfTheFirstByteIsToldByAllWhoOpenAFile) {
   const auto copied = copy_file(unreadable, fresh_path("copy"));
   ASSERT_FALSE(copied);
   expect_read_failure(copied.error(), unreadable);
+}
+
+TEST(ReadFailure, OfAPipeIsToldByACopyThatWouldWaitForEver) {
+  const std::string pipe = fresh_path("pipe.png");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto copied = copy_file(pipe, fresh_path("copy"));
+  ASSERT_FALSE(copied) << "nobody writes to it";
+  EXPECT_EQ(copied.error().message(), pipe + ": is no regular file; copy it to a file first");
 }
 
 TEST(ReadFailure, IsNotWhatTheNameOrThePermissionsOfAFileAreTo) {
