@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "core/base/text.h"
 #include "core/pipeline/frozen_directions.h"
@@ -410,14 +412,22 @@ class Calibration {
   Expected<void> take_out_range_errors() {
     if (options_.last_stage != LastStage::joint) return {};
     const std::vector<RefinePass> passes = standard_passes(max_tight_passes, max_settling_passes);
+    std::optional<std::pair<LidarSolution, SurfaceTrust>> as_measured;
     for (int round = 0; round < most_range_rounds; ++round) {
       const std::optional<RangeFinding> finding = errors_that_stand_out(solution_);
       if (!finding) break;
+      if (!as_measured) as_measured.emplace(solution_, trust_);
       trust_.distrust_noise();
       shorten_ranges(recording_, *finding, solution_);
       const auto done = run_stage("joint with ranges corrected", solution_.layout, solution_.use,
                                   std::vector<RefinePass>(passes.begin() + 1, passes.end()));
       if (!done) return done;
+    }
+    // They were found where surfaces were believed to be as flat as they look. Where they are not believed to be,
+    // little is left of what is no error.
+    if (as_measured && correction_is_refuted(solution_)) {
+      context_.reporter.debug("ranges stay as they were measured: with surfaces less flat, nothing is wrong with them");
+      std::tie(solution_, trust_) = *std::move(as_measured);
     }
     return {};
   }

@@ -41,6 +41,11 @@ RangeLaw law_beyond_doubt(const RangeErrors& errors, RangeLaw taken_out) {
   return best;
 }
 
+RangeErrors errors_of(const LidarSolution& solution) {
+  return find_range_errors(solution.refined.map.features, solution.state, solution.layout, solution.adjust,
+                           solution.ranges.errors, usual_range_errors);
+}
+
 std::string error_words(double error_m) {
   const std::string words = fixed_text(1e3 * std::abs(error_m), 1) + " mm";
   if (words == "0.0 mm") return words;
@@ -51,8 +56,7 @@ std::string error_words(double error_m) {
 
 std::optional<RangeFinding> errors_that_stand_out(const LidarSolution& solution) {
   RangeFinding finding;
-  finding.errors = find_range_errors(solution.refined.map.features, solution.state, solution.layout, solution.adjust,
-                                     solution.ranges.errors, usual_range_errors);
+  finding.errors = errors_of(solution);
   if (!finding.errors.known) return std::nullopt;
   finding.law = law_beyond_doubt(finding.errors, solution.ranges.law);
   if (finding.law == solution.ranges.law &&
@@ -60,6 +64,11 @@ std::optional<RangeFinding> errors_that_stand_out(const LidarSolution& solution)
     return std::nullopt;
   }
   return finding;
+}
+
+bool correction_is_refuted(const LidarSolution& solution) {
+  const RangeErrors errors = errors_of(solution);
+  return errors.known && errors.fit(RangeLaw::none).likely > beyond_doubt;
 }
 
 void shorten_ranges(const LidarRecording& recording, const RangeFinding& finding, LidarSolution& solution) {

@@ -18,6 +18,9 @@ struct RangeFinding {
 /// Errors of ranges that stand out; nothing where there seem to be none, or next to nothing is left.
 [[nodiscard]] std::optional<RangeFinding> errors_that_stand_out(const LidarSolution& solution);
 
+/// Whether planes with ranges corrected make it likely beyond doubt that nothing had been wrong with them.
+[[nodiscard]] bool correction_is_refuted(const LidarSolution& solution);
+
 /// Takes the errors out of the patches and moves poses and extrinsics to where they are without them.
 void shorten_ranges(const LidarRecording& recording, const RangeFinding& finding, LidarSolution& solution);
 

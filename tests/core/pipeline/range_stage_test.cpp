@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/pipeline/lidar_result.h"
+#include "tests/support/biased_room.h"
 
 namespace rigcal {
 namespace {
@@ -68,6 +69,23 @@ TEST(RangeOffsets, OfDarkSurfacesAreToldBesideThoseOfAll) {
 
 TEST(RangeOffsets, AreToldOfALidarThatIsAlone) {
   EXPECT_THAT(range_words(result_of({lidar("base", Status::good, 0.03)})), HasSubstr("base by 30.0 mm"));
+}
+
+// By darkness, after which ranges still are (or seem) too long by so much.
+bool is_refuted(const std::vector<RangeError>& left, const std::vector<RangeError>& taken_out) {
+  const BiasedRoom room(1, left, 500.0);
+  LidarSolution solved(8, 2);
+  solved.layout = room.layout;
+  solved.state = room.truth;
+  solved.refined = room.solve(solved.state);
+  solved.ranges = {RangeLaw::by_darkness, taken_out};
+  return correction_is_refuted(solved);
+}
+
+TEST(RangeCorrections, AreRefutedWhereNothingHadBeenWrong) {
+  EXPECT_TRUE(is_refuted({{0.0, -0.003}, {0.0, -0.003}}, {{0.0, 0.003}, {0.0, 0.003}}));
+  EXPECT_FALSE(is_refuted({{0.0, 0.0}, {0.0, 0.0}}, {{0.0, 0.015}, {0.0, 0.015}}));
+  EXPECT_FALSE(is_refuted({{0.0, 0.003}, {0.0, 0.003}}, {{0.0, 0.012}, {0.0, 0.012}})) << "a part of it is left";
 }
 
 }  // namespace
