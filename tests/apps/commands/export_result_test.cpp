@@ -205,7 +205,9 @@ TEST_F(ExportResult, NamesWhatIsWrongAndTouchesNothing) {
   }
   EXPECT_EQ(fs::file_size(scratch / "mine.txt"), 13U);
   EXPECT_FALSE(fs::exists(scratch / "a"));
-  EXPECT_EQ(rigcal("export good --format urdf --out no/such/folder/a").code, 4);
+  const ProgramRun within_a_file = rigcal("export good --format urdf --out mine.txt/a");
+  EXPECT_EQ(within_a_file.code, 4);
+  EXPECT_THAT(within_a_file.err, HasSubstr("mine.txt: cannot be made, it is a file and no folder"));
 }
 
 }  // namespace
