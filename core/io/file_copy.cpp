@@ -11,7 +11,7 @@ namespace rigcal {
 // The library's own copying says no more of a full disk than that there was an error.
 Expected<void> copy_file(const std::string& from, const std::string& to) {
   std::error_code error;
-  if (std::filesystem::exists(from, error) && !std::filesystem::is_regular_file(from, error))  // a pipe waits for ever
+  if (std::filesystem::is_other(from, error))  // a pipe that waits for ever, a device that has no end
     return input_error("is no regular file", from, "copy it to a file first");
   Expected<InputFile> in = InputFile::open(from);
   if (!in) return in.error();

@@ -138,10 +138,11 @@ class CameraStage {
     if (!estimate) return estimate.error();
     Verdict verdict = judge(task, *estimate);
     if (verdict.status == Status::failed && estimate->views >= least_views) {
-      const Expected<bool> told = try_other_stops(task, verdict);
-      if (!told) return told.error();
-      const Expected<void> tried = *told ? Expected<void>{} : try_without_guess(task, *estimate, verdict);
-      if (!tried) return tried.error();
+      if (const Expected<void> tried = try_without_guess(task, *estimate, verdict); !tried) return tried.error();
+    }
+    // Last, since with equal steps of the table a guess that is off by one of them looks like that, too.
+    if (verdict.status == Status::failed && estimate->views >= least_views) {
+      if (const Expected<void> tried = try_other_stops(task, verdict); !tried) return tried.error();
     }
     if (verdict.status == Status::good) warn_of_unlike(*estimate);
     tell(*estimate, stage);
@@ -257,7 +258,7 @@ class CameraStage {
 
   // Whether images are counted a stop late or early is told by where they are good then. That pose is not taken: where
   // one number is wrong, others may be.
-  [[nodiscard]] Expected<bool> try_other_stops(const CameraTask& task, Verdict& verdict) const {
+  Expected<void> try_other_stops(const CameraTask& task, Verdict& verdict) const {
     for (const int by : {-1, 1}) {
       CameraTask moved{task.sensor, task.name, task.intrinsics, task.guess_T_base_camera,
                        views_moved(task.views, by, solution_.start.stop_known)};
@@ -265,9 +266,9 @@ class CameraStage {
       if (!estimate) return estimate.error();
       if (judge(moved, *estimate).status != Status::good) continue;
       verdict.reasons = {wrong_stops_words(by)};
-      return true;
+      break;
     }
-    return false;
+    return {};
   }
 
   // Where a guess leads to no end, or to a false one, it may be wrong itself (a camera that is mounted upside down),
