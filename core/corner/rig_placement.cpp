@@ -5,13 +5,17 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/corner/cloud_overlap.h"
 #include "core/corner/three_planes.h"
+#include "core/start/shape_start.h"
 
 namespace rigcal {
 namespace {
 
 constexpr PlaneMatchTolerance loose{to_rad(4.0), 0.25};
 constexpr PlaneMatchTolerance tight{to_rad(3.0), 0.12};
+constexpr double agreeing_m = 0.1;  // places of one LiDAR from two stops
+constexpr double agreeing_rad = to_rad(2.0);
 constexpr double scale_limit = 25.0;  // of a plane's misfit over the others' before it is no common plane
 
 std::string named(std::string text, const std::string& a, const std::string& b) {
@@ -93,23 +97,60 @@ class RigPlacer {
   // On the base first; on others only where that leaves doubts.
   LidarPlacement place(int lidar) {
     LidarPlacement best;
-    for (int k = -1; k < lidars_; ++k) {
+    for (int k = -1; k < lidars_ && !is_sure(best.pair, lidar); ++k) {
       const int via = k < 0 ? views_.base : k;
       if (!out_.lidars[index(via)].known || (k >= 0 && k == views_.base)) continue;
-      for (std::size_t stop = 0; stop < views_.stops.size() && !is_sure(best.pair, lidar); ++stop) {
-        const auto& a = views_.stops[stop][index(via)];
-        const auto& b = views_.stops[stop][index(lidar)];
-        if (!a || !b) continue;
-        const PairPlacement placed = pair_of(via, lidar, stop);
-        if (best.why_not.empty())
-          best.why_not = named(placed.why_not, views_.names[index(via)], views_.names[index(lidar)]);
-        const bool better = is_better(placed, is_sure(placed, lidar), best.pair, is_sure(best.pair, lidar));
-        if (!placed.found || (best.known && !better)) continue;
-        best = {true, {}, placed, via, static_cast<int>(stop)};
-      }
+      LidarPlacement on_via = place_on(via, lidar);
+      if (best.why_not.empty()) best.why_not = on_via.why_not;
+      const PairPlacement& placed = on_via.pair;
+      if (!placed.found) continue;
+      if (best.known && !is_better(placed, is_sure(placed, lidar), best.pair, is_sure(best.pair, lidar))) continue;
+      best = std::move(on_via);
     }
     if (!best.known && best.why_not.empty()) best.why_not = "no LiDAR with a known place saw anything when it did";
     return best;
+  }
+
+  // A place that one stop tells for sure may be wrong all the same, where a surface is taken for another one behind it;
+  // other stops show something else and tell it apart. Of those that agree the surest is taken.
+  LidarPlacement place_on(int via, int lidar) {
+    LidarPlacement first;
+    std::vector<LidarPlacement> places;
+    for (std::size_t stop = 0; stop < views_.stops.size(); ++stop) {
+      if (!views_.stops[stop][index(via)] || !views_.stops[stop][index(lidar)]) continue;
+      PairPlacement placed = pair_of(via, lidar, stop);
+      if (first.why_not.empty())
+        first.why_not = named(placed.why_not, views_.names[index(via)], views_.names[index(lidar)]);
+      if (placed.found) places.push_back({true, {}, std::move(placed), via, static_cast<int>(stop)});
+    }
+    if (places.empty()) return first;
+    const SE3 fitting = fitting_at_all_stops(places, via, lidar);
+    const LidarPlacement* best = nullptr;
+    for (const LidarPlacement& place : places) {
+      const SE3 apart = fitting.inverse() * place.pair.T_a_b;
+      if (apart.t.norm() > agreeing_m || log_so3(apart.R).norm() > agreeing_rad) continue;
+      if (best == nullptr || is_better(place.pair, is_sure(place.pair, lidar), best->pair, is_sure(best->pair, lidar)))
+        best = &place;
+    }
+    return *best;
+  }
+
+  // That of `places` where what both saw lies on each other best, over all stops; of those by planes, if there are any.
+  [[nodiscard]] SE3 fitting_at_all_stops(const std::vector<LidarPlacement>& places, int via, int lidar) const {
+    if (places.size() == 1) return places.front().pair.T_a_b;
+    std::vector<double> scores(places.size(), 0.0);
+    for (const auto& stop : views_.stops) {
+      if (!stop[index(via)] || !stop[index(lidar)]) continue;
+      const CloudOverlap overlap(stop[index(via)]->cloud.cells, stop[index(lidar)]->cloud.cells, shape_levels()[1]);
+      for (std::size_t k = 0; k < places.size(); ++k) scores[k] += overlap.score(places[k].pair.T_a_b);
+    }
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < places.size(); ++k) {
+      const bool by_planes = !places[k].pair.by_shapes;
+      const bool best_by_planes = !places[best].pair.by_shapes;
+      if (by_planes != best_by_planes ? by_planes : scores[k] > scores[best]) best = k;
+    }
+    return places[best].pair.T_a_b;
   }
 
   PairPlacement pair_of(int a, int b, std::size_t stop) {

@@ -107,6 +107,23 @@ TEST(PlaceRig, JoinsLidarsOfWhichSomeSeeNothingOfTheBase) {
   EXPECT_LT(placed.misfit, 2.5);
 }
 
+TEST(PlaceRig, BelievesMostStopsAndNotTheFirstThatIsSure) {
+  const SE3 T_a_b = sim::paper_configuration(2);
+  const SE3 wrong{T_a_b.R, T_a_b.t + Vector3d(1.6, 1.4, 1.5)};
+  RigViews views;
+  views.names = {"a", "b"};
+  for (std::uint64_t k = 0; k < 3; ++k) {
+    const Seen seen = see(k == 0 ? 75.0 : 100.0 + 7.0 * static_cast<double>(k), k == 0 ? wrong : T_a_b, 5 + k);
+    views.stops.push_back({seen.a, seen.b});
+  }
+  for (const std::optional<SE3>& guess : {std::optional<SE3>(), std::optional<SE3>(T_a_b)}) {
+    const RigPlacement placed = place_rig(views, {SE3{}, guess});
+    ASSERT_TRUE(placed.lidars[1].known);
+    EXPECT_GT(placed.lidars[1].stop, 0);
+    EXPECT_THAT(placed.state.T_base_sensor[1], SE3Near(T_a_b, 0.1, 10.0));
+  }
+}
+
 TEST(PlaceRig, WhatLiesByPlanesOnOneThatShapesHoldFollowsIt) {
   Random random(22);
   const SE3 T_a_b = random_pose(random, 0.1, 0.3);
