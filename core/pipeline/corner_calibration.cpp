@@ -108,14 +108,40 @@ class CornerCalibration {
     return lidar_covariances({features, state, layout, adjust, usual_range_errors});
   }
 
-  // By how it lies on the LiDAR that it was laid on, and that one on the next.
-  [[nodiscard]] Matrix6d covariance_of_follower(std::size_t lidar, const RigPlacement& placed) const {
+  // Of a LiDAR that planes hold, against the base.
+  [[nodiscard]] static Matrix6d covariance_by_planes(std::size_t lidar, const RigPlacement& placed,
+                                                     const LidarCovariances& covariances,
+                                                     const Matrix6d& by_right_ranges) {
+    // Planes that disagree are known no better than by what they disagree; what ranges do is in it already.
+    const double factor =
+        std::max({1.0, covariances.chi2, placed.misfit * placed.misfit}) / std::max(1.0, covariances.chi2);
+    return covariances.with_priors[lidar] + (factor - 1.0) * by_right_ranges;
+  }
+
+  [[nodiscard]] static Matrix6d covariance_by_right_ranges(std::size_t lidar, const RigPlacement& placed) {
+    return lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust}).with_priors[lidar];
+  }
+
+  [[nodiscard]] static bool is_observable(std::size_t lidar, const LidarCovariances& covariances) {
+    return lidar < covariances.observable.size() && covariances.observable[lidar] != 0;
+  }
+
+  // By how it lies on the LiDAR that it was laid on, that one on the next, and the first of them on the base. None: the
+  // planes do not hold that one.
+  [[nodiscard]] std::optional<Matrix6d> covariance_of_follower(std::size_t lidar, const RigPlacement& placed,
+                                                               const LidarCovariances& covariances) const {
     const LidarPlacement& how = placed.lidars[lidar];
-    if (!how.follows) return Matrix6d::Zero();
+    if (static_cast<int>(lidar) == views_.base) return Matrix6d::Zero();
+    if (!how.follows) {
+      if (!is_observable(lidar, covariances)) return std::nullopt;
+      return covariance_by_planes(lidar, placed, covariances, covariance_by_right_ranges(lidar, placed));
+    }
     const auto via = static_cast<std::size_t>(how.via);
+    const std::optional<Matrix6d> of_via = covariance_of_follower(via, placed, covariances);
+    if (!of_via) return std::nullopt;
     const Matrix6d A = how.pair.T_a_b.inverse().adjoint();
     return (how.pair.by_shapes ? how.pair.by_shapes->covariance : covariance_by_pair(lidar, placed)) +
-           A * covariance_of_follower(via, placed) * A.transpose();
+           A * *of_via * A.transpose();
   }
 
   // Of a LiDAR on the one that it was laid on, by the planes that both saw.
@@ -159,21 +185,18 @@ class CornerCalibration {
       fail(verdict, how.why_not + "; show both a corner: three large flat surfaces that face clearly different ways");
       return verdict;
     }
-    e.observable = how.follows || (lidar < covariances.observable.size() && covariances.observable[lidar] != 0);
+    const std::optional<Matrix6d> as_follower =
+        how.follows ? covariance_of_follower(lidar, placed, covariances) : std::nullopt;
+    e.observable = how.follows ? as_follower.has_value() : is_observable(lidar, covariances);
     e.converged = how.follows || placed.adjusted.converged;
     e.has_guess = guess_[lidar].has_value();
     Matrix6d by_right_ranges = Matrix6d::Zero();
-    if (how.follows) {
-      e.covariance = e.covariance_data_only = covariance = covariance_of_follower(lidar, placed);
+    if (as_follower) {
+      e.covariance = e.covariance_data_only = covariance = *as_follower;
     } else if (e.observable) {
-      by_right_ranges =
-          lidar_covariances({placed.features, placed.state, placed.layout, placed.adjust}).with_priors[lidar];
-      // Planes that disagree are known no better than by what they disagree; what ranges do is in it already.
-      const double factor =
-          std::max({1.0, covariances.chi2, placed.misfit * placed.misfit}) / std::max(1.0, covariances.chi2);
-      e.covariance = covariances.with_priors[lidar] + (factor - 1.0) * by_right_ranges;
-      e.covariance_data_only = e.covariance;
-      covariance = e.covariance;
+      by_right_ranges = covariance_by_right_ranges(lidar, placed);
+      e.covariance = e.covariance_data_only = covariance =
+          covariance_by_planes(lidar, placed, covariances, by_right_ranges);
     }
     e.T_base_sensor = placed.state.T_base_sensor[lidar];
     Verdict verdict = judge_lidar(e, options_.require);

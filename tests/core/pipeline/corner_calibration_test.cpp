@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "core/geometry/symmetric_eigen.h"
 #include "core/quality/lidar_quality.h"
 #include "core/voxel/patch_of_points.h"
 #include "simdata/targets/corner_scans.h"
@@ -221,6 +222,31 @@ TEST_F(CornerCalibrationTest, WhatLiesOnOneThatShapesHoldIsWeakAndKnownNoBetter)
   ASSERT_TRUE(side.T_base_sensor && rear.T_base_sensor);
   EXPECT_THAT(side.T_base_sensor->inverse() * *rear.T_base_sensor, SE3Near(T_side_rear, 0.1, 10.0));
   EXPECT_GT(rotation_bound(rear.covariance), rotation_bound(side.covariance));
+}
+
+// "rear" lies by shapes on "side", which planes join with "front", and not very surely.
+TEST_F(CornerCalibrationTest, WhatShapesLayOnOneThatPlanesHoldIsKnownNoBetterThanThatOne) {
+  Random random(22);
+  const SE3 T_side_rear = random_pose(random, 0.1, 0.3);
+  see({.angle_deg = 75.0, .points = 1500, .sigma_m = 0.1, .T_a_b = sim::paper_configuration(2), .seed = 6});
+  rig_.sensors.push_back(rig_.sensors[1]);
+  rig_.sensors[2].name = "rear";
+  recording_.lidar_sensors = {0, 1, 2};
+  recording_.stops = {{0, 0, 0}, {1, 0, 0}};
+  for (const int lidar : {1, 2}) {
+    recording_.patches.push_back(patch_of(see_stone_field(lidar == 1 ? SE3{} : T_side_rear, random), lidar));
+    recording_.patches.back().stop = 1;
+  }
+  SilentReporter reporter;
+  const SE3 T_rear = sim::paper_configuration(2) * T_side_rear;
+  const auto result = calibrate_by_planes(rig_, recording_, {SE3{}, std::nullopt, T_rear}, {}, {reporter});
+  ASSERT_TRUE(result);
+  const SensorResult& side = result->sensors[1];
+  const SensorResult& rear = result->sensors[2];
+  ASSERT_TRUE(side.T_base_sensor && rear.T_base_sensor) << testing::PrintToString(rear.reasons);
+  const Matrix6d A = (rear.T_base_sensor->inverse() * *side.T_base_sensor).adjoint();
+  const Matrix6d more = rear.covariance - A * side.covariance * A.transpose();
+  EXPECT_GT(symmetric_eigen6(more).values[0], 0.0);
 }
 
 TEST_F(CornerCalibrationTest, CallsThoseStopsUsedThatHoldALidar) {
