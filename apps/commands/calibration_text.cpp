@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/calibration/estimate_text.h"
@@ -34,7 +35,9 @@ std::string calibration_text(const CalibrationResult& result, const std::string&
   }
   for (const SensorResult& s : result.sensors) {
     if (s.name == result.base || !s.T_base_sensor) continue;
-    text += worked_point_text(s.name, result.base, *s.T_base_sensor) + "\n";
+    const bool is_camera = std::any_of(result.cameras.begin(), result.cameras.end(),
+                                       [&](const CameraEvidence& camera) { return camera.name == s.name; });
+    text += worked_point_text(s.name, is_camera, result.base, *s.T_base_sensor) + "\n";
     break;
   }
   double seconds = 0.0;

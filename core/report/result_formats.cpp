@@ -100,7 +100,7 @@ void add_convention(ResultFormat format, const PlacedRig& rig, std::string& text
                                    [&](const PlacedSensor& each) { return each.name != rig.base; });
   if (sensor == rig.sensors.end()) return;
   const std::string words = "Metres. With T_base_sensor, p_base = R p_sensor + t: " +
-                            worked_point_text(sensor->name, rig.base, sensor->T_base_sensor) + ".";
+                            worked_point_text(sensor->name, sensor->is_camera, rig.base, sensor->T_base_sensor) + ".";
   switch (format) {
     case ResultFormat::autoware:
     case ResultFormat::kalibr:

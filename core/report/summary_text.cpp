@@ -28,10 +28,11 @@ std::string bounds_text(const CalibrationResult& result, const SensorResult& sen
          fixed_text(to_deg(rotation_bound(sensor.covariance)), 3) + " degrees (95 %)";
 }
 
-std::string worked_point_text(const std::string& sensor, const std::string& base, const SE3& T_base_sensor) {
+std::string worked_point_text(const std::string& sensor, bool is_camera, const std::string& base,
+                              const SE3& T_base_sensor) {
   const Vector3d p = T_base_sensor * Vector3d::UnitX();
-  return "1 m ahead of " + sensor + ", [1, 0, 0], is [" + fixed_text(p.x(), 3) + ", " + fixed_text(p.y(), 3) + ", " +
-         fixed_text(p.z(), 3) + "] in " + base;
+  return std::string("1 m ") + (is_camera ? "to the right of " : "ahead of ") + sensor + ", [1, 0, 0], is [" +
+         fixed_text(p.x(), 3) + ", " + fixed_text(p.y(), 3) + ", " + fixed_text(p.z(), 3) + "] in " + base;
 }
 
 }  // namespace rigcal

@@ -14,8 +14,8 @@ namespace rigcal {
 [[nodiscard]] std::string bounds_text(const CalibrationResult& result, const SensorResult& sensor);
 
 /// By which a reader can try which way a transform goes: "1 m ahead of mid100_left, [1, 0, 0], is [0.866, 0.600,
-/// -0.050] in avia".
-[[nodiscard]] std::string worked_point_text(const std::string& sensor, const std::string& base,
+/// -0.050] in avia". The same point is to the right of a camera, whose frame is the optical one.
+[[nodiscard]] std::string worked_point_text(const std::string& sensor, bool is_camera, const std::string& base,
                                             const SE3& T_base_sensor);
 
 }  // namespace rigcal

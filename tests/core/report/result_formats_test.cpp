@@ -346,14 +346,14 @@ TEST_F(ResultFormats, JsonCallsGoodNothingThatNobodyJudged) {
 }
 
 TEST_F(ResultFormats, SayWhichWayTheyGoWhereTheyCanHaveAComment) {
-  const std::string point = worked_point_text("mid40_left", "avia", truth("mid40_left"));
+  const std::string point = worked_point_text("mid40_left", false, "avia", truth("mid40_left"));
   const Vector3d p = truth("mid40_left") * Vector3d::UnitX();
   EXPECT_THAT(point, HasSubstr("is [" + fixed_text(p.x(), 3) + ", "));
   for (const ResultFormat format : {ResultFormat::ros2_tf, ResultFormat::urdf, ResultFormat::autoware,
                                     ResultFormat::opencv, ResultFormat::fast_livo}) {
     EXPECT_THAT(write(format).text, HasSubstr("With T_base_sensor, p_base = R p_sensor + t: " + point));
   }
-  EXPECT_THAT(write(ResultFormat::kalibr).text, HasSubstr("1 m ahead of camera-left, [1, 0, 0], is ["));
+  EXPECT_THAT(write(ResultFormat::kalibr).text, HasSubstr("1 m to the right of camera-left, [1, 0, 0], is ["));
 }
 
 TEST_F(ResultFormats, NameEveryFailedAndWeakSensor) {
