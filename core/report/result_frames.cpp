@@ -1,6 +1,7 @@
 // Trees of frames with the base as root. The names of sensors are plain (`is_plain_name`), so nothing is escaped in
 // XML.
 #include <algorithm>
+#include <set>
 
 #include "core/base/text.h"
 #include "core/report/result_writers.h"
@@ -29,15 +30,17 @@ std::string ros2_launch(const PlacedRig& rig) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<!-- Static transforms, unit quaternions. -->\n"
       "<launch>\n";
+  std::set<std::string> taken;
   for (const PlacedSensor& sensor : rig.sensors) {
     if (sensor.name == rig.base) continue;
     const Vector3d& t = sensor.T_base_sensor.t;
     const Eigen::Vector4d q = xyzw_from_rotation(sensor.T_base_sensor.R);
-    text += "  <node pkg=\"tf2_ros\" exec=\"static_transform_publisher\" name=\"" + node_name(rig.base, sensor.name) +
-            "\"\n        args=\"--x " + number_text(t.x()) + " --y " + number_text(t.y()) + " --z " +
-            number_text(t.z()) + " --qx " + number_text(q[0]) + " --qy " + number_text(q[1]) + " --qz " +
-            number_text(q[2]) + " --qw " + number_text(q[3]) + " --frame-id " + rig.base + " --child-frame-id " +
-            sensor.name + "\"/>\n";
+    std::string node = node_name(rig.base, sensor.name);
+    while (!taken.insert(node).second) node += "_2";  // "left-1" and "left.1" are two sensors
+    text += "  <node pkg=\"tf2_ros\" exec=\"static_transform_publisher\" name=\"" + node + "\"\n        args=\"--x " +
+            number_text(t.x()) + " --y " + number_text(t.y()) + " --z " + number_text(t.z()) + " --qx " +
+            number_text(q[0]) + " --qy " + number_text(q[1]) + " --qz " + number_text(q[2]) + " --qw " +
+            number_text(q[3]) + " --frame-id " + rig.base + " --child-frame-id " + sensor.name + "\"/>\n";
   }
   return text + "</launch>\n";
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -130,6 +131,19 @@ TEST_F(ResultFormats, Ros2LaunchPublishesEveryTransform) {
     ++seen[name];
   }
   EXPECT_EQ(seen, (std::map<std::string, int>{{"mid40_left", 1}, {"camera-left", 1}, {"camera-right", 1}}));
+}
+
+TEST_F(ResultFormats, Ros2LaunchHasNoTwoNodesOfOneName) {
+  SensorResult& other = result.sensors.emplace_back(result.sensors[1]);
+  other.name = "mid40-left";
+  TiXmlDocument xml;
+  ASSERT_NE(xml.Parse(write(ResultFormat::ros2_tf).text.c_str()), nullptr) << xml.ErrorDesc();
+  std::set<std::string> names;
+  for (const TiXmlElement* node = xml.RootElement()->FirstChildElement("node"); node != nullptr;
+       node = node->NextSiblingElement("node")) {
+    EXPECT_TRUE(names.insert(node->Attribute("name")).second) << node->Attribute("name");
+  }
+  EXPECT_EQ(names.count("tf_avia_mid40_left"), 1U);
 }
 
 TEST_F(ResultFormats, UrdfIsReadByItsOwnLibrary) {
