@@ -9,14 +9,14 @@
 namespace rigcal {
 namespace {
 
-constexpr std::chrono::milliseconds look_period{20};
+constexpr std::chrono::milliseconds growth_period{20};
 
 }  // namespace
 
 bool GrowingDatagrams::await_growth() const {
   if (heartbeat_ != nullptr) heartbeat_->beat();
   if (stop_.stop_requested() || progress_->has_ended() || progress_->parts() > part_) return false;
-  std::this_thread::sleep_for(look_period);
+  std::this_thread::sleep_for(growth_period);
   return true;
 }
 

@@ -29,7 +29,7 @@ std::string check_receiver(const std::string& text) {
                                       : "'" + text + "' is no address: write 192.168.1.5 or 192.168.1.5:56001";
 }
 
-std::string check_network(const std::string& text) {
+std::string check_prefix(const std::string& text) {
   const auto ip = parse_ip(text);
   return ip && (*ip)[3] == 0 ? std::string() : "'" + text + "' is no network: write it like 127.0.0.0";
 }
@@ -70,7 +70,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
           "--network", [options](const std::string& text) { options->network = parse_ip(text); },
           "The LiDARs appear in this network with the last numbers of their addresses, for example 127.0.0.0 on this "
           "machine without privileges (default: at their recorded addresses)")
-      ->check(CLI::Validator(check_network, ""))
+      ->check(CLI::Validator(check_prefix, ""))
       ->option_text("NETWORK");
   command->add_option("--rig", options->rig, "Rig file, for LiDARs that do not say in the recording what they are")
       ->option_text("RIG");

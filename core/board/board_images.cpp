@@ -11,12 +11,11 @@
 namespace rigcal {
 namespace {
 
-constexpr int least_part = 3;            // corners a side of a board of which only a part is seen
-constexpr double quick_side = 960.0;     // pixels: boards are looked for in smaller images first
-constexpr double least_contrast = 12.0;  // grey levels between dark and bright squares
-constexpr double evened_clip = 4.0;      // times the even share of a grey value in a tile
-constexpr int evened_tiles = 8;          // along each side of the image
-constexpr double irregular = 0.25;       // of the spacing: how far a corner may be from the middle of its neighbours
+constexpr int least_part = 3;         // corners a side of a board of which only a part is seen
+constexpr double quick_side = 960.0;  // pixels: boards are looked for in smaller images first
+constexpr double evened_clip = 4.0;   // times the even share of a grey value in a tile
+constexpr int evened_tiles = 8;       // along each side of the image
+constexpr double irregular = 0.25;    // of the spacing: how far a corner may be from the middle of its neighbours
 
 // A lattice of corners as the detector gives it, row by row.
 struct Lattice {
@@ -163,7 +162,7 @@ bool is_checkered(const Lattice& lattice, const cv::Mat& image) {
   for (int k = 0; k < 2; ++k) {
     for (const double grey : greys[k]) mean[k] += grey / static_cast<double>(greys[k].size());
   }
-  if (std::abs(mean[0] - mean[1]) < least_contrast) return false;
+  if (std::abs(mean[0] - mean[1]) < least_board_contrast) return false;
   std::size_t right = 0;
   for (int k = 0; k < 2; ++k) {
     for (const double grey : greys[k]) right += std::abs(grey - mean[k]) < std::abs(grey - mean[1 - k]) ? 1 : 0;

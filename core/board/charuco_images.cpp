@@ -18,7 +18,6 @@ using Eigen::Vector2d;
 
 constexpr double bent = 0.12;       // of a marker's side: how far its corners may lie off one plane with its neighbour
 constexpr double within_gap = 0.7;  // of the way from a corner to the next marker: what is looked at there
-constexpr double least_contrast = 12.0;  // grey levels between dark and bright squares
 constexpr std::size_t least_corners = 4;
 
 struct Cell {
@@ -144,7 +143,7 @@ std::optional<Vector2d> sharpened(const cv::Mat& image, const BoardModel& board,
   const double first[2] = {std::min(greys[0], greys[3]), std::max(greys[0], greys[3])};
   const double second[2] = {std::min(greys[1], greys[2]), std::max(greys[1], greys[2])};
   const double brighter = even == dark_first ? second[0] - first[1] : first[0] - second[1];
-  if (brighter < least_contrast) return std::nullopt;
+  if (brighter < least_board_contrast) return std::nullopt;
   const int half = std::clamp(static_cast<int>(within_gap * nearest_px), 2, 9);
   const double reach = half + 2.0;
   if (rough.x() < reach || rough.y() < reach || rough.x() > image.cols - 1 - reach ||

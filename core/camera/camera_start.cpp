@@ -17,11 +17,11 @@ namespace {
 
 constexpr int sectors = 24;        // of the sweep, each with what may be in view from it
 constexpr int steps_a_sector = 6;  // of 2.5 degrees
-constexpr double step_rad = 2.0 * pi / (sectors * steps_a_sector);
+constexpr double turn_step_rad = 2.0 * pi / (sectors * steps_a_sector);
 // The cost must be smooth over a step, and over what a camera's place moves things by.
 constexpr double pixel_rad = to_rad(1.0);
 constexpr std::size_t sightings_a_sector = 6'000;
-constexpr std::size_t occluding_samples = 80'000;
+constexpr std::size_t sector_occluders = 80'000;
 constexpr double least_seen = 300.0;
 
 // Places are tried at these distances from the axis, on the side that the images tell, and along it, metres.
@@ -31,7 +31,7 @@ constexpr std::array<double, 5> along_m{0.0, -0.3, 0.3, -0.7, 0.7};
 
 constexpr std::size_t refined_starts = 6;
 constexpr std::size_t wanted_starts = 3;
-constexpr double apart_rad = to_rad(8.0);
+constexpr double starts_apart_rad = to_rad(8.0);
 // How far off the best of the sweep may still be.
 constexpr double start_sigma_m = 0.3;
 constexpr double start_sigma_rad = to_rad(4.0);
@@ -65,7 +65,7 @@ class Sweep {
     const Matrix3d R_0 = turn_onto(seen.axis_camera, axis_base);
     std::vector<Start> out;
     for (int sector = 0; sector < sectors; ++sector) {
-      const double middle = (sector + 0.5) * steps_a_sector * step_rad;
+      const double middle = (sector + 0.5) * steps_a_sector * turn_step_rad;
       const Matrix3d R_middle = exp_so3(middle * axis_base) * R_0;
       const SE3 centre{R_middle, foot + usual_beside_m * (R_middle * seen.lever_camera)};
       const std::vector<Sighting> sightings = sightings_from(centre);
@@ -75,7 +75,7 @@ class Sweep {
       std::vector<Start> steps(static_cast<std::size_t>(steps_a_sector));
       parallel_for(steps.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
-          const double angle = middle + (static_cast<double>(k) - 0.5 * (steps_a_sector - 1)) * step_rad;
+          const double angle = middle + (static_cast<double>(k) - 0.5 * (steps_a_sector - 1)) * turn_step_rad;
           const Matrix3d R = exp_so3(angle * axis_base) * R_0;
           steps[k] = best_place(cost, chance, R, places(foot, axis_base, R * seen.lever_camera));
         }
@@ -88,10 +88,10 @@ class Sweep {
  private:
   [[nodiscard]] std::vector<Sighting> sightings_from(const SE3& centre) const {
     SightingOptions wanted;
-    wanted.max_samples = occluding_samples;
+    wanted.max_samples = sector_occluders;
     wanted.max_sightings = sightings_a_sector;
     wanted.silhouette_cells = 1;
-    const CameraModel wide = widened(model_, 0.5 * steps_a_sector * step_rad, 3.0);
+    const CameraModel wide = widened(model_, 0.5 * steps_a_sector * turn_step_rad, 3.0);
     return find_sightings(scene_, codes_, camera_, wide, centre, wanted);
   }
 
@@ -115,7 +115,7 @@ class Sweep {
 };
 
 bool is_near(const Start& a, const Start& b) {
-  return rotation_distance(a.T_base_camera.R, b.T_base_camera.R) < apart_rad;
+  return rotation_distance(a.T_base_camera.R, b.T_base_camera.R) < starts_apart_rad;
 }
 
 }  // namespace

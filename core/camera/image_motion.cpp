@@ -27,7 +27,7 @@ constexpr int width_looked_at = 800;
 
 constexpr std::size_t directions = 3000;  // about 4 degrees apart
 constexpr std::size_t tried_axes = 4;
-constexpr double apart_rad = to_rad(15.0);
+constexpr double axes_apart_rad = to_rad(15.0);
 constexpr std::size_t least_pairs = 30;
 // What is near moves so much more or less than the turn, at most, where the camera sits beside the axis.
 constexpr double carried_rad = to_rad(12.0);
@@ -239,7 +239,9 @@ std::optional<CameraAxis> find_camera_axis(const std::vector<SeenTwice>& pairs) 
       all[i].score = share_of_far(pairs, all[i].axis);
     }
   });
-  const auto near = [](const Candidate& a, const Candidate& b) { return a.axis.dot(b.axis) > std::cos(apart_rad); };
+  const auto near = [](const Candidate& a, const Candidate& b) {
+    return a.axis.dot(b.axis) > std::cos(axes_apart_rad);
+  };
   std::vector<Candidate> best = best_apart(std::move(all), tried_axes, near);
   parallel_for(best.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) best[i] = settled(pairs, best[i].axis);

@@ -19,7 +19,7 @@ constexpr double grid_step_rad = to_rad(2.0);
 // A pixel of the images by which the grid is searched: the cost must be smooth over a step.
 constexpr double grid_pixel_rad = to_rad(0.5);
 constexpr std::size_t grid_sightings = 30'000;
-constexpr std::size_t occluding_samples = 250'000;
+constexpr std::size_t grid_occluders = 250'000;
 
 // So many minima of the grid are refined,
 constexpr std::size_t refined_minima = 5;
@@ -139,7 +139,7 @@ std::optional<InformationSearch> search_information(const CameraScene& scene, co
   const CameraModel model(camera.intrinsics);
   // What hides what depends on where the camera is, not on where it looks: found once for all rotations.
   SightingOptions wanted;
-  wanted.max_samples = occluding_samples;
+  wanted.max_samples = grid_occluders;
   wanted.max_sightings = grid_sightings;
   wanted.silhouette_cells = 1;
   const CameraModel wide = widened(model, options.guess_sigma_rad + to_rad(1.0), 3.0);

@@ -30,19 +30,19 @@ std::vector<CameraState> beside(const CameraIntrinsics& intrinsics, const Camera
 }
 
 // Of one line.
-struct Shown {
+struct ShownEdges {
   double segments = 0.0;
   double explained = 0.0;
   double by_chance = 0.0;
 
   [[nodiscard]] double more_than_chance() const { return explained - by_chance; }
-  Shown& operator+=(const Shown& other) {
+  ShownEdges& operator+=(const ShownEdges& other) {
     segments += other.segments;
     explained += other.explained;
     by_chance += other.by_chance;
     return *this;
   }
-  Shown& operator-=(const Shown& other) {
+  ShownEdges& operator-=(const ShownEdges& other) {
     segments -= other.segments;
     explained -= other.explained;
     by_chance -= other.by_chance;
@@ -51,7 +51,7 @@ struct Shown {
 };
 
 // What a view's images show of each line.
-using ShownLines = std::map<int, Shown>;
+using ShownLines = std::map<int, ShownEdges>;
 
 ShownLines shown_by(const CameraScene& scene, const EdgeView& view, const CameraModel& model, const CameraState& state,
                     std::span<const CameraState> others, const MatchOptions& options) {
@@ -74,8 +74,8 @@ void add(const ShownLines& from, ShownLines& to) {
   for (const auto& [line, shown] : from) to[line] += shown;
 }
 
-Shown sum_of(const ShownLines& lines) {
-  Shown sum;
+ShownEdges sum_of(const ShownLines& lines) {
+  ShownEdges sum;
   for (const auto& [line, shown] : lines) sum += shown;
   return sum;
 }
@@ -106,7 +106,7 @@ class Witnesses {
     const double usual_share = all_.segments > no_segments ? all_.more_than_chance() / all_.segments : 0.0;
     double expected = 0.0;
     for (const auto& [line, shown] : stops_.at(stop)) {
-      Shown elsewhere = lines_.contains(line) ? lines_.at(line) : Shown{};
+      ShownEdges elsewhere = lines_.contains(line) ? lines_.at(line) : ShownEdges{};
       if (is_witness) elsewhere -= shown;
       const bool is_seen = elsewhere.segments > no_segments;
       const double share = is_seen ? elsewhere.more_than_chance() / elsewhere.segments : usual_share;
@@ -137,7 +137,7 @@ class Witnesses {
   const std::map<int, ShownLines>& stops_;
   std::set<int> called_;
   ShownLines lines_;
-  Shown all_;
+  ShownEdges all_;
 };
 
 }  // namespace
@@ -158,7 +158,7 @@ std::vector<StopAgreement> agreement_of_stops(const CameraScene& scene, const Ca
   }
   std::vector<StopAgreement> sorted;
   for (const auto& [stop, lines] : stops) {
-    const Shown sum = sum_of(lines);
+    const ShownEdges sum = sum_of(lines);
     sorted.push_back({stop, {}, sum.segments, sum.explained, sum.by_chance, witnesses.expected_of(stop)});
   }
   return sorted;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double least_points = 20.0;
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 SeenPlane moved(const SeenPlane& seen, const SE3& T) {
   SeenPlane out = seen;
@@ -48,15 +48,15 @@ void add_common_planes(const RigViews& views, std::size_t stop, const std::vecto
 FittedPlane merged(const CommonPlane& common, const RigState& state) {
   PointCluster points;
   for (const CommonPlane::Seen& seen : common.seen) {
-    points += seen.plane.plane.points.transformed(state.T_base_sensor[index(seen.lidar)]);
+    points += seen.plane.plane.points.transformed(state.T_base_sensor[as_index(seen.lidar)]);
   }
   const auto plane = fit_plane(points);
   return plane ? *plane : FittedPlane{};
 }
 
 std::vector<Vector3d> points_in_base(const RigViews& views, int stop, int lidar, const RigState& state) {
-  std::vector<Vector3d> points = views.stops[index(stop)][index(lidar)]->cloud.points;
-  const SE3& T = state.T_base_sensor[index(lidar)];
+  std::vector<Vector3d> points = views.stops[as_index(stop)][as_index(lidar)]->cloud.points;
+  const SE3& T = state.T_base_sensor[as_index(lidar)];
   for (Vector3d& p : points) p = T * p;
   return points;
 }
@@ -108,7 +108,7 @@ class StopRefit {
       }
     }
     const std::vector<PlaneShare> fitted = shared_out(points, shares, areas);
-    const SE3 T_sensor_base = state_.T_base_sensor[index(lidar)].inverse();
+    const SE3 T_sensor_base = state_.T_base_sensor[as_index(lidar)].inverse();
     for (std::size_t q = 0; q < fitted.size(); ++q) {
       const SeenPlane in_base{fitted[q].plane, areas[q].area_m2(), seen[q]->plane.unevenness_m,
                               seen[q]->plane.points_per_part};

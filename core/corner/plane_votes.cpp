@@ -12,7 +12,7 @@ namespace {
 
 constexpr double enough_share = 0.4;  // of all points on surfels: their size fits the cloud
 constexpr double same_way_cos = 0.95;
-constexpr std::size_t most_candidates = 400;
+constexpr std::size_t most_asked = 400;
 constexpr std::size_t least_surfels = 4;
 
 struct Ballot {
@@ -79,7 +79,7 @@ std::optional<FittedPlane> best_candidate(const Ballot& ballot, const std::vecto
   for (std::size_t i = 0; i < taken.size(); ++i) {
     if (!taken[i]) left.push_back(i);
   }
-  const std::size_t count = std::min(left.size(), most_candidates);
+  const std::size_t count = std::min(left.size(), most_asked);
   std::optional<FittedPlane> best;
   double most = 0.0;
   for (std::size_t k = 0; k < count; ++k) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double min_rise_m = 0.4;       // The far surface is so much farther,
 constexpr double min_rise_per_m = 0.05;  // and so much for each metre of range.
-constexpr double same_surface_m = 0.3;   // The near surface goes on to the other side within this.
+constexpr double goes_on_m = 0.3;        // The near surface goes on to the other side within this.
 // Returns so far apart, in steps of their row, have others missing between them:
 constexpr double neighbour_steps = 3.0;
 constexpr double gap_steps = 5.0;            // nothing came back there, if it is so far.
@@ -52,8 +52,7 @@ class RowReader {
   [[nodiscard]] bool goes_on(std::size_t i, bool to_higher) const {
     if (to_higher ? i + 1 >= points_.size() : i == 0) return false;
     const std::size_t other = to_higher ? i + 1 : i - 1;
-    return apart(std::min(i, other)) < neighbour_steps * step_rad_ &&
-           std::abs(range(other) - range(i)) < same_surface_m;
+    return apart(std::min(i, other)) < neighbour_steps * step_rad_ && std::abs(range(other) - range(i)) < goes_on_m;
   }
 
   void look_between(std::size_t i) {

@@ -10,24 +10,25 @@
 namespace rigcal {
 namespace {
 
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 
 constexpr std::size_t most_bytes = std::size_t{256} << 20U;
 constexpr double most_pixels = 1e6;  // along a side
 
 /// The elements of a list that are texts, or of which `key` is one.
-std::vector<std::string> texts_of(const Json& report, const char* list, const char* key = nullptr) {
+std::vector<std::string> texts_of(const SortedJson& report, const char* list, const char* key = nullptr) {
   std::vector<std::string> texts;
   const auto found = report.find(list);
   if (found == report.end() || !found->is_array()) return texts;
-  for (const Json& element : *found) {
-    const Json text = key == nullptr ? element : (element.is_object() ? element.value(key, Json()) : Json());
+  for (const SortedJson& element : *found) {
+    const SortedJson text =
+        key == nullptr ? element : (element.is_object() ? element.value(key, SortedJson()) : SortedJson());
     if (text.is_string()) texts.push_back(text.get<std::string>());
   }
   return texts;
 }
 
-std::optional<CameraIntrinsics> intrinsics_of(const Json& camera) {
+std::optional<CameraIntrinsics> intrinsics_of(const SortedJson& camera) {
   const auto found = camera.find("intrinsics");
   if (found == camera.end() || !found->is_object()) return std::nullopt;
   const auto value = [&](const char* key) {
@@ -35,7 +36,7 @@ std::optional<CameraIntrinsics> intrinsics_of(const Json& camera) {
     return at != found->end() && at->is_number() ? at->get<double>() : 0.0;
   };
   CameraIntrinsics out;
-  if (found->value("model", Json()) == "equidistant") out.model = DistortionModel::equidistant;
+  if (found->value("model", SortedJson()) == "equidistant") out.model = DistortionModel::equidistant;
   out.width = static_cast<int>(std::clamp(value("width"), 0.0, most_pixels));
   out.height = static_cast<int>(std::clamp(value("height"), 0.0, most_pixels));
   out.fx = value("fx");
@@ -44,7 +45,7 @@ std::optional<CameraIntrinsics> intrinsics_of(const Json& camera) {
   out.cy = value("cy");
   const auto distortion = found->find("distortion");
   if (distortion == found->end() || !distortion->is_array()) return std::nullopt;
-  for (const Json& element : *distortion) {
+  for (const SortedJson& element : *distortion) {
     if (!element.is_number()) return std::nullopt;
     out.distortion.push_back(element.get<double>());
   }
@@ -53,13 +54,13 @@ std::optional<CameraIntrinsics> intrinsics_of(const Json& camera) {
   return is_whole ? std::optional(out) : std::nullopt;
 }
 
-std::map<std::string, CameraIntrinsics> all_intrinsics(const Json& report) {
+std::map<std::string, CameraIntrinsics> all_intrinsics(const SortedJson& report) {
   std::map<std::string, CameraIntrinsics> out;
   const auto cameras = report.find("cameras");
   if (cameras == report.end() || !cameras->is_array()) return out;
-  for (const Json& camera : *cameras) {
+  for (const SortedJson& camera : *cameras) {
     if (!camera.is_object()) continue;
-    const Json name = camera.value("name", Json());
+    const SortedJson name = camera.value("name", SortedJson());
     if (const auto found = intrinsics_of(camera); found && name.is_string()) out[name.get<std::string>()] = *found;
   }
   return out;
@@ -73,7 +74,7 @@ Expected<std::optional<ReportFile>> read_report(const std::string& folder) {
   if (!std::filesystem::exists(path, error)) return std::optional<ReportFile>();
   const Expected<std::string> text = read_text_file(path, most_bytes);
   if (!text) return text.error();
-  const Json report = Json::parse(*text, nullptr, false);
+  const SortedJson report = SortedJson::parse(*text, nullptr, false);
   if (report.is_discarded()) {
     return input_error("is no JSON, or was cut or damaged", path,
                        "calibrate anew, or move the file away: what else is in the folder can be used without it");

@@ -12,9 +12,9 @@ namespace rigcal {
 namespace {
 
 constexpr double shrink = 0.7;
-constexpr int steps_each = 2;    // Steps at each tolerance.
-constexpr double reach_m = 0.6;  // How far apart the middles of two surfels of one surface may be.
-constexpr int max_partners = 4;  // Partners of a surfel, each of another patch.
+constexpr int steps_each = 2;           // Steps at each tolerance.
+constexpr double surfel_reach_m = 0.6;  // How far apart the middles of two surfels of one surface may be.
+constexpr int max_partners = 4;         // Partners of a surfel, each of another patch.
 
 struct Pair {
   std::uint32_t a;
@@ -41,7 +41,7 @@ class Multiview {
         world.push_back({T * s.mean, T.R * s.normal, static_cast<int>(k)});
       }
     }
-    const SurfelIndex index(world, reach_m);
+    const SurfelIndex index(world, surfel_reach_m);
     const double min_cosine = std::cos(to_rad(std::min(30.0, 8.0 + 30.0 * tolerance)));
     constexpr std::size_t grain = 512;
     std::vector<std::vector<Pair>> parts((world.size() + grain - 1) / grain);

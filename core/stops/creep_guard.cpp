@@ -9,7 +9,7 @@ namespace rigcal {
 namespace {
 
 // The points' verdicts come about as late as the gyro's, or half a second later.
-constexpr std::int64_t hold_back_ns = 500'000'000;
+constexpr std::int64_t verdict_lag_ns = 500'000'000;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void CreepGuard::not_still_until(std::int64_t until_ns, DropReason reason) {
 void CreepGuard::still_until(std::int64_t until_ns, int stop) {
   rest_ = {until_ns, stop};
   look_for_cut();
-  const std::int64_t known_ns = until_ns - hold_back_ns;
+  const std::int64_t known_ns = until_ns - verdict_lag_ns;
   if (cut_ns_ || known_ns < begin_ns_ + whole_ns_of_seconds(options_.min_stop_s)) return;
   handed_on_ = true;
   listener_.still_until(known_ns, stop);
@@ -65,7 +65,7 @@ void CreepGuard::take_rest(const StillStop& rest) {
 void CreepGuard::look_for_cut() {
   if (cut_ns_ || !left_) return;
   const std::int64_t end_ns = left_->end_ns + 1;
-  if (end_ns + hold_back_ns > rest_->until_ns) return;
+  if (end_ns + verdict_lag_ns > rest_->until_ns) return;
   if (end_ns >= begin_ns_ + whole_ns_of_seconds(options_.min_stop_s)) {
     cut_ns_ = end_ns;
     crept_.emplace(options_, end_ns);
@@ -79,7 +79,7 @@ void CreepGuard::look_for_cut() {
 
 // The rig left too early for a stop: the rest that is meant is the one that follows.
 void CreepGuard::cut_beginning(std::int64_t end_ns) {
-  begin_ns_ = end_ns + hold_back_ns;
+  begin_ns_ = end_ns + verdict_lag_ns;
   start_ns_ = begin_ns_;
   listener_.not_still_until(begin_ns_, DropReason::moving);
 }

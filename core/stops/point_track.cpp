@@ -14,7 +14,7 @@ constexpr double loose_rad = to_rad(2.0);
 constexpr double loose_m = 0.05;
 // A shift that matters as little as the angle limit does: a fiftieth of the range noise.
 constexpr double harmless_m = 3e-4;
-constexpr double fewest_points = 30.0;
+constexpr double fewest_met = 30.0;
 constexpr int kept_steps = 5;
 // Shares of the reference's own.
 constexpr double least_met = 0.4;
@@ -70,7 +70,7 @@ RangeMotion PointTrack::sum(std::int64_t first, std::int64_t last) const {
 double PointTrack::offness(std::int64_t first, std::int64_t last) const {
   const RangeMotion motion = sum(first, last);
   const RangeMotion& usual = reference_motion_;
-  if (motion.points < fewest_points || usual.met < fewest_points) return 0.0;
+  if (motion.points < fewest_met || usual.met < fewest_met) return 0.0;
   if (motion.met * usual.points < least_met * usual.met * motion.points ||
       motion.inside * usual.met < least_inside * usual.inside * motion.met) {
     return std::numeric_limits<double>::infinity();
@@ -102,7 +102,7 @@ PointTrack::Scatter PointTrack::scatter(std::int64_t first, std::int64_t last) c
   bool has_before = false;
   for (std::int64_t slot = first; slot <= last; ++slot) {
     const RangeMotion& motion = at(slot);
-    if (motion.met < fewest_points) {
+    if (motion.met < fewest_met) {
       has_before = false;
       continue;
     }

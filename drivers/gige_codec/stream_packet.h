@@ -28,6 +28,8 @@ struct StreamPacket {
 constexpr std::size_t kStreamHeaderBytes = 8;
 /// A packet's size is told with the headers of IP and UDP.
 constexpr std::size_t kWireHeaderBytes = 28;
+/// What Ethernet adds to each packet on its wire: preamble, header, checksum and gap.
+constexpr std::size_t kEthernetBytes = 38;
 
 /// The packet in a datagram. Error: too short, 64 bit ids, a kind that is none of these.
 [[nodiscard]] Expected<StreamPacket> parse_stream_packet(ByteView datagram);

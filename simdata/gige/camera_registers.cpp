@@ -22,7 +22,6 @@ using gige::Status;
 constexpr std::uint32_t description_address = 0x10000;
 constexpr std::uint32_t usual_heartbeat_ms = 3000;
 constexpr std::uint32_t usual_packet = 1500;
-constexpr std::size_t ethernet_bytes = 38;  // Preamble, header, checksum and gap of each packet.
 
 constexpr std::size_t word_count = static_cast<std::size_t>(kLastSetting) + 1;
 
@@ -223,7 +222,7 @@ std::int64_t CameraRegisters::link_time_ns(std::size_t payload_bytes) const {
   const std::size_t room = packet - gige::kWireHeaderBytes - gige::kStreamHeaderBytes;
   const double packets = std::ceil(static_cast<double>(payload_bytes) / static_cast<double>(room));
   const double bytes =
-      static_cast<double>(payload_bytes) + packets * static_cast<double>(packet - room + ethernet_bytes);
+      static_cast<double>(payload_bytes) + packets * static_cast<double>(packet - room + gige::kEthernetBytes);
   const double delay_s = packets * memory_.value(bootstrap::kStreamPacketDelay) / static_cast<double>(kTicksPerSecond);
   return ns_of_seconds(8.0 * bytes / options_.link_bits_per_s + delay_s);
 }

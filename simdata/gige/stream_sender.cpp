@@ -4,10 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/gige_codec/stream_packet.h"
+
 namespace rigcal::sim {
 namespace {
 
-constexpr std::size_t ethernet_bytes = 38;             // Preamble, header, checksum and gap of each packet.
 constexpr std::int64_t longest_burst_ns = 10'000'000;  // Of link time that was slept through.
 constexpr std::size_t most_again = 1U << 16U;
 constexpr std::uint64_t most_overtakers = 8;
@@ -79,7 +80,7 @@ void StreamSender::resend(const gige::ResendRequest& request) {
 }
 
 void StreamSender::wait_for_link(std::size_t packet_bytes, std::int64_t delay_ns) {
-  link_free_ns_ += std::llround(ns_per_byte_ * static_cast<double>(packet_bytes + ethernet_bytes)) + delay_ns;
+  link_free_ns_ += std::llround(ns_per_byte_ * static_cast<double>(packet_bytes + gige::kEthernetBytes)) + delay_ns;
 }
 
 bool StreamSender::put(const Kept& kept, std::uint32_t packet, gige::Status status, std::vector<Outgoing>& out) {

@@ -12,7 +12,7 @@ constexpr std::int64_t shortest_wait_ns = 200'000;  // Packets leave in small gr
 constexpr std::int64_t longest_wait_ns = 50'000'000;
 constexpr std::size_t batch_datagrams = 32;
 
-Error unknown_sensor(const Incident& incident) {
+Error no_such_lidar(const Incident& incident) {
   return input_error("there is no LiDAR '" + incident.sensor + "' among the devices", "incident",
                      "name a LiDAR of the rig file");
 }
@@ -34,7 +34,7 @@ Expected<std::unique_ptr<VirtualRack>> VirtualRack::open(std::vector<RackDevice>
   for (const Incident& incident : options.incidents) {
     if (std::none_of(devices.begin(), devices.end(),
                      [&incident](const RackDevice& device) { return device.name == incident.sensor; }))
-      return unknown_sensor(incident);
+      return no_such_lidar(incident);
   }
   const std::int64_t now_ns = monotonic_now_ns();
   std::vector<Unit> units;

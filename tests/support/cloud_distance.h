@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/se3.h"
+#include "core/geometry/symmetric_eigen.h"
 
 namespace rigcal {
 
@@ -40,9 +40,9 @@ inline std::vector<double> point_to_plane_distances(const std::vector<Vector3d>&
     for (const auto n : index) mean += b[n] / k;
     Matrix3d S = Matrix3d::Zero();
     for (const auto n : index) S += (b[n] - mean) * (b[n] - mean).transpose() / k;
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(S);
-    const double distance = std::abs(eigen.eigenvectors().col(0).dot(a[i] - mean));
-    if (eigen.eigenvalues()[0] < 0.03 * 0.03 && distance < 0.15) out.push_back(distance);
+    const SymmetricEigen eigen = symmetric_eigen(S);
+    const double distance = std::abs(eigen.vectors.col(0).dot(a[i] - mean));
+    if (eigen.values[0] < 0.03 * 0.03 && distance < 0.15) out.push_back(distance);
   }
   return out;
 }

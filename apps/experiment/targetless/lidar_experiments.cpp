@@ -10,10 +10,10 @@
 namespace rigcal::targetless {
 namespace {
 
-constexpr std::uint64_t guess_stream = 901;
+constexpr std::uint64_t lidar_guess_stream = 901;
 constexpr double fig10_deg = 10.0;
 constexpr double fig10_m = 0.2;
-constexpr int icp_iterations = 30;
+constexpr int icp_rounds = 30;
 constexpr std::array<double, 3> basin_deg{10.0, 20.0, 30.0};
 constexpr std::array<double, 4> basin_m{0.5, 1.0, 2.0, 4.0};
 
@@ -96,7 +96,7 @@ Expected<IterationsExperiment> try_iterations(const LidarExperimentOptions& opti
   for (int k = 0; k < options.trials; ++k) {
     context.reporter.progress("iterations", static_cast<double>(k) / options.trials);
     Ground& ground = (*grounds)[static_cast<std::size_t>(k) % grounds->size()];
-    Random random(options.seed + static_cast<std::uint64_t>(k), guess_stream);
+    Random random(options.seed + static_cast<std::uint64_t>(k), lidar_guess_stream);
     const std::vector<SE3> guess = spoiled(ground.set, fig10_deg, fig10_m, random);
     for (std::size_t i = 0; i < guess.size(); ++i) {
       if (static_cast<int>(i) == ground.set.light.rig.base) continue;
@@ -106,7 +106,7 @@ Expected<IterationsExperiment> try_iterations(const LidarExperimentOptions& opti
     Expected<Trial> trial = try_ours(ground.set, guess, context);
     if (!trial) return trial.error();
     ours.push_back(std::move(*trial));
-    icp.push_back(try_icp(ground, guess, icp_iterations, false, context));
+    icp.push_back(try_icp(ground, guess, icp_rounds, false, context));
     if (context.cancelled()) return cancelled_error();
   }
   context.reporter.progress("iterations", 1.0);
@@ -129,12 +129,12 @@ Expected<std::vector<BasinCell>> try_basin(const LidarExperimentOptions& options
     for (int k = 0; k < options.trials; ++k) {
       context.reporter.progress("basin", (static_cast<double>(cell) + static_cast<double>(k) / options.trials) / all);
       Ground& ground = (*grounds)[static_cast<std::size_t>(k) % grounds->size()];
-      Random random(options.seed + static_cast<std::uint64_t>(k), guess_stream + 1 + cell);
+      Random random(options.seed + static_cast<std::uint64_t>(k), lidar_guess_stream + 1 + cell);
       const std::vector<SE3> guess = spoiled(ground.set, deg, m, random);
       Expected<Trial> trial = try_ours(ground.set, guess, context);
       if (!trial) return trial.error();
       ours.push_back(std::move(*trial));
-      icp.push_back(try_icp(ground, guess, icp_iterations, true, context));
+      icp.push_back(try_icp(ground, guess, icp_rounds, true, context));
       if (context.cancelled()) return cancelled_error();
     }
     for (BasinCell counted : {count("rigcal", ours), count("ICP", icp)}) {

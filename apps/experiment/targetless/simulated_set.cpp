@@ -8,10 +8,10 @@
 namespace rigcal::targetless {
 namespace {
 
-constexpr std::uint64_t odometry_stream = 900;
+constexpr std::uint64_t set_odometry_stream = 900;
 
 std::vector<std::optional<SE3>> rough_poses(const sim::LightRig& light, const SetOptions& options) {
-  Random random(options.seed, odometry_stream);
+  Random random(options.seed, set_odometry_stream);
   std::vector<std::optional<SE3>> out;
   for (const SE3& T : light.T_G_base) {
     const SE3 rough = rough_pose(T, options, random);

@@ -10,9 +10,6 @@
 namespace rigcal::html {
 namespace {
 
-constexpr int result_series = 0;
-constexpr int guess_series = 1;
-
 std::string with_unit(double value, const std::string& unit) {
   if (!(value > 0.0)) return "–";
   return unit == "m" ? fixed_text(1e3 * value, 2) + " mm" : fixed_text(value, 2) + " " + unit;

@@ -10,6 +10,10 @@
 /// result as it is and hold no state; texts that come from outside are escaped here.
 namespace rigcal::html {
 
+/// Of every plot that shows a result beside its guess.
+constexpr int result_series = 0;
+constexpr int guess_series = 1;
+
 /// A table of plain texts; the first column names the rows. `remark` stands below, already HTML; may be empty.
 [[nodiscard]] std::string table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows,
                                 const std::string& remark = {});

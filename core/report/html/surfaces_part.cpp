@@ -12,9 +12,6 @@
 namespace rigcal::html {
 namespace {
 
-constexpr int result_series = 0;
-constexpr int guess_series = 1;
-
 std::string pair_name(const SharedSurfaces& pair) {
   return pair.first.empty() ? "all pairs" : pair.first + " – " + pair.second;
 }

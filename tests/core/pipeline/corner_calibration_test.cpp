@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
+#include "core/geometry/matrix6.h"
 #include "core/geometry/symmetric_eigen.h"
 #include "core/quality/lidar_quality.h"
 #include "core/voxel/patch_of_points.h"
@@ -71,7 +70,7 @@ TEST_F(CornerCalibrationTest, IsGoodOfOneMomentWithoutAGuessAndKnowsHowGood) {
     ASSERT_TRUE(side.T_base_sensor);
     EXPECT_THAT(*side.T_base_sensor, SE3Near(T, 0.03, 3.0));
     const Vector6d xi = (T.inverse() * *side.T_base_sensor).log();
-    nees += xi.dot(side.covariance.inverse() * xi) / (6.0 * runs);
+    nees += xi.dot(solve_symmetric6(side.covariance, xi)) / (6.0 * runs);
     EXPECT_EQ(result.method, "planes");
     EXPECT_FALSE(result.map.empty());
     EXPECT_TRUE(result.trajectory[0].known);

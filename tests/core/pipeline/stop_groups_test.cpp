@@ -10,8 +10,8 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 // Every stop sees the floor, and walls that some share.
-struct Seen {
-  explicit Seen(int stops) : used(static_cast<std::size_t>(stops), 1), told(used.size(), 0) {
+struct SeenTogether {
+  explicit SeenTogether(int stops) : used(static_cast<std::size_t>(stops), 1), told(used.size(), 0) {
     std::vector<int> all;
     for (int j = 0; j < stops; ++j) all.push_back(j);
     add(Vector3d::UnitZ(), all, 10000.0);
@@ -41,20 +41,20 @@ struct Seen {
 };
 
 TEST(StopGroups, HangTogetherFromNeighbourToNeighbour) {
-  Seen seen(5);
+  SeenTogether seen(5);
   for (int j = 0; j < 4; ++j) seen.add_corner({j, j + 1});
   EXPECT_THAT(seen.groups(), ElementsAre(ElementsAre(0, 1, 2, 3, 4)));
 }
 
 TEST(StopGroups, AreNotHeldByAFloor) {
-  Seen seen(5);
+  SeenTogether seen(5);
   seen.add_corner({0, 1});
   seen.add_corner({2, 3, 4});
   EXPECT_THAT(seen.groups(), ElementsAre(ElementsAre(2, 3, 4), ElementsAre(0, 1)));
 }
 
 TEST(StopGroups, AreNotHeldByTheFewPlanesThatFallTogetherByChance) {
-  Seen seen(6);
+  SeenTogether seen(6);
   seen.add_corner({0, 1, 2});
   seen.add_corner({3, 4, 5});
   seen.add_corner({0, 1, 2, 3, 4, 5}, 80.0);
@@ -65,7 +65,7 @@ TEST(StopGroups, AreNotHeldByTheFewPlanesThatFallTogetherByChance) {
 
 // What many stops see together is no more at its seam than what one stop sees.
 TEST(StopGroups, OfManyStopsHangTogetherByWhatTwoOfThemShare) {
-  Seen seen(40);
+  SeenTogether seen(40);
   for (int j = 0; j < 19; ++j) {
     seen.add_corner({j, j + 1});
     seen.add_corner({20 + j, 21 + j});
@@ -76,14 +76,14 @@ TEST(StopGroups, OfManyStopsHangTogetherByWhatTwoOfThemShare) {
 
 // A stop whose surfaces nobody else saw has no planes but the floor, or next to none.
 TEST(StopGroups, LeaveAStopAloneThatSharesNothing) {
-  Seen seen(5);
+  SeenTogether seen(5);
   seen.add_corner({0, 1, 2, 3});
   seen.add_corner({3, 4}, 20.0);
   EXPECT_THAT(seen.groups(), ElementsAre(ElementsAre(0, 1, 2, 3), ElementsAre(4)));
 }
 
 TEST(StopGroups, HangTogetherWhereSomethingElseTellsTheTurn) {
-  Seen seen(6);
+  SeenTogether seen(6);
   seen.add_corner({0, 1, 2});
   seen.add_corner({4, 5});
   seen.used[3] = 0;
@@ -94,7 +94,7 @@ TEST(StopGroups, HangTogetherWhereSomethingElseTellsTheTurn) {
 }
 
 TEST(StopGroups, AreToldByPlanesThatWereMadeOfPoints) {
-  Seen seen(4);
+  SeenTogether seen(4);
   seen.add_corner({0, 1});
   seen.add_corner({2, 3});
   seen.add_corner({0, 1, 2, 3});
@@ -105,11 +105,11 @@ TEST(StopGroups, AreToldByPlanesThatWereMadeOfPoints) {
 }
 
 TEST(StopGroups, AreOneWhereNothingHoldsAnyTurn) {
-  EXPECT_THAT(Seen(3).groups(), ElementsAre(ElementsAre(0, 1, 2)));
-  Seen none(3);
+  EXPECT_THAT(SeenTogether(3).groups(), ElementsAre(ElementsAre(0, 1, 2)));
+  SeenTogether none(3);
   none.map.features.clear();
   EXPECT_THAT(none.groups(), ElementsAre(ElementsAre(0, 1, 2)));
-  EXPECT_TRUE(Seen(0).groups().empty());
+  EXPECT_TRUE(SeenTogether(0).groups().empty());
 }
 
 TEST(StopGroups, AreNamedByTheirNumbers) {

@@ -9,8 +9,8 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 // One LiDAR, 1000 points a stop, of which shares lie on one plane.
-struct Seen {
-  explicit Seen(const std::vector<double>& shares) : stops(static_cast<int>(shares.size())) {
+struct SeenMisfits {
+  explicit SeenMisfits(const std::vector<double>& shares) : stops(static_cast<int>(shares.size())) {
     map.features.emplace_back();
     for (int j = 0; j < stops; ++j) {
       PatchCells& patch = patches.emplace_back();
@@ -33,27 +33,27 @@ struct Seen {
 };
 
 TEST(MisfitStops, AreThoseOfWhichMuchLessLiesOnPlanesThanOfTheOthers) {
-  EXPECT_THAT(Seen({0.5, 0.6, 0.1, 0.7, 0.19, 0.5}).misfits(), ElementsAre(2, 4));
-  EXPECT_THAT(Seen({0.5, 0.6, 0.3, 0.7, 0.25, 0.5}).misfits(), IsEmpty());
+  EXPECT_THAT(SeenMisfits({0.5, 0.6, 0.1, 0.7, 0.19, 0.5}).misfits(), ElementsAre(2, 4));
+  EXPECT_THAT(SeenMisfits({0.5, 0.6, 0.3, 0.7, 0.25, 0.5}).misfits(), IsEmpty());
 }
 
 TEST(MisfitStops, AreNoneWhereNothingLiesOnAnyPlane) {
-  EXPECT_THAT(Seen({0.0, 0.0, 0.0, 0.0, 0.0}).misfits(), IsEmpty());
+  EXPECT_THAT(SeenMisfits({0.0, 0.0, 0.0, 0.0, 0.0}).misfits(), IsEmpty());
 }
 
 TEST(MisfitStops, AreNoneOfFewerThanFourStops) {
-  EXPECT_THAT(Seen({0.6, 0.6, 0.0}).misfits(), IsEmpty());
-  EXPECT_THAT(Seen({0.6, 0.6, 0.6, 0.0}).misfits(), ElementsAre(3));
+  EXPECT_THAT(SeenMisfits({0.6, 0.6, 0.0}).misfits(), IsEmpty());
+  EXPECT_THAT(SeenMisfits({0.6, 0.6, 0.6, 0.0}).misfits(), ElementsAre(3));
 }
 
 TEST(MisfitStops, AreNotThoseThatTookNoPart) {
-  Seen seen({0.6, 0.6, 0.6, 0.6, 0.0, 0.0});
+  SeenMisfits seen({0.6, 0.6, 0.6, 0.6, 0.0, 0.0});
   seen.use[4] = 0;
   EXPECT_THAT(seen.misfits(), ElementsAre(5));
 }
 
 TEST(MisfitStops, AreToldByPlanesThatWereMadeOfPoints) {
-  Seen seen({0.6, 0.6, 0.6, 0.0});
+  SeenMisfits seen({0.6, 0.6, 0.6, 0.0});
   PlaneFeature merged = seen.map.features.front();  // would count the same points twice, and the last stop's at all
   merged.merged = true;
   for (PlaneObservation& o : merged.observations) o.N = 600.0;

@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "core/geometry/numeric_derivative.h"
+#include "core/geometry/symmetric_eigen.h"
 #include "core/planes/normal_equations.h"
 #include "tests/support/make_planes.h"
 
@@ -95,7 +94,7 @@ TEST(PlaneFactor, GaussNewtonHessianIsPositiveSemidefiniteAndExactWhereThereIsNo
   EXPECT_LT((exact.H - gauss_newton.H).norm(), 1e-9 * exact.H.norm());
   const RigState far = disturbed(state, random, 0.1, 0.2);
   const auto there = build_normal_equations(features, far, layout, HessianForm::gauss_newton);
-  const Eigen::VectorXd values = there.H.selfadjointView<Eigen::Lower>().eigenvalues();
+  const Eigen::VectorXd values = symmetric_eigenvalues(there.H);
   EXPECT_GT(values.minCoeff(), -1e-9 * values.maxCoeff());
 }
 

@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/matrix6.h"
 #include "core/planes/merge_planes.h"
 #include "tests/support/make_planes.h"
 
@@ -60,7 +60,7 @@ TEST(LidarCovariances, HoldTheErrorsOverManyRuns) {
     ASSERT_THAT(c.observable, testing::ElementsAre(1, 1));
     EXPECT_EQ(c.with_priors[0], Matrix6d::Zero());  // the base is what the others are measured from
     const Vector6d error = (run.truth.T_base_sensor[1].inverse() * run.state.T_base_sensor[1]).log();
-    sum += error.dot(c.with_priors[1].ldlt().solve(error)) / 6.0;
+    sum += error.dot(solve_symmetric6(c.with_priors[1], error)) / 6.0;
     chi2 += c.chi2;
   }
   // 360 degrees of freedom: one standard deviation of the mean is 0.075.

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
+#include "core/geometry/matrix6.h"
 #include "core/quality/lidar_quality.h"
 #include "tests/core/quality/loose_rig.h"
 
@@ -35,7 +36,7 @@ Vector6d error_of(const LooseRig& rig, std::size_t lidar, std::size_t base) {
 }
 
 double normalised(const Vector6d& error, const Matrix6d& covariance) {
-  return error.dot(covariance.ldlt().solve(error)) / 6.0;
+  return error.dot(solve_symmetric6(covariance, error)) / 6.0;
 }
 
 TEST(StopScatter, OfNoiseIsWhatTheCovarianceHasIt) {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "core/geometry/numeric_derivative.h"
+#include "core/geometry/symmetric_eigen.h"
 #include "core/start/registration.h"
 #include "core/start/shape_start.h"
 #include "tests/support/make_cells.h"
@@ -100,19 +100,19 @@ TEST(Shapes, GrowPastASingleRingButLeaveAPoleALine) {
   }
   const PatchCells ground = cells_of(points, 0, 0);
   for (const LocalShape& s : extract_shapes(ground, 0.2)) {
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(s.covariance);
-    EXPECT_GT(std::abs(eigen.eigenvectors().col(0).z()), 0.99);
-    EXPECT_GT(eigen.eigenvalues()[1], 0.01 * eigen.eigenvalues()[2]);
+    const SymmetricEigen eigen = symmetric_eigen(s.covariance);
+    EXPECT_GT(std::abs(eigen.vectors.col(0).z()), 0.99);
+    EXPECT_GT(eigen.values[1], 0.01 * eigen.values[2]);
   }
   points.clear();
   for (int k = 0; k < 400; ++k) add(8.0 + 0.02 * random.normal(), 0.02 * random.normal(), 0.01 * k);
   const std::vector<LocalShape> pole = extract_shapes(cells_of(points, 0, 0), 0.2);
   ASSERT_FALSE(pole.empty());
   for (const LocalShape& s : pole) {
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(s.covariance);
-    EXPECT_GT(std::abs(eigen.eigenvectors().col(2).z()), 0.99);
+    const SymmetricEigen eigen = symmetric_eigen(s.covariance);
+    EXPECT_GT(std::abs(eigen.vectors.col(2).z()), 0.99);
     // No wider than its noise of 2 cm and the two cells that it may stand between.
-    EXPECT_LT(std::sqrt(eigen.eigenvalues()[1]), 0.04);
+    EXPECT_LT(std::sqrt(eigen.values[1]), 0.04);
   }
 }
 
