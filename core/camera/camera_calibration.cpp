@@ -30,7 +30,7 @@ constexpr std::size_t least_segments = 12;
 
 // Where few stops have images few edges hold a start while matches are still sought far away: it must be nearer then.
 constexpr std::size_t least_stops_for_closeness = 4;
-constexpr double finest_px = 2.0;
+constexpr double closest_px = 2.0;
 
 // Minima whose scores are so near to each other are looked at again.
 constexpr double unclear_ratio = 0.7;
@@ -87,6 +87,11 @@ class CameraCalibration {
     }
     choose_start();
     if (!estimate_.why_not.empty() || context_.cancelled()) return;
+    estimate_.start_score = best_.score;
+    if (estimate_.start_score <= options_.beaten_start_score) {
+      estimate_.why_not = "what was found before explains as many of its edges";
+      return;
+    }
     find_end();
     if (estimate_.found && !found_centre_) widen_by_shift_of_images();
     if (!context_.cancelled() && is_of_another_lens_perhaps()) ask_other_lens();
@@ -285,8 +290,9 @@ class CameraCalibration {
     find_visible(scene_, camera_.intrinsics, CameraState{guess}, sparse_view, views_);
     if (segments() < least_segments) return;
     const bool look_closely = stops_of(views_) < least_stops_for_closeness;
-    std::vector<SE3> starts = look_closely ? search_edges(scene_, camera_.intrinsics, guess, priors_, views_, finest_px)
-                                           : search_edges(scene_, camera_.intrinsics, guess, priors_, views_);
+    std::vector<SE3> starts = look_closely
+                                  ? search_edges(scene_, camera_.intrinsics, guess, priors_, views_, closest_px)
+                                  : search_edges(scene_, camera_.intrinsics, guess, priors_, views_);
     starts.push_back(guess);
     for (const SE3& start : starts) solve_quickly(start, minima);
   }

@@ -36,6 +36,8 @@ struct CameraCalibrationOptions {
   double guess_sigma_m = 0.12;
   double guess_sigma_rad = to_rad(6.0);
   bool refine_intrinsics = false;  ///< The estimated ones are the result, and need not agree with the rig file's.
+  /// It is given up where the best place to begin from explains no more of its edges (`CameraEstimate::start_score`).
+  double beaten_start_score = 0.0;
 };
 
 /// A pose and how sure it is; the covariance is that of xi = [rotation rad; translation m] in T exp(xi).
@@ -96,6 +98,7 @@ struct CameraEstimate {
   int views_with_edges = 0;     ///< and those with LiDAR edges in them that found a partner.
   std::size_t edge_points = 0;  ///< Samples of LiDAR edges that found a partner, and the segments they make.
   std::size_t segments = 0;
+  double start_score = 0.0;  ///< Share of the segments that the best place to begin from explains, 0 .. 1.
   double residual_px = 0.0;  ///< Robust root mean square of the segments' offsets: a fit, no accuracy.
 
   /// Offsets in the held-out stops, with the pose from the others: over their expected sigma (1 is right), in pixels,

@@ -134,15 +134,16 @@ class CameraStage {
     if (scene_.T_G_base.empty()) make_scene();
     StageReport& stage = clock_.begin(sensor.name);
     stage.counts.emplace_back("images", static_cast<double>(task.views.size()));
-    Expected<CameraEstimate> estimate = estimate_of(task);
+    Expected<CameraEstimate> estimate = estimate_of(task, options_);
     if (!estimate) return estimate.error();
     Verdict verdict = judge(task, *estimate);
     if (verdict.status == Status::failed && estimate->views >= least_views) {
+      keep_edges(task.views);
       if (const Expected<void> tried = try_without_guess(task, *estimate, verdict); !tried) return tried.error();
     }
     // Last, since with equal steps of the table a guess that is off by one of them looks like that, too.
     if (verdict.status == Status::failed && estimate->views >= least_views) {
-      if (const Expected<void> tried = try_other_stops(task, verdict); !tried) return tried.error();
+      if (const Expected<void> tried = try_other_stops(task, *estimate, verdict); !tried) return tried.error();
     }
     if (verdict.status == Status::good) warn_of_unlike(*estimate);
     tell(*estimate, stage);
@@ -233,8 +234,19 @@ class CameraStage {
     stage.counts.emplace_back("segments", static_cast<double>(estimate.segments));
   }
 
-  [[nodiscard]] Expected<CameraEstimate> estimate_of(const CameraTask& task) const {
-    Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options_, context_);
+  // What is tried several times looks for them once.
+  static void keep_edges(std::vector<CameraView>& views) {
+    parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        if (views[k].edges == nullptr)
+          views[k].edges = std::make_shared<const std::vector<ImageEdge>>(find_image_edges(views[k].grey));
+      }
+    });
+  }
+
+  [[nodiscard]] Expected<CameraEstimate> estimate_of(const CameraTask& task,
+                                                     const CameraCalibrationOptions& options) const {
+    Expected<CameraEstimate> estimate = calibrate_camera(scene_, task, options, context_);
     if (estimate) widen_by_unevenness(task.views, solution_, estimate->pose);
     return estimate;
   }
@@ -257,12 +269,14 @@ class CameraStage {
   }
 
   // Whether images are counted a stop late or early is told by where they are good then. That pose is not taken: where
-  // one number is wrong, others may be.
-  Expected<void> try_other_stops(const CameraTask& task, Verdict& verdict) const {
+  // one number is wrong, others may be. At their own stops images show more of the map's edges.
+  Expected<void> try_other_stops(const CameraTask& task, const CameraEstimate& own, Verdict& verdict) const {
+    CameraCalibrationOptions options = options_;
+    options.beaten_start_score = own.start_score;
     for (const int by : {-1, 1}) {
       CameraTask moved{task.sensor, task.name, task.intrinsics, task.guess_T_base_camera,
                        views_moved(task.views, by, solution_.start.stop_known)};
-      const Expected<CameraEstimate> estimate = estimate_of(moved);
+      const Expected<CameraEstimate> estimate = estimate_of(moved, options);
       if (!estimate) return estimate.error();
       if (judge(moved, *estimate).status != Status::good) continue;
       verdict.reasons = {wrong_stops_words(by)};
@@ -276,7 +290,7 @@ class CameraStage {
   Expected<void> try_without_guess(CameraTask& task, CameraEstimate& estimate, Verdict& verdict) const {
     if (!task.guess_T_base_camera) return {};
     const std::optional<SE3> guess = std::exchange(task.guess_T_base_camera, std::nullopt);
-    Expected<CameraEstimate> free = estimate_of(task);
+    Expected<CameraEstimate> free = estimate_of(task, options_);
     task.guess_T_base_camera = guess;
     if (!free) return free.error();
     const Verdict found = judge(task, *free);

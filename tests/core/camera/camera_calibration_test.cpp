@@ -274,6 +274,21 @@ TEST(CameraCalibration, FindsNothingInAnEmptyMapOrBehindTheCamera) {
   EXPECT_TRUE(std::isfinite(estimate->wall_s));
 }
 
+// As when its images are tried at stops that are not theirs.
+TEST(CameraCalibration, IsGivenUpAtAStartThatExplainsLessThanWasFoundBefore) {
+  CameraTask task = task_from(BoxRoom::spoiled(to_rad(2.0), 0.03, 9));
+  const CameraEstimate own = calibrate(task);
+  ASSERT_TRUE(own.found) << own.why_not;
+  EXPECT_GT(own.start_score, 0.3);
+  EXPECT_LE(own.start_score, 1.0);
+  EXPECT_TRUE(calibrate(task, {.beaten_start_score = 0.9 * own.start_score}).found);
+  for (CameraView& view : task.views) view.stop = (view.stop + 1) % BoxRoom::stops;
+  const CameraEstimate moved = calibrate(task, {.beaten_start_score = own.start_score});
+  EXPECT_FALSE(moved.found);
+  EXPECT_LT(moved.start_score, own.start_score);
+  EXPECT_NE(moved.why_not.find("found before"), std::string::npos);
+}
+
 TEST(CameraCalibration, OneImageIsLessSureThanAll) {
   CameraTask task = task_from(BoxRoom::spoiled(to_rad(1.0), 0.02, 7));
   const CameraEstimate all = calibrate(task);
