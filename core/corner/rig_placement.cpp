@@ -127,8 +127,8 @@ class RigPlacer {
     const SE3 fitting = fitting_at_all_stops(places, via, lidar);
     const LidarPlacement* best = nullptr;
     for (const LidarPlacement& place : places) {
-      const SE3 apart = fitting.inverse() * place.pair.T_a_b;
-      if (apart.t.norm() > agreeing_m || log_so3(apart.R).norm() > agreeing_rad) continue;
+      const SE3& T = place.pair.T_a_b;
+      if ((T.t - fitting.t).norm() > agreeing_m || rotation_distance(T.R, fitting.R) > agreeing_rad) continue;
       if (best == nullptr || is_better(place.pair, is_sure(place.pair, lidar), best->pair, is_sure(best->pair, lidar)))
         best = &place;
     }
